@@ -36,6 +36,12 @@ struct SeriesEntry {
   WallTime first{}, last{};          ///< times of the oldest and the newest value
 };
 
+/// A part of the list of all series, which is in the natural order of their names as `OWNER:KEY`.
+struct SeriesRange {
+  std::string after{};  ///< the name before the first one; empty = from the beginning
+  std::size_t most = SIZE_MAX;
+};
+
 /// Longest list of series of one question, and most buckets of a series.
 inline constexpr std::size_t kMaxAsked = 32;
 inline constexpr std::size_t kMaxBuckets = 5000;

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
-#include <deque>
-
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "base/text.h"
@@ -19,8 +16,6 @@ namespace rubicon::history {
 namespace {
 
 constexpr Duration kWriteEvery = std::chrono::seconds(1);
-constexpr std::size_t kMostQuestions = 32;
-constexpr std::size_t kMostSeries = 10'000;
 
 /// The status and the description of what a pattern of values selects; nullopt where the pattern has them already.
 std::optional<Pattern> beside(const Pattern& values, std::string_view part) {
@@ -37,7 +32,8 @@ struct History::Impl {
         log(Log(context.log, "history"), context.scheduler),
         intake(setup.exclude),
         path(base::resolve_path(context.directory, setup.file)),
-        keeper(std::make_shared<Keeper>(path, RetentionRules{setup.raw, setup.hours, setup.size})) {}
+        keeper(std::make_shared<Keeper>(path, RetentionRules{setup.raw, setup.hours, setup.size})),
+        questions(context.scheduler, *context.worker, keeper, clock()) {}
 
   void start();
   void write();
@@ -46,9 +42,11 @@ struct History::Impl {
   void subscribe();
   void observe(const tuples::Event& event);
 
-  void run_question();
-  template <class Value>
-  Handle ask(std::function<Result<Value>(Store&)> work, std::function<void(Result<Value>)> call);
+  Questions::Clock clock() const {
+    if (context.clock) return context.clock;
+    return [&scheduler = context.scheduler] { return scheduler.now(); };
+  }
+  Instant now() const { return {context.scheduler.wall_now(), context.scheduler.now()}; }
 
   config::HistorySetup setup;
   Context context;
@@ -56,14 +54,13 @@ struct History::Impl {
   Intake intake;
   std::string path;
   std::shared_ptr<Keeper> keeper;  ///< used by jobs of the worker only
+  Questions questions;
   TupleSpace* space = nullptr;
   std::vector<Handle> subscriptions;
   Counters counters;
   std::string reason;
   bool opened = false;
-  bool writing = false;                          ///< a job of the worker
-  std::deque<transport::Worker::Job> questions;  ///< that wait
-  bool asking = false;                           ///< one of them is a job of the worker
+  bool writing = false;  ///< a job of the worker
   std::uint64_t reported_drops = 0, reported_refusals = 0;
   Timer timer;
   base::Lifetime lifetime;
@@ -78,13 +75,13 @@ void History::Impl::start() {
 void History::Impl::write() {
   if (writing) return;
   writing = true;
-  const auto wall = context.scheduler.wall_now();
-  intake.tick(wall);
-  auto batch = std::make_shared<Batch>(intake.take(wall));
-  context.worker->run([keeper = keeper, batch, now = context.scheduler.now(), wall, &scheduler = context.scheduler,
+  const auto at = now();
+  intake.tick(at);
+  auto batch = std::make_shared<Batch>(intake.take(at.wall));
+  context.worker->run([keeper = keeper, batch, at, &scheduler = context.scheduler,
                        done = std::make_shared<std::function<void(Keeper::Report)>>(
                            lifetime.guard([this](Keeper::Report report) { reported(std::move(report)); }))] {
-    auto report = std::make_shared<Keeper::Report>(keeper->work(std::move(*batch), now, wall));
+    auto report = std::make_shared<Keeper::Report>(keeper->work(std::move(*batch), at.steady, at.wall));
     scheduler.post([done, report] { (*done)(std::move(*report)); });
   });
 }
@@ -144,58 +141,8 @@ void History::Impl::subscribe() {
 }
 
 void History::Impl::observe(const tuples::Event& event) {
-  const auto now = context.scheduler.wall_now();
-  if (event.kind == tuples::EventKind::kSet) return intake.changed(event.tuple, now);
-  intake.gone(event.tuple.owner, event.tuple.key, now);
-}
-
-/// Asks the worker; the answer comes back to the loop, unless the handle or the history ended.
-template <class Value>
-Handle History::Impl::ask(std::function<Result<Value>(Store&)> work, std::function<void(Result<Value>)> call) {
-  struct Asked {
-    std::function<void(Result<Value>)> call;
-    std::atomic<bool> cancelled{false};
-  };
-  auto asked = std::make_shared<Asked>();
-  asked->call = std::move(call);
-  Handle handle([asked] {
-    asked->cancelled = true;
-    asked->call = nullptr;
-  });
-  const auto finish = [asked](Result<Value> result) {
-    if (asked->cancelled) return;
-    const auto last = std::exchange(asked->call, nullptr);
-    last(std::move(result));
-  };
-  if (questions.size() + (asking ? 1 : 0) >= kMostQuestions) {
-    lifetime.post(context.scheduler, [finish] {
-      finish(fail(ErrorCode::kBusy, fmt::format("history: {} questions wait already", kMostQuestions)));
-    });
-    return handle;
-  }
-  auto done = std::make_shared<std::function<void(Result<Value>)>>(lifetime.guard([this, finish](Result<Value> result) {
-    asking = false;
-    run_question();
-    finish(std::move(result));
-  }));
-  questions.push_back([asked, keeper = keeper, work = std::move(work), done, &scheduler = context.scheduler] {
-    auto* store = keeper->store();
-    auto result = std::make_shared<Result<Value>>(asked->cancelled ? Result<Value>(Value())
-                                                  : store          ? work(*store)
-                                                                   : Result<Value>(fail(keeper->why())));
-    scheduler.post([done, result] { (*done)(std::move(*result)); });
-  });
-  run_question();
-  return handle;
-}
-
-/// One at a time: a batch waits for one question, not for all.
-void History::Impl::run_question() {
-  if (asking || questions.empty()) return;
-  asking = true;
-  auto job = std::move(questions.front());
-  questions.pop_front();
-  context.worker->run(std::move(job));
+  if (event.kind == tuples::EventKind::kSet) return intake.changed(event.tuple, now());
+  intake.gone(event.tuple.owner, event.tuple.key, now());
 }
 
 History::History(config::HistorySetup setup, Context context)
@@ -208,11 +155,11 @@ History::~History() {
   impl.timer.cancel();
   impl.subscriptions.clear();
   impl.lifetime.end();
-  const auto wall = impl.context.scheduler.wall_now();
-  auto batch = std::make_shared<Batch>(impl.intake.take(wall));
-  impl.context.worker->run([keeper = impl.keeper, batch, now = impl.context.scheduler.now(), wall] {
-    std::ignore = keeper->finish(std::move(*batch), now, wall);
-  });
+  const auto at = impl.now();
+  auto batch = std::make_shared<Batch>(impl.intake.take(at.wall));
+  impl.keeper->end();
+  impl.context.worker->run(
+      [keeper = impl.keeper, batch, at] { std::ignore = keeper->finish(std::move(*batch), at.steady, at.wall); });
   impl.context.worker.reset();
 }
 
@@ -221,15 +168,21 @@ void History::follow(TupleSpace& space) {
   impl_->subscribe();
 }
 
-Handle History::ask(Question question, AnswerCall call) {
-  return impl_->ask<Answer>([question = std::move(question)](Store& store) { return answer(store, question); },
-                            std::move(call));
+Handle History::ask(const std::string& caller, Question question, AnswerText text, TextCall call) {
+  auto work = [question = std::move(question), text = std::move(text)](Store& store) -> Result<std::string> {
+    const auto found = answer(store, question);
+    return found ? Result<std::string>(text(*found)) : fail(found.error());
+  };
+  return impl_->questions.ask(caller, std::move(work), std::move(call));
 }
 
-Handle History::series(Pattern pattern, SeriesCall call) {
-  return impl_->ask<std::vector<SeriesEntry>>(
-      [pattern = std::move(pattern)](Store& store) { return list_series(store, pattern, kMostSeries); },
-      std::move(call));
+Handle History::series(const std::string& caller, Pattern pattern, SeriesRange range, SeriesText text, TextCall call) {
+  auto work = [pattern = std::move(pattern), range = std::move(range),
+               text = std::move(text)](Store& store) -> Result<std::string> {
+    const auto found = list_series(store, pattern, range);
+    return found ? Result<std::string>(text(*found)) : fail(found.error());
+  };
+  return impl_->questions.ask(caller, std::move(work), std::move(call));
 }
 
 Counters History::counters() const {
@@ -239,10 +192,14 @@ Counters History::counters() const {
   return counters;
 }
 
-std::string History::state() const {
+History::State History::state() const {
   const auto& impl = *impl_;
-  if (!impl.reason.empty()) return "not written: " + impl.reason;
-  return impl.opened ? "recording" : "opening";
+  if (!impl.reason.empty()) return {"failing", impl.reason};
+  return {impl.opened ? "recording" : "opening"};
+}
+
+const std::string& History::path() const {
+  return impl_->path;
 }
 
 const config::HistorySetup& History::setup() const {

@@ -66,19 +66,19 @@ class Import {
     // The island started again: what was before is not known to have lasted until now.
     if (record.kind == RecordKind::kMark || !wanted(rules_.patterns, record)) return {};
     if (record.kind == RecordKind::kDeleted || record.kind == RecordKind::kExpired) {
-      intake_.gone(record.owner, record.key, now_);
+      intake_.gone(record.owner, record.key, Instant::recorded(now_));
     } else {
-      intake_.changed(tuple_of(record, moved), now_);
+      intake_.changed(tuple_of(record, moved), Instant::recorded(now_));
     }
     if (now_ >= next_tick_) {
       next_tick_ = now_ + kTickEvery;
-      intake_.tick(now_);
+      intake_.tick(Instant::recorded(now_));
     }
     return intake_.bytes() < kBatch ? Result<void>() : write(done);
   }
 
   Result<void> finish(Imported& done) {
-    intake_.tick(now_ + std::chrono::seconds(5));  // what waits for its status waits no longer
+    intake_.tick(Instant::recorded(now_ + std::chrono::seconds(5)));  // what waits for its status waits no longer
     done.unfit = intake_.unfit();
     if (auto written = write(done); !written) return written;
     store_.forget_slots();

@@ -49,7 +49,8 @@ std::size_t Intake::Hash::operator()(const std::pair<OwnerId, std::string_view>&
 
 void Intake::seed(const std::vector<Declaration>& known) {
   for (const auto& declaration : known) {
-    auto* series = series_of(declaration.name.owner, declaration.name.key, {});
+    const Instant long_ago{{}, SteadyTime(-kPatience)};
+    auto* series = series_of(declaration.name.owner, declaration.name.key, long_ago);
     if (!series) return;
     series->declaration = declaration;
     series->kind_known = true;
@@ -57,7 +58,7 @@ void Intake::seed(const std::vector<Declaration>& known) {
   }
 }
 
-Intake::Series* Intake::series_of(OwnerId owner, std::string_view key, WallTime now) {
+Intake::Series* Intake::series_of(OwnerId owner, std::string_view key, const Instant& now) {
   if (const auto found = slots_.find({owner, key}); found != slots_.end()) return &series_[found->second];
   if (series_.size() >= kMostSeries) {
     ++refused_;
@@ -69,12 +70,12 @@ Intake::Series* Intake::series_of(OwnerId owner, std::string_view key, WallTime 
   series.point = model::point_of(key).has_value();
   series.excluded = std::any_of(exclude_.begin(), exclude_.end(),
                                 [&](const Pattern& pattern) { return pattern.matches(owner, key); });
-  series.seen = now;
+  series.seen = now.steady;
   slots_.emplace(std::pair(owner, std::string_view(series.declaration.name.key)), series.slot);
   return &series;
 }
 
-void Intake::changed(const TupleView& tuple, WallTime now) {
+void Intake::changed(const TupleView& tuple, const Instant& now) {
   const auto part = model::last_part(tuple.key);
   if (part == "command") return;
   const bool status = part == "status", description = part == "description";
@@ -93,36 +94,35 @@ void Intake::changed(const TupleView& tuple, WallTime now) {
     quality(*series, heard->quality, tuple.write_time, now);
 }
 
-void Intake::gone(OwnerId owner, std::string_view key, WallTime now) {
+void Intake::gone(OwnerId owner, std::string_view key, const Instant& now) {
   const auto found = slots_.find({owner, key});
   if (found == slots_.end()) return;
   auto& series = series_[found->second];
-  mark_gap(series, now);
+  mark_gap(series, now.wall);
   series.held.reset();
   series.quality.reset();
 }
 
 /// A first value may arrive before the status and the description of its point.
-bool Intake::early(Series& series, WallTime now) {
-  if (now < series.seen) series.seen = now;  // the clock was set back: the patience restarts by the new one
-  return now - series.seen < kPatience;
+bool Intake::early(const Series& series, const Instant& now) {
+  return now.steady - series.seen < kPatience;
 }
 
-void Intake::value(Series& series, std::string_view text, WallTime time, WallTime now) {
+void Intake::value(Series& series, std::string_view text, WallTime time, const Instant& now) {
   if (text.empty()) return;
   const bool first = series.point && !series.last && (!series.quality || !series.described);
-  series.live = near(time, now);
+  series.live = near(time, now.wall);
   if ((first && early(series, now)) || !series.observed()) {
     series.held = Held{time, std::string(text)};
     return;
   }
   series.held.reset();
   // The file has a gap since the history before this one ended: the value is in force again since now.
-  const bool returns = series.seeded && !series.last && series.live && now - time > kFresh;
-  store(series, text, returns ? now : time);
+  const bool returns = series.seeded && !series.last && series.live && now.wall - time > kFresh;
+  store(series, text, returns ? now.wall : time);
 }
 
-void Intake::quality(Series& series, Quality quality, WallTime time, WallTime now) {
+void Intake::quality(Series& series, Quality quality, WallTime time, const Instant& now) {
   const bool before = series.observed();
   series.quality = quality;
   const bool after = series.observed();
@@ -137,7 +137,7 @@ void Intake::quality(Series& series, Quality quality, WallTime time, WallTime no
   }
 }
 
-void Intake::describe(Series& series, std::string_view json, WallTime now) {
+void Intake::describe(Series& series, std::string_view json, const Instant& now) {
   const auto description = model::point_description_from_json(json);
   if (!description) return;
   series.described = true;
@@ -156,7 +156,7 @@ void Intake::describe(Series& series, std::string_view json, WallTime now) {
 }
 
 /// Stores the value that waits, if it waited for nothing else.
-void Intake::release(Series& series, WallTime now) {
+void Intake::release(Series& series, const Instant& now) {
   if (!series.held) return;
   auto held = std::move(*series.held);
   series.held.reset();
@@ -298,8 +298,8 @@ void Intake::emit(Series& series, const Point& point) {
   batch_.points.push_back({series.slot, point});
 }
 
-void Intake::tick(WallTime now) {
-  const auto at = to_milliseconds(now);
+void Intake::tick(const Instant& now) {
+  const auto at = to_milliseconds(now.wall);
   for (auto& series : series_) {
     std::ignore = write_gap(series);
     if (series.held && !early(series, now) && series.observed()) release(series, now);

@@ -17,6 +17,15 @@
 
 namespace rubicon::history {
 
+/// The present by two clocks: that of the tuples' times, which may be set, and one that only goes on.
+struct Instant {
+  WallTime wall{};
+  SteadyTime steady{};
+
+  /// In a recording both go on together.
+  static Instant recorded(WallTime time) { return {time, SteadyTime(time.time_since_epoch())}; }
+};
+
 /// Makes points of the changes of tuples: numbers of texts, gaps where the quality of a point is not good, one point
 /// where many are equal. Knows no file and no clock.
 class Intake {
@@ -25,13 +34,12 @@ class Intake {
 
   /// Series that the file has: their kinds and words stay.
   void seed(const std::vector<Declaration>& known);
-  /// A tuple was set: the value of a series, or the status or the description of a point. `now`: of the clock by which
-  /// the tuples have their times.
-  void changed(const TupleView& tuple, WallTime now);
+  /// A tuple was set: the value of a series, or the status or the description of a point.
+  void changed(const TupleView& tuple, const Instant& now);
   /// A tuple was deleted, expired or is lost.
-  void gone(OwnerId owner, std::string_view key, WallTime now);
+  void gone(OwnerId owner, std::string_view key, const Instant& now);
   /// To be called each few seconds: repeats steady values, and no longer waits for what does not come.
-  void tick(WallTime now);
+  void tick(const Instant& now);
   /// What came since the last time.
   Batch take(WallTime now);
 
@@ -67,7 +75,7 @@ class Intake {
     std::optional<Quality> quality{};
     bool described = false;
     std::string data_type{};
-    WallTime seen{};              ///< first
+    SteadyTime seen{};            ///< first
     std::optional<Held> held{};   ///< a value that waits for the quality, or for it to become good
     std::optional<Point> last{};  ///< stored
     bool gap_due = false;         ///< `last` is the mark of a gap that found no room yet
@@ -83,12 +91,12 @@ class Intake {
   };
 
   /// nullptr: there are too many.
-  Series* series_of(OwnerId owner, std::string_view key, WallTime now);
-  bool early(Series& series, WallTime now);
-  void value(Series& series, std::string_view text, WallTime time, WallTime now);
-  void quality(Series& series, Quality quality, WallTime time, WallTime now);
-  void describe(Series& series, std::string_view json, WallTime now);
-  void release(Series& series, WallTime now);
+  Series* series_of(OwnerId owner, std::string_view key, const Instant& now);
+  static bool early(const Series& series, const Instant& now);
+  void value(Series& series, std::string_view text, WallTime time, const Instant& now);
+  void quality(Series& series, Quality quality, WallTime time, const Instant& now);
+  void describe(Series& series, std::string_view json, const Instant& now);
+  void release(Series& series, const Instant& now);
   void store(Series& series, std::string_view text, WallTime time);
   void decide_kind(Series& series, std::string_view text);
   void store_number(Series& series, std::string_view text, std::int64_t time);

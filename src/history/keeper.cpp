@@ -59,19 +59,34 @@ Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
 }
 
 Keeper::Report Keeper::finish(Batch batch, SteadyTime now, WallTime wall) {
+  if (!store_ && waiting_.empty() && batch.empty()) return {};
   try_again_ = now;
+  if (!store_) {
+    now_ = now;
+    try_open(wall, Check::kHeader);
+  }
   auto report = work(std::move(batch), now, wall);
   if (store_) std::ignore = store_->sync();
   return report;
 }
 
-void Keeper::try_open(WallTime wall) {
-  auto opened = Store::open(path_, sqlite::FileUse::kOwn, true);
+Result<std::unique_ptr<Store>> Keeper::open_store(Check check) const {
+  if (check == Check::kHeader) return Store::open(path_, sqlite::FileUse::kOwn, false);
+  return Store::open(path_, sqlite::FileUse::kOwn, true, true, [this] { return ending(); });
+}
+
+void Keeper::close() {
+  retention_.reset();
+  store_.reset();
+}
+
+void Keeper::try_open(WallTime wall, Check check) {
+  auto opened = open_store(check);
   std::error_code ignored;
   if (!opened && opened.error().code == ErrorCode::kInvalid && std::filesystem::is_regular_file(path_, ignored)) {
     note(base::LogLevel::kError, opened.error().text);
     set_aside(wall);
-    opened = Store::open(path_, sqlite::FileUse::kOwn, true);
+    opened = open_store(check);
   }
   if (!opened) return failed(opened.error());
   if ((*opened)->read_only())
@@ -90,8 +105,7 @@ void Keeper::try_open(WallTime wall) {
 }
 
 void Keeper::set_aside(WallTime wall) {
-  retention_.reset();
-  store_.reset();
+  close();
   const auto moved = sqlite::set_aside(kNoun, path_, wall);
   if (moved) {
     note(base::LogLevel::kError, fmt::format("history {}: damaged; it is {} now, and a new one begins", path_, *moved));
@@ -101,15 +115,19 @@ void Keeper::set_aside(WallTime wall) {
 }
 
 void Keeper::write_waiting(WallTime wall) {
-  auto done = write_in_order(Unfit::kFails);
-  if (!done && done.error().code == ErrorCode::kInvalid) {
+  auto done = write_in_order();
+  for (const bool is_checked : {false, true}) {
+    if (done || done.error().code != ErrorCode::kInvalid) break;
     note(base::LogLevel::kError, done.error().text);
-    // Opening it checks it: only a damaged file is set aside, not one that does not take a batch.
-    retention_.reset();
-    store_.reset();
+    // Opening it checks it. The check does not find all damage (https://www.sqlite.org/pragma.html, "quick_check").
+    if (is_checked) {
+      set_aside(wall);
+    } else {
+      close();
+    }
     try_open(wall);
     if (!store_) return;
-    done = write_in_order(Unfit::kDropped);
+    done = write_in_order();
   }
   if (!done) return failed(done.error());
   pause_ = {};
@@ -118,7 +136,7 @@ void Keeper::write_waiting(WallTime wall) {
 }
 
 /// Writes the batches that wait, until one fails; also if all were dropped.
-Result<void> Keeper::write_in_order(Unfit unfit) {
+Result<void> Keeper::write_in_order() {
   Result<void> done;
   auto next = waiting_.begin();
   for (; next != waiting_.end(); ++next) {
@@ -131,7 +149,7 @@ Result<void> Keeper::write_in_order(Unfit unfit) {
     }
     done = std::move(one);
     const auto code = done.error().code;
-    if (code != ErrorCode::kOutOfRange && (code != ErrorCode::kInvalid || unfit == Unfit::kFails)) break;
+    if (code != ErrorCode::kOutOfRange && code != ErrorCode::kDuplicate) break;  // another time, perhaps
     report_.dropped += next->size();
     note(base::LogLevel::kError, fmt::format("{}; {} points are dropped", done.error().text, next->size()));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -38,20 +39,25 @@ class Keeper {
   };
   /// Writes a batch and does what is due. `now` and `wall` are those of the loop.
   Report work(Batch batch, SteadyTime now, WallTime wall);
-  /// Writes the last batch and what waits, also in a pause after a failure, and waits for the disk.
+  /// Writes the last batch and what waits, also in a pause after a failure, and waits for the disk. The file is not
+  /// checked for that: the next start does it.
   Report finish(Batch batch, SteadyTime now, WallTime wall);
+  /// Only finish() follows: the check of the file, and a question, end early. May be called from any thread.
+  void end() { ending_ = true; }
+  bool ending() const { return ending_; }
 
   /// nullptr while the file is not open; `why` says why.
   Store* store() { return store_.get(); }
   Error why() const;
 
  private:
-  void try_open(WallTime wall);
+  enum class Check { kWhole, kHeader };
+  void try_open(WallTime wall, Check check = Check::kWhole);
+  Result<std::unique_ptr<Store>> open_store(Check check) const;
+  void close();
   void set_aside(WallTime wall);
   void write_waiting(WallTime wall);
-  /// Whether a batch that the file does not take is dropped.
-  enum class Unfit { kFails, kDropped };
-  Result<void> write_in_order(Unfit unfit);
+  Result<void> write_in_order();
   void failed(const Error& error);
   void maintain(SteadyTime now, WallTime wall);
   void note(base::LogLevel level, std::string text) { report_.log.emplace_back(level, std::move(text)); }
@@ -59,6 +65,7 @@ class Keeper {
   std::string path_;
   RetentionRules rules_;
   FreeSpace free_;
+  std::atomic<bool> ending_{false};
   std::unique_ptr<Store> store_;
   std::unique_ptr<Retention> retention_;
   std::vector<Declaration> slots_;  ///< what the source declared, for a new file

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "base/natural_order.h"
+#include "history/answer_text.h"
+
 namespace rubicon::history {
 
 using sqlite::Query;
@@ -259,6 +262,23 @@ Result<void> find_times(Store& store, std::vector<Statement>& statements, Series
   return {};
 }
 
+/// Names and rows of the series that match, those of the range.
+std::vector<std::pair<std::string, SeriesRow>> series_in(const Store& store, const Pattern& pattern,
+                                                         const SeriesRange& range) {
+  std::vector<std::pair<std::string, SeriesRow>> found;
+  for (const auto& [row, one] : store.series()) {
+    const auto& name = one.declaration.name;
+    if (!pattern.matches(name.owner, name.key)) continue;
+    auto text = to_string(name);
+    if (range.after.empty() || base::natural_less(range.after, text)) found.emplace_back(std::move(text), row);
+  }
+  const auto most = std::min(found.size(), range.most);
+  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                    [](const auto& a, const auto& b) { return base::natural_less(a.first, b.first); });
+  found.resize(most);
+  return found;
+}
+
 }  // namespace
 
 Result<Answer> answer(Store& store, const Question& question) {
@@ -287,19 +307,14 @@ Result<Answer> answer(Store& store, const Question& question) {
   return all;
 }
 
-Result<std::vector<SeriesEntry>> list_series(Store& store, const Pattern& pattern, std::size_t most) {
-  std::map<SeriesName, SeriesRow> found;
-  for (const auto& [row, one] : store.series()) {
-    const auto& name = one.declaration.name;
-    if (pattern.matches(name.owner, name.key)) found.emplace(name, row);
-  }
+Result<std::vector<SeriesEntry>> list_series(Store& store, const Pattern& pattern, const SeriesRange& range) {
+  const auto found = series_in(store, pattern, range);
   auto statements = time_statements(store);
   if (!statements) return fail(statements.error());
   std::vector<SeriesEntry> entries;
   for (const auto& [name, row] : found) {
-    if (entries.size() == most) break;
     const auto& declaration = store.series().at(row).declaration;
-    SeriesEntry entry{name, declaration.kind, declaration.unit, declaration.words, {}, {}};
+    SeriesEntry entry{declaration.name, declaration.kind, declaration.unit, declaration.words, {}, {}};
     if (auto done = find_times(store, *statements, row, entry); !done) return fail(done.error());
     entries.push_back(std::move(entry));
   }

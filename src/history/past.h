@@ -8,11 +8,11 @@
 namespace rubicon::history {
 
 /// What the series of the question were: blocks, open points, and the summaries of hours where there are no blocks any
-/// more. kInvalid: a question beyond its limits, or a damaged file; kIo: it cannot be read.
+/// more. kInvalid: a question beyond its limits, or a damaged file; kExpired: an interruption; kIo: it cannot be read.
 Result<Answer> answer(Store& store, const Question& question);
 
-/// The series that match, by owner and key, at most `most`.
-Result<std::vector<SeriesEntry>> list_series(Store& store, const Pattern& pattern, std::size_t most);
+/// The series that match.
+Result<std::vector<SeriesEntry>> list_series(Store& store, const Pattern& pattern, const SeriesRange& range = {});
 
 /// Visits the points of one series in [from, to), in order of time, gaps too. Stops when `visit` returns false.
 Result<void> each_point(Store& store, SeriesRow row, std::int64_t from, std::int64_t to,

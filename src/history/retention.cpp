@@ -64,8 +64,10 @@ Result<std::string> Retention::step(SteadyTime now, WallTime wall, std::optional
     in_round_ = true;
     next_round_ = now + kRoundEvery;
   }
+  removed_.clear();
   auto done = store_.transact([this] { return slice(); });
   if (!done) return fail(done.error());
+  for (const auto row : removed_) store_.forget(row);
   return said;
 }
 
@@ -139,6 +141,9 @@ Result<void> Retention::slice() {
     if (!more) return fail(more.error());
     next_row_ = row;
     if (*more) return {};  // the rest of this series in the next slice
+    const auto empty = store_.remove_if_empty(row);
+    if (!empty) return fail(empty.error());
+    if (*empty) removed_.push_back(row);
     ++next;
     next_row_ = row + 1;
   }

@@ -16,7 +16,7 @@ struct RetentionRules {
 /// Removes what is too old, and the oldest day while the file is too large or the disk almost full: slice by slice, so
 /// that questions between them do not wait. Points become summaries of hours before they go. While the file is too
 /// large, points, texts and summaries get shorter in proportion: what is oldest, measured by how long it may stay,
-/// goes first.
+/// goes first. Series of which nothing is left go as well.
 ///
 /// It has a clock of its own. Beyond the latest time that it ever had, which the file keeps, it follows the clock of
 /// the machine at most four times as fast as time passes while this runs. A clock that was set to next year by mistake
@@ -52,6 +52,7 @@ class Retention {
   SteadyTime next_round_{}, next_look_{};
   bool in_round_ = false;
   SeriesRow next_row_ = 0;
+  std::vector<SeriesRow> removed_;                                        ///< in this slice
   std::int64_t blocks_before_ = 0, texts_before_ = 0, hours_before_ = 0;  ///< what ended before goes in this round
 };
 

@@ -47,10 +47,12 @@ struct Store::Writing {
   SeriesRow next_aged = 0;
 };
 
-Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::FileUse use, bool thorough, bool create) {
-  auto file = open_history_file(path, use, thorough, create);
+Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::FileUse use, bool thorough, bool create,
+                                           const sqlite::Interruption::Ends& ends) {
+  auto file = open_history_file(path, use, thorough, create, ends);
   if (!file) return fail(file.error());
   std::unique_ptr<Store> store(new Store(std::move(*file)));
+  const sqlite::Interruption interruption(store->file_.database, ends);
   if (auto done = store->prepare(); !done) return fail(done.error());
   return store;
 }
@@ -112,8 +114,9 @@ void Store::replay(std::int64_t row, ByteView data) {
   while (reader.ok() && reader.remaining() > 0) {
     const auto id = static_cast<SeriesRow>(reader.number());
     const auto packed = reader.take(reader.number());
+    if (!reader.ok()) return count_damage();
     const auto found = series_.find(id);
-    if (!reader.ok() || found == series_.end()) return count_damage();
+    if (found == series_.end()) continue;  // it was removed since, with all its points
     auto& one = found->second;
     if (packed.empty()) {
       one.open.clear();

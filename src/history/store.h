@@ -13,6 +13,7 @@
 #include "history/block_codec.h"
 #include "history/open_points.h"
 #include "rubicon/key.hpp"
+#include "sqlite/interruption.h"
 #include "sqlite/own_database.h"
 
 namespace rubicon::history {
@@ -34,7 +35,7 @@ class Store {
   /// Errors of open_history_file(). A writer marks a gap in each series that was observed when the one before it ended.
   /// A reader sees the file as it is now, as long as it has it open.
   static Result<std::unique_ptr<Store>> open(const std::string& path, sqlite::FileUse use, bool thorough,
-                                             bool create = true);
+                                             bool create = true, const sqlite::Interruption::Ends& ends = {});
 
   struct Series {
     Declaration declaration;
@@ -50,6 +51,11 @@ class Store {
   Result<void> close_all();
   /// Forgets what slots mean: another source begins.
   void forget_slots() { slots_.clear(); }
+  /// Removes the row of a series that has neither blocks nor summaries nor texts, unless it has open points; to be
+  /// called in a transaction. True: it went; call forget() once that is in the file. A slot may still name the series:
+  /// its next point brings the series back.
+  Result<bool> remove_if_empty(SeriesRow row);
+  void forget(SeriesRow row);
   /// Everything written is on the disk when this returns.
   Result<void> sync();
 

@@ -54,6 +54,30 @@ Result<void> Store::put_meta(const char* name, std::int64_t value) {
   return Query(sql_.put_meta).text(name).integer(value).run();
 }
 
+Result<bool> Store::remove_if_empty(SeriesRow row) {
+  if (!series_.at(row).open.empty()) return false;
+  // The row with the highest id stays: SQLite would give the id to the next series, and the journal may still name it.
+  auto remove = file_.database.prepare(
+      "DELETE FROM series WHERE id=?1 AND id<(SELECT max(id) FROM series) AND NOT EXISTS(SELECT 1 FROM block WHERE "
+      "series=?1) AND NOT EXISTS(SELECT 1 FROM hour WHERE series=?1) AND NOT EXISTS(SELECT 1 FROM text WHERE "
+      "series=?1)",
+      "removing a series");
+  if (!remove) return fail(remove.error());
+  Query query(*remove);
+  if (auto done = query.integer(row).run(); !done) return fail(done.error());
+  return query.changes() > 0;
+}
+
+void Store::forget(SeriesRow row) {
+  const auto known = series_.find(row);
+  if (known == series_.end()) return;
+  names_.erase(known->second.declaration.name);
+  series_.erase(known);
+  for (auto& slot : slots_) {
+    if (slot.row == row) slot.row = 0;
+  }
+}
+
 std::string words_to_text(const std::vector<std::string>& words) {
   return model::dump(nlohmann::json(words));
 }

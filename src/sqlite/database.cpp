@@ -16,13 +16,14 @@ ErrorCode code_of(int extended) {
   switch (extended & 0xff) {
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-    case SQLITE_CONSTRAINT:
     case SQLITE_MISMATCH:
     case SQLITE_ERROR: return ErrorCode::kInvalid;  // a table is missing or has other columns
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return ErrorCode::kBusy;
     case SQLITE_READONLY: return ErrorCode::kRefused;
     case SQLITE_TOOBIG: return ErrorCode::kOutOfRange;
+    case SQLITE_CONSTRAINT: return ErrorCode::kDuplicate;
+    case SQLITE_INTERRUPT: return ErrorCode::kExpired;
     default: return ErrorCode::kIo;
   }
 }

@@ -13,7 +13,8 @@
 
 namespace rubicon::sqlite {
 
-/// SQLite's last error: damage is kInvalid, writing a read-only file kRefused, a lock of another process kBusy, the
+/// SQLite's last error: damage is kInvalid, writing a read-only file kRefused, a lock of another process kBusy, a
+/// value that is too large kOutOfRange, a row that its table does not take kDuplicate, an Interruption kExpired, the
 /// rest kIo. The text names the file, the action and the cause. `noun` says what kind of file it is: `state file`.
 Error sqlite_error(const char* noun, sqlite3* database, std::string_view doing);
 

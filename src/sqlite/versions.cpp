@@ -16,6 +16,8 @@ Result<void> run_step(Database& database, const Format& format, const std::strin
                                format.application, version);
   auto done = database.run(sql.c_str(), "upgrading it");
   if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
+  // Rows that the next version does not take are damage.
+  if (!done && done.error().code == ErrorCode::kDuplicate) done.error().code = ErrorCode::kInvalid;
   return done;
 }
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/text.h"
-#include "history/history.h"
 #include "web/access/access.h"
 #include "web/api/api.h"
 #include "web/files/embedded_page.h"
@@ -59,13 +58,12 @@ struct WebService::Impl {
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     access.take(std::move(*tokens));
-    if (parts.history != nullptr) past.emplace(*parts.history);
     site = std::make_unique<api::Api>(parts.scheduler, parts.space, parts.log, access,
                                       api::ApiOptions{.name = name,
                                                       .place = place.text,
                                                       .place_options = place.options,
                                                       .metrics_patterns = setup.metrics,
-                                                      .history = past ? &*past : nullptr});
+                                                      .history = parts.history});
     auto opened = server::Server::open({parts.context, parts.scheduler, access, *site, *page, Log(parts.log, "web")},
                                        options_of(setup, directory));
     if (!opened) return fail(opened.error());
@@ -93,7 +91,6 @@ struct WebService::Impl {
   std::string directory;
   access::Access access;
   std::unique_ptr<files::Page> page;
-  std::optional<api::HistoryOf<history::History>> past;
   std::unique_ptr<Site> site;
   std::unique_ptr<server::Server> server;
 };

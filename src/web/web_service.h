@@ -14,7 +14,7 @@ class io_context;
 }
 
 namespace rubicon::history {
-class History;
+class HistorySource;
 }
 
 namespace rubicon::web {
@@ -29,7 +29,7 @@ class WebService {
     TupleSpace& space;
     transport::Transports& transports;
     LogSink& log;
-    history::History* history = nullptr;  ///< nullptr = there is none
+    history::HistorySource* history = nullptr;  ///< nullptr = there is none
   };
 
   /// Where a component that belongs to no island looks for islands.

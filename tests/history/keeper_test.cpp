@@ -71,6 +71,50 @@ TEST_F(KeeperTest, DropsABatchThatASoundFileDoesNotTake) {
   EXPECT_EQ(values_of(*keeper().store(), kKept), (Points{{kBegin, 1}, {kBegin + 1, 2}, {kBegin + 2, 3}}));
 }
 
+TEST_F(KeeperTest, SetsAFileAsideWhoseDamageTheCheckDoesNotFind) {
+  work({{kBegin, 1}});
+  // An index without the rows of its table, which is found when a row changes.
+  auto& database = keeper().store()->database();
+  ::sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+  ASSERT_TRUE(
+      database.run("CREATE INDEX one ON series(unit) WHERE id<0; PRAGMA writable_schema=ON;"
+                   "UPDATE sqlite_schema SET sql='CREATE INDEX one ON series(unit)' WHERE name='one'",
+                   "test"));
+  keeper_.reset();
+  EXPECT_EQ(work({{kBegin + 1, 2}}).reason, "");
+  auto changed = batch({{kBegin + 2, 3}});
+  changed.declared[0].second.unit = "K";
+  now_ += seconds(1);
+  const auto report = keeper().work(changed, now_, wall_now());
+  EXPECT_EQ(report.reason, "");
+  EXPECT_EQ(report.dropped, 0U);
+  EXPECT_EQ(set_aside(), 1U);
+  EXPECT_EQ(points_of(*keeper().store(), kKept), (Points{{kBegin + 2, 3}}));
+}
+
+TEST_F(KeeperTest, EndsTheCheckOfTheFileAndStillWritesTheLastBatch) {
+  auto texts = batch({});
+  texts.declared[0].second.kind = SeriesKind::kText;
+  for (int i = 0; i < 5000; ++i) texts.texts.push_back({0, kBegin + i, "a text"});
+  ASSERT_EQ(keeper().work(texts, now_, wall_now()).points, 5000U);
+  keeper_.reset();
+  keeper().end();
+  EXPECT_NE(work({{kBegin, 1}}).reason.find("interrupted"), std::string::npos);
+  EXPECT_FALSE(keeper().store());
+  auto last = batch({{kBegin + 1, 2}});
+  last.declared[0].second.name.key = "other";
+  last.declared[0].first = last.points[0].slot = 1;
+  const auto report = keeper().finish(last, now_, wall_now());
+  EXPECT_EQ(report.points, 2U);
+  keeper_.reset();
+  EXPECT_EQ(points_of(*opened(folder_ / "h"), "other"), (Points{{kBegin + 1, 2}}));
+}
+
+TEST_F(KeeperTest, DoesNotOpenAFileAtTheEndIfNothingWaits) {
+  std::ignore = keeper().finish({}, now_, wall_now());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "h"));
+}
+
 TEST_F(KeeperTest, DropsABatchThatIsTooLargeForTheFile) {
   work({{kBegin, 1}});
   auto* file = keeper().store()->database().handle();

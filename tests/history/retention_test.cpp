@@ -215,5 +215,28 @@ TEST_F(RetentionTest, TakesTheFirstClockThatIsPlausible) {
   EXPECT_GE(first(), kBegin + 3 * kDay - 2 * kHour);
 }
 
+TEST_F(RetentionTest, RemovesSeriesOfWhichNothingIsLeft) {
+  fill(kBegin, kBegin + kHour, 3);
+  Retention retention(*store_, {std::chrono::hours(24), std::chrono::hours(48)});
+  // The slot of a source still names the series.
+  ASSERT_TRUE(store_->write(batch_of(number_series(kOld), {{kBegin + kHour, 5}}, kBegin + kHour)));
+  ASSERT_TRUE(store_->close_all());
+  run(retention, kBegin + kHour, std::chrono::hours(1));
+  EXPECT_EQ(store_->series().size(), 3U);
+  const auto late = kBegin + 300 * kHour;
+  run(retention, late, std::chrono::hours(200), std::chrono::minutes(1));
+  EXPECT_EQ(hours(), 0);
+  // The newest row stays, so that its id is not given again.
+  EXPECT_EQ(store_->series().size(), 1U);
+  EXPECT_FALSE(store_->find({OwnerId(6541), kOld}));
+  Batch again{wall(late), {}, {{0, {late, 7}}}, {}};
+  ASSERT_TRUE(store_->write(again));
+  EXPECT_EQ(store_->series().size(), 2U);
+  store_.reset();
+  store_ = opened(folder_ / "h");
+  EXPECT_EQ(store_->damaged(), 0U);
+  EXPECT_EQ(values_of(*store_, kOld), (Points{{late, 7}}));
+}
+
 }  // namespace
 }  // namespace rubicon::history

@@ -7,21 +7,21 @@
 
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
+#include "history/history_source.h"
 #include "web/access/access.h"
 #include "web/api/allowances.h"
 #include "web/api/event_types.h"
-#include "web/api/history_source.h"
 #include "web/api/warm.h"
 
 namespace rubicon::web::api {
 
 /// How the API describes itself, and what it shows.
 struct ApiOptions {
-  std::string name{};                       ///< of the component, for people
-  std::string place{};                      ///< where it looks for islands, for people; empty: it belongs to one
-  std::string place_options{};              ///< the same as options of the command line
-  std::vector<Pattern> metrics_patterns{};  ///< points whose values `/metrics` shows
-  HistorySource* history = nullptr;         ///< must outlive the API; nullptr = there is none
+  std::string name{};                         ///< of the component, for people
+  std::string place{};                        ///< where it looks for islands, for people; empty: it belongs to one
+  std::string place_options{};                ///< the same as options of the command line
+  std::vector<Pattern> metrics_patterns{};    ///< points whose values `/metrics` shows
+  history::HistorySource* history = nullptr;  ///< must outlive the API; nullptr = there is none
 };
 
 /// What all requests and conversations share; outlives them.

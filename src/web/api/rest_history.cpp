@@ -62,6 +62,14 @@ Result<history::Question> read_question(Call& call) {
   return question;
 }
 
+/// Answers with the text that the history made, or with its error.
+history::HistorySource::TextCall respond_with(const char* content_type, const Call& call) {
+  return [content_type, respond = call.respond](Result<std::string> text) {
+    if (!text) return respond(error_response(text.error()));
+    respond({.status = 200, .content_type = content_type, .body = std::move(*text), .headers = {}, .stream = {}});
+  };
+}
+
 }  // namespace
 
 std::unique_ptr<Exchange> read_history(Call& call) {
@@ -69,17 +77,11 @@ std::unique_ptr<Exchange> read_history(Call& call) {
   if (!question) return call.refuse(question.error());
   if (auto good = take_read(call); !good) return call.refuse(good.error());
   const bool as_csv = call.accepts("text/csv");
-  const auto answered = [as_csv, respond = call.respond](const Result<history::Answer>& answer) {
-    if (!answer) return respond(error_response(answer.error()));
-    Response response{.status = 200,
-                      .content_type = as_csv ? "text/csv" : "application/json",
-                      .body = {},
-                      .headers = {},
-                      .stream = {}};
-    response.body = as_csv ? history::to_csv(*answer) : history::to_json(*answer);
-    respond(std::move(response));
+  const auto text = [as_csv](const history::Answer& answer) {
+    return as_csv ? history::to_csv(answer) : history::to_json(answer);
   };
-  return std::make_unique<Asking>(call.context.options.history->ask(std::move(*question), answered));
+  return std::make_unique<Asking>(call.context.options.history->ask(
+      call.caller_name(), std::move(*question), text, respond_with(as_csv ? "text/csv" : "application/json", call)));
 }
 
 std::unique_ptr<Exchange> list_series(Call& call) {
@@ -87,16 +89,16 @@ std::unique_ptr<Exchange> list_series(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read(pattern); !good) return call.refuse(good.error());
   if (auto good = take_read(call); !good) return call.refuse(good.error());
-  const auto answered = [range, request = call.request,
-                         respond = call.respond](Result<std::vector<history::SeriesEntry>> series) {
-    if (!series) return respond(error_response(series.error()));
+  const auto text = [range, request = call.request](const std::vector<history::SeriesEntry>& series) {
     const auto name_of = [](const history::SeriesEntry& one) { return to_string(one.name); };
     const auto form_of = [](const history::SeriesEntry& one) {
       return nlohmann::ordered_json(nlohmann::json::parse(history::to_json(std::vector{one}))["series"][0]);
     };
-    respond(json_response(page_of("series", std::move(*series), request, range, name_of, form_of)));
+    return model::dump(page_of("series", series, request, range, name_of, form_of));
   };
-  return std::make_unique<Asking>(call.context.options.history->series(pattern, answered));
+  // One more than the page shows says that there is a next one.
+  return std::make_unique<Asking>(call.context.options.history->series(
+      call.caller_name(), pattern, {range.after, range.limit + 1}, text, respond_with("application/json", call)));
 }
 
 }  // namespace rubicon::web::api

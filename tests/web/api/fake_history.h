@@ -5,27 +5,33 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "web/api/history_source.h"
+#include "history/history_source.h"
 
 namespace rubicon::web::api {
 
 /// A past that a test made up. It answers in a later turn, as history::History does.
-class FakeHistory final : public HistorySource {
+class FakeHistory final : public history::HistorySource {
  public:
   explicit FakeHistory(Scheduler& scheduler) : scheduler_(scheduler) {}
 
-  Handle ask(history::Question question, std::function<void(Result<history::Answer>)> call) override {
+  Handle ask(const std::string& caller, history::Question question, AnswerText text, TextCall call) override {
+    callers.push_back(caller);
     questions.push_back(question);
     auto result = answer;
     if (result) {
       result->from = question.from;
       result->to = question.to;
     }
-    return later([call = std::move(call), result] { call(result); });
+    return later([text = std::move(text), call = std::move(call), result] {
+      call(result ? Result<std::string>(text(*result)) : fail(result.error()));
+    });
   }
-  Handle series(Pattern pattern, std::function<void(Result<std::vector<history::SeriesEntry>>)> call) override {
+  Handle series(const std::string& caller, Pattern pattern, history::SeriesRange range, SeriesText text,
+                TextCall call) override {
+    callers.push_back(caller);
     patterns.push_back(std::move(pattern));
-    return later([call = std::move(call), result = known] { call(result); });
+    ranges.push_back(std::move(range));
+    return later([text = std::move(text), call = std::move(call), result = known] { call(text(result)); });
   }
 
   history::Counters counters() const override { return counted; }
@@ -35,6 +41,8 @@ class FakeHistory final : public HistorySource {
   std::vector<history::SeriesEntry> known;
   std::vector<history::Question> questions;
   std::vector<Pattern> patterns;
+  std::vector<history::SeriesRange> ranges;
+  std::vector<std::string> callers;
 
  private:
   Handle later(std::function<void()> call) {

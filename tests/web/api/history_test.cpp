@@ -36,6 +36,7 @@ TEST_F(Histories, ThePastComesInListsOfTheBuckets) {
   ASSERT_EQ(history.questions.size(), 1U);
   EXPECT_EQ(history.questions[0].buckets, 10U);
   EXPECT_EQ(history.questions[0].from, at(100));
+  EXPECT_THAT(history.callers, testing::ElementsAre("local@127.0.0.1"));
 }
 
 TEST_F(Histories, BucketsOfOneValueHaveTheValueOnly) {
@@ -83,6 +84,9 @@ TEST_F(Histories, SeriesComeInPages) {
                                                "first":5,"last":6})"));
   EXPECT_EQ(page["next"], "/api/v1/history/series?pattern=1:*&limit=2&after=1:b");
   EXPECT_EQ(to_string(history.patterns[0]), "1:*");
+  EXPECT_EQ(history.ranges[0].most, 3U);
+  ask("GET", page["next"].get<std::string>());
+  EXPECT_EQ(history.ranges[1].after, "1:b");
 }
 
 TEST_F(Histories, AnErrorOfTheHistoryIsAnswered) {
