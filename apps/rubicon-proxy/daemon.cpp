@@ -102,8 +102,9 @@ class Session {
     const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
                           loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
-    past_ = std::make_unique<HistoryPart>(HistoryPart::Host{loop_.scheduler(), *ecology_, lines_},
-                                          OwnerId(number(console_) | kHistoryBits));
+    past_ = std::make_unique<HistoryPart>(
+        HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
+        OwnerId(number(console_) | kHistoryBits));
     page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
                                       OwnerId(number(console_) | kPageBit), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {

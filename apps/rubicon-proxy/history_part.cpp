@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "model/point_keys.h"
 #include "rubicon/summary.hpp"
 #include "transport/host_name.h"
 
@@ -13,6 +14,7 @@ bool HistoryPart::has(const std::optional<config::HistorySetup>& setup) const {
 
 void HistoryPart::take(const std::optional<config::HistorySetup>& setup, const std::string& directory) {
   if (has(setup)) return;
+  status_.reset();
   history_.reset();  // writes the last points
   space_.reset();
   link_.reset();
@@ -34,6 +36,8 @@ Result<void> HistoryPart::open(const config::HistorySetup& setup, const std::str
   history_ = std::make_unique<history::History>(
       setup, history::History::Context{host_.scheduler, std::move(*worker), host_.log, directory});
   history_->follow(*space_);
+  status_ = std::make_unique<history::StatusTuple>(host_.scheduler, host_.island,
+                                                   model::IslandKey{host_.prefix}.history().status(), *history_);
   return {};
 }
 

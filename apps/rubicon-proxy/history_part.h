@@ -6,6 +6,7 @@
 
 #include "base/log.h"
 #include "history/history.h"
+#include "history/status_tuple.h"
 #include "rubicon/tuple_space.hpp"
 #include "tuples/link.h"
 
@@ -15,14 +16,16 @@ namespace rubicon::daemon {
 /// where it cannot be opened, the log says why, and it is tried again.
 class HistoryPart {
  public:
-  /// Must outlive it.
+  /// All must outlive it.
   struct Host {
     Scheduler& scheduler;
     tuples::Ecology& ecology;
     LogSink& log;
+    TupleSpace& island;  ///< its status is a tuple of the island
+    std::string prefix;  ///< of the keys of the island
   };
 
-  HistoryPart(const Host& host, OwnerId id) : host_(host), id_(id), log_(host.log, "history") {}
+  HistoryPart(Host host, OwnerId id) : host_(std::move(host)), id_(id), log_(host_.log, "history") {}
 
   /// Whether take() would change nothing.
   bool has(const std::optional<config::HistorySetup>& setup) const;
@@ -40,6 +43,7 @@ class HistoryPart {
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<history::History> history_;
+  std::unique_ptr<history::StatusTuple> status_;
 };
 
 }  // namespace rubicon::daemon

@@ -115,7 +115,7 @@ int info(Store& store, const Settings& settings, const HistoryOptions& options) 
 Result<std::vector<history::SeriesEntry>> chosen(Store& store, const std::vector<std::string>& patterns) {
   std::vector<history::SeriesEntry> all;
   for (const auto& pattern : patterns_in(patterns.empty() ? std::vector<std::string>{"*:**"} : patterns)) {
-    auto some = history::list_series(store, pattern, store.series().size());
+    auto some = history::list_series(store, pattern);
     if (!some) return some;
     for (auto& one : *some) {
       const bool fresh =

@@ -8,6 +8,7 @@
 #include "client/ecology_options.h"
 #include "config/web_config.h"
 #include "history/history.h"
+#include "history/status_tuple.h"
 #include "model/json_members.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_signals.h"
@@ -22,6 +23,8 @@ namespace rubicon::cli {
 namespace {
 
 constexpr std::string_view kNever = "never";
+/// As the key of an island, where a page finds it.
+constexpr const char* kHistoryStatus = "web.history.status";
 
 struct WebOptions {
   std::string listen = "127.0.0.1:8642";
@@ -96,6 +99,7 @@ class WebProgram {
     history_ = std::make_unique<history::History>(
         setup, history::History::Context{loop_.scheduler(), std::move(*worker), log_});
     history_->follow(*space_);
+    status_ = std::make_unique<history::StatusTuple>(loop_.scheduler(), *space_, kHistoryStatus, *history_);
     return {};
   }
 
@@ -108,6 +112,7 @@ class WebProgram {
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<history::History> history_;
+  std::unique_ptr<history::StatusTuple> status_;
   std::unique_ptr<web::WebService> service_;
 };
 

@@ -153,6 +153,24 @@ Findings check_disks(const IslandSeen& seen) {
   return all;
 }
 
+Findings check_history(const IslandSeen& seen) {
+  if (seen.history.empty()) return {};
+  const auto status = model::object_of(seen.history);
+  const auto state = model::text_of(status, "state"), file = model::text_of(status, "file");
+  const auto whose = fmt::format("the history of island {} ({})", name_of(seen.island), file);
+  if (state == "opening")
+    return {{"history", Grade::kNote, whose + " is being checked and opened; it keeps nothing yet"}};
+  if (state != "recording")
+    return {{"history", Grade::kProblem, fmt::format("{} is not written: {}", whose, model::text_of(status, "reason")),
+             fmt::format("free space on its disk, or correct `history:`; it tries again by itself; {}",
+                         page("history.md#when-something-fails"))}};
+  const auto dropped = model::count_of(status, "dropped");
+  if (dropped > 0)
+    return {{"history", Grade::kNote, fmt::format("{} is written, but dropped {} values before", whose, dropped),
+             "the island's log has the reason"}};
+  return {{"history", Grade::kGood, whose + " is written"}};
+}
+
 Findings check_clock(const IslandSeen& seen, WallTime when) {
   if (when < kEarliest)
     return {{"clock", Grade::kProblem, fmt::format("the clock of this host says {}", time_text(when)),

@@ -17,6 +17,7 @@ struct IslandSeen {
   std::vector<client::Network> before, now;
   Counters numbers_before, numbers;               ///< its own
   std::map<std::string, std::string> properties;  ///< its own at the second observation, also texts
+  std::string history;                            ///< status of its history; empty = it has none
   /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
 };
@@ -32,6 +33,8 @@ Findings check_devices(const IslandSeen& seen);
 Findings check_losses(const IslandSeen& seen);
 /// `disk`: room for the state file and for recordings, recorders that drop records.
 Findings check_disks(const IslandSeen& seen);
+/// `history`: whether its history is written.
+Findings check_history(const IslandSeen& seen);
 /// `clock`: of the island against ours, and ours. `when`: what ours said.
 Findings check_clock(const IslandSeen& seen, WallTime when);
 /// `inbox`: devices that wait for a decision.

@@ -65,6 +65,8 @@ void IslandLook::look_again(IslandSeen& seen) {
   seen.now = client_.networks(id, patience_);
   seen.properties = properties_of(id);
   seen.numbers = counters_of(seen.properties);
+  const auto history = client_.read({id, model::IslandKey{"*"}.history().status()}, patience_);
+  if (!history.empty()) seen.history = history.front().value;
   if (const auto offset = clock_offsets_.find(id); offset != clock_offsets_.end()) seen.clock_offset = offset->second;
 }
 

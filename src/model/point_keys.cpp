@@ -54,7 +54,7 @@ PointKey any_point() {
 }
 
 bool is_part_of_island(std::string_view part) {
-  return part == "inbox" || part == "property" || part == "recorder" || part == "settings";
+  return part == "history" || part == "inbox" || part == "property" || part == "recorder" || part == "settings";
 }
 
 bool is_of_island(std::string_view key) {

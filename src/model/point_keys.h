@@ -60,6 +60,8 @@ struct IslandKey {
   /// The configuration in force, and the commands that read it again.
   PointKey settings() const { return {text + ".settings"}; }
   PointKey recorder(std::string_view name) const;
+  /// What its history does.
+  PointKey history() const { return {text + ".history"}; }
   /// The last lines of the log.
   std::string log_lines() const { return text + ".log.lines"; }
   NetworkKey network(std::string_view id) const;

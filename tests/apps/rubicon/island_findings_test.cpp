@@ -55,6 +55,25 @@ TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
   EXPECT_THAT(found.fix, HasSubstr("networks: knx-hall:"));
 }
 
+TEST(IslandFindings, AHistoryThatIsNotWrittenIsAProblem) {
+  auto seen = island();
+  EXPECT_THAT(check_history(seen), IsEmpty());
+  const auto found = [&](const std::string& status) {
+    seen.history = status;
+    return check_history(seen).at(0);
+  };
+  const auto failing = found(R"({"state":"failing","reason":"no space left","file":"/home.history","dropped":0})");
+  EXPECT_EQ(failing.grade, Grade::kProblem);
+  EXPECT_EQ(failing.what, "the history of island 6541 home (/home.history) is not written: no space left");
+  EXPECT_THAT(failing.fix, HasSubstr("history.md#when-something-fails"));
+  EXPECT_EQ(found(R"({"state":"opening","file":"f"})").grade, Grade::kNote);
+  EXPECT_EQ(found(R"({"state":"recording","file":"f","dropped":0})").grade, Grade::kGood);
+  const auto dropped = found(R"({"state":"recording","file":"f","dropped":12})");
+  EXPECT_EQ(dropped.grade, Grade::kNote);
+  EXPECT_THAT(dropped.what, HasSubstr("dropped 12 values"));
+  EXPECT_EQ(found("broken").grade, Grade::kProblem);
+}
+
 TEST(IslandFindings, SettingsOfTheServerThatDifferAreNotesWithWhatToSet) {
   auto zigbee = network("up");
   zigbee.id = "zigbee";
