@@ -146,6 +146,63 @@ TEST_F(IslandPage, AReloadReadsTheTokensAgain) {
   EXPECT_THAT(ask(port, "GET /metrics"), HasSubstr("401"));
 }
 
+TEST_F(IslandPage, KeepsAndAnswersWhatTheValuesWere) {
+  const auto file = island(kFreePort +
+                           "\nhistory: {file: home.history, minimum: 100ms}\nnetworks: {dummy-1: {type: dummy, "
+                           "simulate: {den: {sensors: {light-1: {}}}}}}");
+  const std::string question = "GET /api/v1/history?key=6541:proxy.dummy-1.den.property.rate.value";
+  std::string answer;
+  {
+    Process program({kDaemon, "run", file});
+    const auto port = port_in(program);
+    ASSERT_GT(port, 0) << program.errors();
+    // Five questions a second are allowed.
+    const auto has_values = [&] {
+      answer = ask(port, question);
+      return answer.find("\"t\":[1") != std::string::npos;
+    };
+    bool found = false;
+    for (int i = 0; i < 30000 && !found; ++i) {
+      std::ignore = program.has_settled();
+      found = has_values();
+    }
+    EXPECT_TRUE(found) << answer;
+    EXPECT_THAT(ask(port, "GET /api/v1/tuples/6541/proxy.history.status"), HasSubstr("recording"));
+    EXPECT_THAT(ask(port, "GET /metrics"), HasSubstr("rubicon_history_recording 1\n"));
+    program.signal(SIGTERM);
+    EXPECT_EQ(program.exit_code(), 0);
+  }
+  // What was written is there after a restart.
+  Process again({kDaemon, "run", file});
+  const auto port = port_in(again);
+  ASSERT_GT(port, 0) << again.errors();
+  const auto lists_it = [&] {
+    answer = ask(port, "GET /api/v1/history/series?pattern=6541:proxy.**");
+    return answer.find("\"kind\":\"number\"") != std::string::npos;
+  };
+  for (int i = 0; i < 6000 && !lists_it(); ++i) std::ignore = again.has_settled();
+  EXPECT_THAT(answer, HasSubstr("6541:proxy.dummy-1.den.property.rate.value"));
+  again.signal(SIGTERM);
+  EXPECT_EQ(again.exit_code(), 0);
+  EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "home.history"));
+}
+
+TEST_F(IslandPage, ShowsThatItsHistoryIsNotWritten) {
+  std::filesystem::create_directory(folder_ / "home.history");
+  Process program({kDaemon, "run", island(kFreePort + "\nhistory: {file: home.history}")});
+  const auto port = port_in(program);
+  ASSERT_GT(port, 0) << program.errors();
+  std::string answer;
+  const auto fails = [&] {
+    answer = ask(port, "GET /api/v1/tuples/6541/proxy.history.status");
+    return answer.find("failing") != std::string::npos;
+  };
+  for (int i = 0; i < 6000 && !fails(); ++i) std::ignore = program.has_settled();
+  EXPECT_THAT(answer, HasSubstr("not a regular file"));
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.exit_code(), 0);
+}
+
 TEST_F(IslandPage, CheckNamesWhatTheFilesLack) {
   write("web.tokens", "somebody\n");
   const auto path = island(
