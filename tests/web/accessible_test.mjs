@@ -9,30 +9,16 @@ const more = [
   "tuples/6541:proxy.dummy-rooms.living.status",
   "tuples?q=living",
 ];
-const standards = [
-  "wcag2a",
-  "wcag2aa",
-  "wcag21a",
-  "wcag21aa",
-  "wcag22aa",
-  "best-practice",
-];
+const standards = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 /** What axe finds on the page as it is; empty if nothing. */
 async function findingsOf(page, axe) {
   await page.evaluate(axe);
-  const { violations } = await page.evaluate(
-    (values) =>
-      globalThis.axe.run(document, { runOnly: { type: "tag", values } }),
-    standards,
-  );
+  const { violations } = await page.evaluate((values) => globalThis.axe.run(document, { runOnly: { type: "tag", values } }), standards);
   return violations.map(
     ({ id, nodes }) =>
       `${id}: ${nodes
-        .map(
-          ({ html, failureSummary }) =>
-            `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`,
-        )
+        .map(({ html, failureSummary }) => `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`)
         .slice(0, 3)
         .join("; ")}`,
   );
@@ -50,17 +36,14 @@ const noFindings =
       await settled(page);
       await page.waitForTimeout(300); // for the picture: values arrive
       await picture(`${theme}-${size}-${address.replace(/\W+/g, "-")}`);
-      for (const finding of await findingsOf(page, axe))
-        found.push(`${address}: ${finding}`);
+      for (const finding of await findingsOf(page, axe)) found.push(`${address}: ${finding}`);
     }
     await page.keyboard.press("?");
-    for (const finding of await findingsOf(page, axe))
-      found.push(`the list of keys: ${finding}`);
+    for (const finding of await findingsOf(page, axe)) found.push(`the list of keys: ${finding}`);
     await page.keyboard.press("Escape");
     await page.keyboard.press("/");
     await page.keyboard.type("liv");
-    for (const finding of await findingsOf(page, axe))
-      found.push(`the search: ${finding}`);
+    for (const finding of await findingsOf(page, axe)) found.push(`the search: ${finding}`);
     assert.deepEqual(found, []);
   };
 
@@ -68,12 +51,7 @@ const noFindings =
 async function lostAndReadable({ page, open, browser, island, picture }) {
   const axe = await readFile(browser.axe, "utf8");
   const found = [];
-  for (const address of [
-    "overview",
-    "devices",
-    "devices/6541/dummy-rooms/living",
-    "tuples?q=living",
-  ]) {
+  for (const address of ["overview", "devices", "devices/6541/dummy-rooms/living", "tuples?q=living"]) {
     await open(address);
     await settled(page);
     await page.waitForTimeout(300); // values arrive
@@ -81,8 +59,7 @@ async function lostAndReadable({ page, open, browser, island, picture }) {
     try {
       await page.locator(".shell.line-lost").waitFor();
       await picture(`lost-${address.replace(/\W+/g, "-")}`);
-      for (const finding of await findingsOf(page, axe))
-        found.push(`${address}: ${finding}`);
+      for (const finding of await findingsOf(page, axe)) found.push(`${address}: ${finding}`);
     } finally {
       await island.start();
     }
@@ -92,11 +69,7 @@ async function lostAndReadable({ page, open, browser, island, picture }) {
 
 const sizes = {
   desk: { viewport: { width: 1280, height: 800 } },
-  phone: {
-    viewport: { width: 360, height: 740 },
-    hasTouch: true,
-    isMobile: true,
-  },
+  phone: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },
   wall: { viewport: { width: 3840, height: 2160 } },
 };
 

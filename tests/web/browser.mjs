@@ -3,22 +3,13 @@ import { createRequire } from "node:module";
 import { join } from "node:path";
 
 const program = "/usr/bin/chromium-headless-shell";
-const flags = [
-  "--no-sandbox",
-  "--disable-gpu",
-  "--disable-dev-shm-usage",
-  "--no-first-run",
-  "--disable-background-networking",
-];
+const flags = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking"];
 
 export async function openBrowser(root, screens) {
   const require = createRequire(join(root, "web/package.json"));
   const { chromium } = require("playwright-core");
   const axe = require.resolve("axe-core/axe.min.js");
-  const browser = await chromium.launch({
-    executablePath: program,
-    args: flags,
-  });
+  const browser = await chromium.launch({ executablePath: program, args: flags });
   return {
     axe,
     close: () => browser.close(),
@@ -42,8 +33,7 @@ async function openPage(browser, island, settings, screens) {
     void dialog.dismiss();
   });
   page.on("console", (message) => {
-    if (message.type() === "error" && !settings.lines)
-      faults.push(`console: ${message.text()}`);
+    if (message.type() === "error" && !settings.lines) faults.push(`console: ${message.text()}`);
   });
   return {
     context,

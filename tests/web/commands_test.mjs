@@ -1,24 +1,16 @@
 import assert from "node:assert/strict";
 
 function rowOf(page, point) {
-  return page.locator(".row", {
-    has: page.locator(".point-name", { hasText: point }),
-  });
+  return page.locator(".row", { has: page.locator(".point-name", { hasText: point }) });
 }
 
 async function outcomeIs(page, point, state) {
-  await rowOf(page, point)
-    .locator(".outcome .state", { hasText: state })
-    .waitFor();
+  await rowOf(page, point).locator(".outcome .state", { hasText: state }).waitFor();
 }
 
 /** Turns an actuator of two words: a switch where its value is known, else a button for each word. */
 async function turn(row) {
-  await row
-    .getByRole("button", { name: "on", exact: true })
-    .or(row.getByRole("switch"))
-    .first()
-    .click();
+  await row.getByRole("button", { name: "on", exact: true }).or(row.getByRole("switch")).first().click();
 }
 
 async function confirmed({ page, open }) {
@@ -52,9 +44,7 @@ async function superseded({ page, open, context, island }) {
   await other.goto(`${island.url}#/devices/6541/dummy-rooms/living`);
   await rowOf(other, "blindPosition-1").locator("input[type=number]").waitFor();
   await set(rowOf(other, "blindPosition-1"), "20");
-  await page
-    .locator(".spoken", { hasText: "superseded" })
-    .waitFor({ state: "attached" });
+  await page.locator(".spoken", { hasText: "superseded" }).waitFor({ state: "attached" });
   await outcomeIs(other, "blindPosition-1", /confirmed|timed-out/);
 }
 
@@ -72,10 +62,16 @@ async function timedOut({ page, open }) {
   await turn(rowOf(page, "boiler-1"));
   await outcomeIs(page, "boiler-1", "timed-out");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
-  await page
-    .locator(".card", { hasText: "Commands that failed" })
-    .locator("li", { hasText: "boiler-1" })
-    .waitFor();
+  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "boiler-1" }).waitFor();
+}
+
+/** A slider whose value is not known stands nowhere. */
+async function unknownValue({ page, open }) {
+  await open("devices/6541/dummy-rooms/tank");
+  const slider = rowOf(page, "valve-1").getByRole("slider");
+  assert.equal(await slider.getAttribute("aria-valuetext"), "unknown");
+  await rowOf(page, "valve-1").locator("input[type=number]").fill("50");
+  await rowOf(page, "valve-1").locator("input[type=range]:not(.unknown, [aria-valuetext])").waitFor();
 }
 
 async function failed({ page, open }) {
@@ -85,10 +81,7 @@ async function failed({ page, open }) {
   await valve.getByRole("button", { name: "Set" }).click();
   await outcomeIs(page, "valve-1", "failed");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
-  await page
-    .locator(".card", { hasText: "Commands that failed" })
-    .locator("li", { hasText: "valve-1" })
-    .waitFor();
+  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "valve-1" }).waitFor();
 }
 
 /** The device has it and has not reported yet. */
@@ -104,9 +97,7 @@ async function sent({ page, open }) {
 async function refused({ page, open }) {
   await open("devices/6541/dummy-rooms/bedroom");
   const dimmer = rowOf(page, "dimmer-1");
-  await dimmer
-    .locator("input[type=number]")
-    .evaluate((field) => field.removeAttribute("max"));
+  await dimmer.locator("input[type=number]").evaluate((field) => field.removeAttribute("max"));
   await dimmer.locator("input[type=number]").fill("900");
   await dimmer.getByRole("button", { name: "Set" }).click();
   await outcomeIs(page, "dimmer-1", "refused");
@@ -132,20 +123,13 @@ async function theDraftStays({ page, open }) {
   await field.evaluate((element) => element.removeAttribute("max"));
   await field.fill("901");
   await dimmer.getByRole("button", { name: "Set" }).click();
-  await dimmer
-    .locator(".outcome", { hasText: "set to 901" })
-    .locator(".state", { hasText: "refused" })
-    .waitFor();
+  await dimmer.locator(".outcome", { hasText: "set to 901" }).locator(".state", { hasText: "refused" }).waitFor();
   assert.equal(await field.inputValue(), "901");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
   await page.goBack();
   assert.equal(await field.inputValue(), "901");
   await dimmer.getByRole("button", { name: /^Discard/ }).click();
-  await page.waitForFunction(
-    () =>
-      document.activeElement?.matches(".control input") &&
-      document.activeElement.value !== "901",
-  );
+  await page.waitForFunction(() => document.activeElement?.matches(".control input") && document.activeElement.value !== "901");
 }
 
 /** The choice is shown beside the command that waits, and ends with the page of the device. */
@@ -174,16 +158,11 @@ export const tests = () => [
   { name: "commands: superseded by another page", body: superseded },
   { name: "commands: assumed", body: assumed },
   { name: "commands: timed-out, and on the overview", body: timedOut },
+  { name: "commands: a value that is not known", body: unknownValue },
   { name: "commands: failed, and on the overview", body: failed },
   { name: "commands: sent", body: sent },
   { name: "commands: refused, with the reason of the island", body: refused },
   { name: "commands: queued and expired", body: expired },
-  {
-    name: "commands: what was refused stays in its field",
-    body: theDraftStays,
-  },
-  {
-    name: "commands: how long they wait is chosen for one device",
-    body: patienceIsPerDevice,
-  },
+  { name: "commands: what was refused stays in its field", body: theDraftStays },
+  { name: "commands: how long they wait is chosen for one device", body: patienceIsPerDevice },
 ];

@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import { publisher } from "./island.mjs";
 
-const names = (page) =>
-  page.locator(".list-rows .device-name").allTextContents();
+const names = (page) => page.locator(".list-rows .device-name").allTextContents();
 
 async function filteredToNothing({ page, open }) {
   await open("devices?q=nosuchdevice");
@@ -17,10 +16,7 @@ async function sorts({ page, open, island }) {
   await open("devices");
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   const up = await names(page);
-  await page
-    .getByRole("columnheader", { name: "Name" })
-    .getByRole("button")
-    .click();
+  await page.getByRole("columnheader", { name: "Name" }).getByRole("button").click();
   await page.locator('[role=columnheader][aria-sort="descending"]').waitFor();
   assert.deepEqual(await names(page), [...up].reverse());
   const address = page.url();
@@ -43,18 +39,16 @@ async function groups({ page, open }) {
 
 async function compares({ page, open }) {
   await open("devices");
-  for (const name of ["Living room", "Bedroom"])
-    await page.getByLabel(`select ${name}`).check();
+  for (const name of ["Living room", "Bedroom"]) await page.getByLabel(`select ${name}`).check();
   await page.getByRole("link", { name: "Compare 2" }).click();
   await page.getByRole("heading", { name: "Compared devices" }).waitFor();
-  for (const column of [/^dimmer/, /^lamp/, /^light/, /^temperature/])
-    await page.getByRole("columnheader", { name: column }).waitFor();
+  for (const column of [/^dimmer/, /^lamp/, /^light/, /^temperature/]) await page.getByRole("columnheader", { name: column }).waitFor();
   assert.equal(await page.locator(".list-rows .row").count(), 2);
 }
 
 /** What a program publishes in the shape of a line or a device is neither. */
 async function otherTuples({ page, open, island }) {
-  island.publish("robot.arm.status", "idle");
+  island.publish("robot.arm.status", "idle", publisher + 1);
   island.publish("robot.arm.left.status", '{"status":"unreachable"}');
   await open(`tuples/${publisher}:robot.arm.left.status`);
   await page.locator(".panel .content", { hasText: "unreachable" }).waitFor();

@@ -3,10 +3,7 @@ import assert from "node:assert/strict";
 /** Chromium without a screen never hides a page: the test says so in its place. */
 async function hide(page, hidden) {
   await page.evaluate((value) => {
-    Object.defineProperty(document, "hidden", {
-      configurable: true,
-      get: () => value,
-    });
+    Object.defineProperty(document, "hidden", { configurable: true, get: () => value });
     document.dispatchEvent(new Event("visibilitychange"));
   }, hidden);
 }
@@ -16,9 +13,7 @@ async function aHiddenPageIsSilent({ page, open }) {
   const received = [];
   page.on("websocket", (socket) => {
     socket.on("framesent", ({ payload }) => sent.push(JSON.parse(payload)));
-    socket.on("framereceived", ({ payload }) =>
-      received.push(JSON.parse(payload)),
-    );
+    socket.on("framereceived", ({ payload }) => received.push(JSON.parse(payload)));
   });
   /** The frames of the server from now on, up to and with the first that `last` accepts. */
   const receivedUntil = async (last) => {
@@ -29,18 +24,12 @@ async function aHiddenPageIsSilent({ page, open }) {
   };
   await open("devices/6541/dummy-rooms/living");
   await page.getByRole("switch", { name: "Passive" }).click();
-  await page
-    .locator(".row", { hasText: "light-1" })
-    .locator(".quality-good")
-    .waitFor();
+  await page.locator(".row", { hasText: "light-1" }).locator(".quality-good").waitFor();
   const subscribed = sent.filter((frame) => frame.do === "subscribe").length;
   await hide(page, true);
   // The server says that it is alive when it had nothing else to say for five seconds: it sent nothing.
   await receivedUntil((frame) => frame.alive !== undefined);
-  assert.equal(
-    sent.filter((frame) => frame.do === "unsubscribe").length,
-    subscribed,
-  );
+  assert.equal(sent.filter((frame) => frame.do === "unsubscribe").length, subscribed);
   const before = sent.length;
   await hide(page, false);
   await receivedUntil((frame) => frame.snapshot !== undefined);
@@ -57,10 +46,7 @@ async function aHiddenPageIsSilent({ page, open }) {
 async function aPlotKeepsItsCurve({ page, open }) {
   await page.route(/\/api\/v1\/?$/, async (route) => {
     const response = await route.fetch();
-    await route.fulfill({
-      response,
-      json: { ...(await response.json()), history: false },
-    });
+    await route.fulfill({ response, json: { ...(await response.json()), history: false } });
   });
   await open("plots?k=6541:proxy.dummy-rooms.living.sensor.light-1");
   const plot = page.getByRole("slider");
@@ -68,28 +54,15 @@ async function aPlotKeepsItsCurve({ page, open }) {
     plot.evaluate(async (element, at) => {
       element.focus();
       const step = async (key) => {
-        element.dispatchEvent(
-          new KeyboardEvent("keydown", {
-            key,
-            bubbles: true,
-            cancelable: true,
-          }),
-        );
+        element.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
         await new Promise(requestAnimationFrame);
       };
       await step("End");
-      for (
-        let left = 0;
-        left < 100 && Number(element.getAttribute("aria-valuenow")) > at;
-        left++
-      )
-        await step("ArrowLeft");
+      for (let left = 0; left < 100 && Number(element.getAttribute("aria-valuenow")) > at; left++) await step("ArrowLeft");
       return element.getAttribute("aria-valuetext");
     }, time);
   await page.getByRole("switch", { name: "Passive" }).click();
-  await page
-    .locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ })
-    .waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ }).waitFor();
   await page.goto(page.url().replace("plots?", "plots?span=20&"));
   await page.waitForTimeout(4000);
   const known = Date.now() / 1000 - 1.5;
@@ -100,23 +73,13 @@ async function aPlotKeepsItsCurve({ page, open }) {
   await hide(page, false);
   await page.waitForTimeout(1500);
   assert.match(await readingAt(known), reading);
-  await page.goto(
-    page
-      .url()
-      .replace(
-        "light-1",
-        "light-1,6541:proxy.dummy-rooms.bedroom.sensor.temperature-1",
-      ),
-  );
+  await page.goto(page.url().replace("light-1", "light-1,6541:proxy.dummy-rooms.bedroom.sensor.temperature-1"));
   await page.locator(".plot-legend", { hasText: "temperature-1" }).waitFor();
   await page.waitForTimeout(500);
   assert.match(await readingAt(known), reading);
 }
 
 export const tests = () => [
-  {
-    name: "hidden: a hidden tab has no subscriptions and wakes nothing",
-    body: aHiddenPageIsSilent,
-  },
+  { name: "hidden: a hidden tab has no subscriptions and wakes nothing", body: aHiddenPageIsSilent },
   { name: "hidden: a plot keeps its curve", body: aPlotKeepsItsCurve },
 ];

@@ -35,18 +35,11 @@ async function addressesAreText({ page, open }) {
   ]) {
     await open(address);
     await page.locator("main > *").first().waitFor();
-    assert.equal(
-      await page.locator("main img, main script").count(),
-      0,
-      address,
-    );
+    assert.equal(await page.locator("main img, main script").count(), 0, address);
   }
 }
 
 export const tests = () => [
   { name: "hostile: a device whose name is markup", body: namesAreText },
-  {
-    name: "hostile: addresses with markup and nonsense",
-    body: addressesAreText,
-  },
+  { name: "hostile: addresses with markup and nonsense", body: addressesAreText },
 ];

@@ -36,116 +36,65 @@ export class Island {
       "--tuple",
       "house.motto=carpe diem",
     ];
-    this.#process = spawn(join(this.programs, "rubicon-proxy"), words, {
-      cwd: this.folder,
-      stdio: ["ignore", "pipe", "pipe"],
-    });
-    for (const stream of [this.#process.stdout, this.#process.stderr])
-      stream.on("data", (text) => (this.#printed += text));
+    this.#process = spawn(join(this.programs, "rubicon-proxy"), words, { cwd: this.folder, stdio: ["ignore", "pipe", "pipe"] });
+    for (const stream of [this.#process.stdout, this.#process.stderr]) stream.on("data", (text) => (this.#printed += text));
     while (!(await answers(this.url))) {
-      if (this.#process.exitCode !== null)
-        throw new Error(
-          `the island ended with ${this.#process.exitCode}:\n${this.#printed}`,
-        );
+      if (this.#process.exitCode !== null) throw new Error(`the island ended with ${this.#process.exitCode}:\n${this.#printed}`);
       await pause();
     }
   }
 
   #beside(program, words) {
-    const child = spawn(join(this.programs, program), words, {
-      cwd: this.folder,
-      stdio: "ignore",
-    });
+    const child = spawn(join(this.programs, program), words, { cwd: this.folder, stdio: "ignore" });
     this.#others.push(child);
     return child;
   }
 
-  /** Publishes a tuple of the owner `publisher`, which everybody may set. */
-  publish(name, value) {
-    this.#beside("rubicon", [
-      "publish",
-      name,
-      value,
-      "--open",
-      "--id",
-      String(publisher),
-    ]);
+  /** Publishes a tuple of the owner `publisher`, which everybody may set. Two at a time need two owners. */
+  publish(name, value, owner = publisher) {
+    this.#beside("rubicon", ["publish", name, value, "--open", "--id", String(owner)]);
   }
 
   /** Another island with one device. */
   async startNeighbour() {
     const configuration = join(this.folder, "neighbour.yaml");
-    const device =
-      "{name: Lawn mower, actuators: {switch-1: {behaviour: obey}}}";
-    await writeFile(
-      configuration,
-      `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}}\n`,
-    );
+    const device = "{name: Lawn mower, actuators: {switch-1: {behaviour: obey}}}";
+    await writeFile(configuration, `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}}\n`);
     this.#beside("rubicon-proxy", ["run", configuration]);
   }
 
   /** An island that plays a table: a value each second, but for five seconds in which its sensor falls silent. */
   async startTape() {
     const table = join(this.folder, "tape.csv");
-    const seconds = Array.from({ length: 900 }, (_, second) => second).filter(
-      (second) => second < 4 || second >= 9,
-    );
-    await writeFile(
-      table,
-      `time,air\n${seconds.map((second) => `${second},${20 + second / 10}\n`).join("")}`,
-    );
+    const seconds = Array.from({ length: 900 }, (_, second) => second).filter((second) => second < 4 || second >= 9);
+    await writeFile(table, `time,air\n${seconds.map((second) => `${second},${20 + second / 10}\n`).join("")}`);
     const configuration = join(this.folder, "tape.yaml");
     const tape = `{type: log, format: csv, file: tape.csv, time: {column: time, unit: s}, deadline: 2s, map: {room: {name: Tape room, columns: {air: {sensor: temperature-1}}}}}`;
-    await writeFile(
-      configuration,
-      `island: {id: 6543, name: tape}\nnetworks: {log-tape: ${tape}}\n`,
-    );
+    await writeFile(configuration, `island: {id: 6543, name: tape}\nnetworks: {log-tape: ${tape}}\n`);
     this.#beside("rubicon-proxy", ["run", configuration]);
   }
 
   /** Simulated motes at the line of wsn-hall. */
   startMotes() {
-    this.#beside("motes-simulator", [
-      "--motes",
-      "2",
-      "--obey",
-      "--updates",
-      "--wait",
-      "--port",
-      "19202",
-    ]);
+    this.#beside("motes-simulator", ["--motes", "2", "--obey", "--updates", "--wait", "--port", "19202"]);
   }
 
   /** Changes the file of the configuration. */
   async edit(change) {
     const configuration = join(this.folder, "island.yaml");
-    await writeFile(
-      configuration,
-      change(await readFile(configuration, "utf8")),
-    );
+    await writeFile(configuration, change(await readFile(configuration, "utf8")));
   }
 
   /** A page of its own that wants a token; the tokens by role, and its address. */
   async startGuarded() {
     const file = join(this.folder, "web.tokens");
     const make = (role) =>
-      execFileSync(
-        join(this.programs, "rubicon"),
-        ["token", `${role}-${Date.now()}`, "--role", role, "--file", file],
-        {
-          encoding: "utf8",
-        },
-      ).trim();
+      execFileSync(join(this.programs, "rubicon"), ["token", `${role}-${Date.now()}`, "--role", role, "--file", file], {
+        encoding: "utf8",
+      }).trim();
     const tokens = { view: make("view"), command: make("command") };
     const url = `http://${guarded}/`;
-    this.#beside("rubicon", [
-      "web",
-      "--listen",
-      guarded,
-      "--tokens",
-      file,
-      ...(files ? ["--files", files] : []),
-    ]);
+    this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);
     while (!(await answers(url))) await pause();
     return { tokens, url };
   }
@@ -153,14 +102,7 @@ export class Island {
   /** A page of a domain without islands; its address. */
   async startAlone() {
     const url = `http://${alone}/`;
-    this.#beside("rubicon", [
-      "web",
-      "--domain",
-      "7",
-      "--listen",
-      alone,
-      ...(files ? ["--files", files] : []),
-    ]);
+    this.#beside("rubicon", ["web", "--domain", "7", "--listen", alone, ...(files ? ["--files", files] : [])]);
     while (!(await answers(url))) await pause();
     return url;
   }

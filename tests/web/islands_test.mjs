@@ -11,9 +11,7 @@ async function twoIslands({ page, open, island }) {
   await page.locator(".row", { hasText: "Lawn mower" }).waitFor();
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   await page.getByLabel("Island").selectOption({ label: "shed · 6542" });
-  await page
-    .locator(".row", { hasText: "Hot water tank" })
-    .waitFor({ state: "detached" });
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor({ state: "detached" });
   assert.match(page.url(), /island=6542/);
   await page.locator(".row", { hasText: "Lawn mower" }).click();
   await page.getByRole("heading", { name: "Lawn mower" }).waitFor();
@@ -29,9 +27,7 @@ async function noIsland({ page, island }) {
     await page.goto(`${url}#/${view}`);
     await page.getByRole("heading", { name: "No island found." }).waitFor();
     await page.getByText("The server looks in domain 7 on lo.").waitFor();
-    await page
-      .getByText("rubicon doctor --domain 7 --interfaces lo", { exact: true })
-      .waitFor();
+    await page.getByText("rubicon doctor --domain 7 --interfaces lo", { exact: true }).waitFor();
   }
 }
 

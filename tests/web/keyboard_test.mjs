@@ -14,12 +14,7 @@ async function everyViewIsReached({ page, open }) {
   const listed = await page
     .locator(".shortcuts div")
     .evaluateAll((rows) =>
-      rows.map((row) => [
-        [...row.querySelectorAll("kbd")]
-          .map((key) => key.textContent)
-          .join(" "),
-        row.querySelector("dd").textContent,
-      ]),
+      rows.map((row) => [[...row.querySelectorAll("kbd")].map((key) => key.textContent).join(" "), row.querySelector("dd").textContent]),
     );
   await press(page, "Escape");
   await page.locator("dialog").waitFor({ state: "detached" });
@@ -27,9 +22,7 @@ async function everyViewIsReached({ page, open }) {
     const keys = listed.find(([, what]) => what === `go to ${title}`)?.[0];
     assert.ok(keys, `no keys for ${title}`);
     await press(page, keys);
-    await page
-      .locator(`nav.rail a[aria-current=page][href^="#/${id}"]`)
-      .waitFor({ state: "attached" });
+    await page.locator(`nav.rail a[aria-current=page][href^="#/${id}"]`).waitFor({ state: "attached" });
     assert.match(await page.title(), new RegExp(`^${title}`));
   }
 }
@@ -39,8 +32,7 @@ async function aCommandByKeys({ page, open }) {
   await open("overview");
   await press(page, "g d");
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
-  const index = async () =>
-    page.locator(".row.active").getAttribute("aria-rowindex");
+  const index = async () => page.locator(".row.active").getAttribute("aria-rowindex");
   const before = Number(await index());
   await press(page, "j j k");
   assert.equal(Number(await index()), before + 1);
@@ -54,11 +46,7 @@ async function aCommandByKeys({ page, open }) {
   await page.waitForFunction(() => document.activeElement?.closest(".control"));
   await press(page, "Escape");
   await press(page, "Escape");
-  await page.waitForFunction(
-    () =>
-      location.hash.startsWith("#/devices") &&
-      !location.hash.includes("living"),
-  );
+  await page.waitForFunction(() => location.hash.startsWith("#/devices") && !location.hash.includes("living"));
 }
 
 /** Not the first control of the page: Enter would then set another actuator. */
@@ -66,16 +54,9 @@ async function theControlOfTheRow({ page, open }) {
   await open("devices/6541/dummy-rooms/living");
   await page.locator(".row", { hasText: "rate" }).locator(".control").waitFor();
   const active = page.locator(".row.active");
-  for (
-    let step = 0;
-    step < 12 && !/^rate/.test(await active.innerText());
-    step++
-  )
-    await press(page, "j");
+  for (let step = 0; step < 12 && !/^rate/.test(await active.innerText()); step++) await press(page, "j");
   await press(page, "c");
-  await page.waitForFunction(() =>
-    /^rate/.test(document.activeElement?.closest(".row")?.innerText ?? ""),
-  );
+  await page.waitForFunction(() => /^rate/.test(document.activeElement?.closest(".row")?.innerText ?? ""));
 }
 
 async function pinByKey({ page, open }) {
@@ -91,19 +72,12 @@ async function theActiveRowStays({ page, open }) {
   const remote = page.locator(".row", { hasText: "Remote control" });
   await remote.waitFor();
   const active = page.locator(".row.active");
-  for (
-    let step = 0;
-    step < 12 && !/Remote control/.test(await active.innerText());
-    step++
-  )
-    await press(page, "j");
+  for (let step = 0; step < 12 && !/Remote control/.test(await active.innerText()); step++) await press(page, "j");
   await page.keyboard.press("Space");
   await page.locator(".row.group", { hasText: "Pinned" }).waitFor();
   await page.locator(".row.active", { hasText: "Remote control" }).waitFor();
   await page.keyboard.press("Space");
-  await page
-    .locator(".row.group", { hasText: "Pinned" })
-    .waitFor({ state: "detached" });
+  await page.locator(".row.group", { hasText: "Pinned" }).waitFor({ state: "detached" });
   await page.locator(".row.active", { hasText: "Remote control" }).waitFor();
 }
 
@@ -111,15 +85,8 @@ async function wakingByKey({ page, open }) {
   await open("devices/6541/dummy-rooms/living");
   await page.locator(".row", { hasText: "light-1" }).waitFor();
   await press(page, "a");
-  await page
-    .locator('.active-switch[aria-checked="true"]', {
-      hasText: "waking 1 sensor",
-    })
-    .waitFor();
-  await page
-    .locator(".row", { hasText: "light-1" })
-    .locator(".quality-good")
-    .waitFor();
+  await page.locator('.active-switch[aria-checked="true"]', { hasText: "waking 1 sensor" }).waitFor();
+  await page.locator(".row", { hasText: "light-1" }).locator(".quality-good").waitFor();
   await press(page, "a");
   await page.locator('.active-switch[aria-checked="false"]').waitFor();
 }
@@ -131,10 +98,7 @@ async function treeByArrows({ page, open }) {
   await page.locator("[role=treeitem]", { hasText: "proxy" }).first().waitFor();
   await press(page, "Home ArrowLeft");
   assert.equal(await active.getAttribute("aria-expanded"), "false");
-  assert.equal(
-    await page.locator("[role=treeitem][aria-level='2']").count(),
-    0,
-  );
+  assert.equal(await page.locator("[role=treeitem][aria-level='2']").count(), 0);
   await press(page, "ArrowRight");
   await page.locator("[role=treeitem][aria-level='2']").first().waitFor();
   await press(page, "ArrowRight");
@@ -149,17 +113,9 @@ async function treeRowsAreInSight({ page, open }) {
     page.waitForFunction((wanted) => {
       const row = document.querySelector("[role=treeitem].active");
       const list = document.querySelector("[role=tree]");
-      if (!row || row.querySelector(".part").textContent !== wanted)
-        return false;
-      const [box, around] = [
-        row.getBoundingClientRect(),
-        list.getBoundingClientRect(),
-      ];
-      return (
-        list.getAttribute("aria-activedescendant") === row.id &&
-        box.top >= around.top &&
-        box.bottom <= around.bottom
-      );
+      if (!row || row.querySelector(".part").textContent !== wanted) return false;
+      const [box, around] = [row.getBoundingClientRect(), list.getBoundingClientRect()];
+      return list.getAttribute("aria-activedescendant") === row.id && box.top >= around.top && box.bottom <= around.bottom;
     }, text);
   await open("tuples/6541:proxy.dummy-rooms.tank");
   await page
@@ -188,9 +144,7 @@ async function tabShowsTheFocus({ page, open }) {
       const style = getComputedStyle(element);
       return {
         name: element.getAttribute("aria-label") || element.textContent.trim(),
-        outline:
-          style.outlineStyle !== "none" &&
-          Number.parseFloat(style.outlineWidth) > 0,
+        outline: style.outlineStyle !== "none" && Number.parseFloat(style.outlineWidth) > 0,
         body: element === document.body,
       };
     });
@@ -207,16 +161,12 @@ async function tabShowsTheFocus({ page, open }) {
 
 /** The way back leads to the list as it was: filtered, grouped, in its order, with what was chosen. */
 async function backToTheList({ page, open }) {
-  const at = (hash) =>
-    page.waitForFunction((wanted) => location.hash === wanted, hash);
+  const at = (hash) => page.waitForFunction((wanted) => location.hash === wanted, hash);
   await open("devices?q=room&group=network&sort=-name");
   const living = page.locator(".row", { hasText: "Living room" });
   await living.waitFor();
   await living.getByRole("checkbox").check();
-  await page
-    .locator(".row", { hasText: "Bedroom" })
-    .getByRole("checkbox")
-    .check();
+  await page.locator(".row", { hasText: "Bedroom" }).getByRole("checkbox").check();
   await living.getByText("Living room").click();
   await page.getByRole("heading", { name: "Living room" }).waitFor();
   await press(page, "Escape");
@@ -243,34 +193,20 @@ async function thePanelScrolls({ page, open }) {
   const before = await active();
   await panel.focus();
   await press(page, "End");
-  await page.waitForFunction(
-    () => document.querySelector("aside.panel").scrollTop > 0,
-  );
+  await page.waitForFunction(() => document.querySelector("aside.panel").scrollTop > 0);
   await press(page, "ArrowUp ArrowDown");
   assert.equal((await active()).slice(0, 8), before.slice(0, 8));
-  assert.ok(
-    await panel.evaluate((element) => element === document.activeElement),
-  );
+  assert.ok(await panel.evaluate((element) => element === document.activeElement));
 }
 
 export const tests = () => [
   { name: "keyboard: back to the list as it was", body: backToTheList },
-  {
-    name: "keyboard: a panel scrolls",
-    settings: { context: { viewport: { width: 1280, height: 360 } } },
-    body: thePanelScrolls,
-  },
+  { name: "keyboard: a panel scrolls", settings: { context: { viewport: { width: 1280, height: 360 } } }, body: thePanelScrolls },
   { name: "keyboard: every view is reached", body: everyViewIsReached },
-  {
-    name: "keyboard: list, search, device, control and back",
-    body: aCommandByKeys,
-  },
+  { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
   { name: "keyboard: the control of the row", body: theControlOfTheRow },
   { name: "keyboard: pin a device", body: pinByKey },
-  {
-    name: "keyboard: the active row stays when it is pinned",
-    body: theActiveRowStays,
-  },
+  { name: "keyboard: the active row stays when it is pinned", body: theActiveRowStays },
   { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
   { name: "keyboard: the tree by arrows", body: treeByArrows },
   {

@@ -4,20 +4,11 @@ import assert from "node:assert/strict";
 async function aLineComesUp({ page, open, island }) {
   await open("overview");
   const card = page.locator(".card", { hasText: "Lines that are not up" });
-  await card
-    .locator("li", { hasText: "wsn-hall" })
-    .locator("p", { hasText: "19202" })
-    .waitFor();
+  await card.locator("li", { hasText: "wsn-hall" }).locator("p", { hasText: "19202" }).waitFor();
   island.startMotes();
   await card.getByText(/All lines of/).waitFor();
-  await page
-    .locator(".card", { hasText: "Inbox" })
-    .getByText("2 devices wait for a decision.")
-    .waitFor();
-  await page
-    .locator("nav.rail a", { hasText: "Inbox" })
-    .locator(".mark", { hasText: "2" })
-    .waitFor();
+  await page.locator(".card", { hasText: "Inbox" }).getByText("2 devices wait for a decision.").waitFor();
+  await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "2" }).waitFor();
 }
 
 /** A decision can be taken back for ten seconds; then the device is listed. */
@@ -26,10 +17,7 @@ async function aDeviceIsApproved({ page, open, island }) {
   await open("inbox");
   const mote = page.locator(".list-rows .row").first();
   await mote.getByRole("button", { name: "Approve" }).click();
-  await page
-    .locator(".pending-decision")
-    .getByRole("button", { name: "Undo" })
-    .click();
+  await page.locator(".pending-decision").getByRole("button", { name: "Undo" }).click();
   await page.locator(".pending-decision").waitFor({ state: "detached" });
   await mote.getByRole("button", { name: "Approve" }).click();
   await open("devices?network=wsn-hall");
@@ -47,10 +35,7 @@ async function packetsAreShown({ page, open, island }) {
   await page.getByRole("heading", { name: "Overview" }).waitFor();
   await page.goBack();
   await page.getByRole("button", { name: "Stop" }).first().waitFor();
-  assert.ok(
-    (await page.locator(".list-rows .row").count()) > 0,
-    "what passed is still there",
-  );
+  assert.ok((await page.locator(".list-rows .row").count()) > 0, "what passed is still there");
   await page.getByRole("button", { name: "Stop" }).first().click();
 }
 

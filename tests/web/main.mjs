@@ -52,11 +52,7 @@ async function run(browser, name, settings, body) {
     console.log(`passed: ${name}`);
   } catch (error) {
     failed++;
-    await session.page
-      .screenshot({
-        path: join(screens, `failed-${name.replace(/\W+/g, "-")}.png`),
-      })
-      .catch(() => {});
+    await session.page.screenshot({ path: join(screens, `failed-${name.replace(/\W+/g, "-")}.png`) }).catch(() => {});
     console.log(`FAILED: ${name}\n${error.stack}`);
   } finally {
     await session.context.close();
@@ -70,8 +66,7 @@ try {
   browser = await openBrowser(root, screens);
   for (const file of files) {
     const { tests } = await import(`./${file}_test.mjs`);
-    for (const test of tests(long))
-      await run(browser, test.name, test.settings ?? {}, test.body);
+    for (const test of tests(long)) await run(browser, test.name, test.settings ?? {}, test.body);
   }
 } catch (error) {
   failed++;

@@ -6,19 +6,10 @@ const more = ["devices/6541/dummy-rooms/living", "tuples/6541:house.motto"];
 /** What goes beyond the right edge and cannot be scrolled to. */
 function beyondTheEdge() {
   const scrolls = (element) =>
-    element &&
-    (/auto|scroll|hidden/.test(getComputedStyle(element).overflowX) ||
-      scrolls(element.parentElement));
+    element && (/auto|scroll|hidden/.test(getComputedStyle(element).overflowX) || scrolls(element.parentElement));
   return [...document.querySelectorAll("body *")]
-    .filter(
-      (element) =>
-        element.getBoundingClientRect().right > innerWidth + 1 &&
-        element.getClientRects().length > 0,
-    )
-    .filter(
-      (element) =>
-        !scrolls(element.parentElement) && !element.closest(".spoken"),
-    )
+    .filter((element) => element.getBoundingClientRect().right > innerWidth + 1 && element.getClientRects().length > 0)
+    .filter((element) => !scrolls(element.parentElement) && !element.closest(".spoken"))
     .map((element) => element.outerHTML.slice(0, 120));
 }
 
@@ -27,15 +18,9 @@ function smallTargets() {
   return [...document.querySelectorAll("button, select, input, nav a")]
     .filter(
       (element) =>
-        element.getClientRects().length > 0 &&
-        element.type !== "checkbox" &&
-        element.type !== "range" &&
-        !element.closest(".skip"),
+        element.getClientRects().length > 0 && element.type !== "checkbox" && element.type !== "range" && !element.closest(".skip"),
     )
-    .map((element) => ({
-      box: element.getBoundingClientRect(),
-      html: element.outerHTML.slice(0, 120),
-    }))
+    .map((element) => ({ box: element.getBoundingClientRect(), html: element.outerHTML.slice(0, 120) }))
     .filter(({ box }) => box.height < 43.5 && box.bottom > 0)
     .map(({ html }) => html);
 }
@@ -47,11 +32,7 @@ async function fits({ page, open, picture }) {
     await open(address);
     await settled(page);
     await picture(`narrow-${address.replace(/\W+/g, "-")}`);
-    assert.equal(
-      await page.evaluate(() => document.scrollingElement.scrollWidth),
-      320,
-      address,
-    );
+    assert.equal(await page.evaluate(() => document.scrollingElement.scrollWidth), 320, address);
     assert.deepEqual(await page.evaluate(beyondTheEdge), [], address);
     assert.deepEqual(await page.evaluate(smallTargets), [], address);
   }
@@ -81,9 +62,7 @@ async function theHeadFits({ page, island }) {
   await page.getByRole("switch", { name: "Active waking 1 sensor" }).waitFor();
   assert.match(await turn.innerText(), /Active\s*1/);
   assert.ok((await widthOf(page.getByLabel("Island"))) >= 75);
-  assert.ok(
-    (await widthOf(page.getByRole("button", { name: "Search" }))) >= 40,
-  );
+  assert.ok((await widthOf(page.getByRole("button", { name: "Search" }))) >= 40);
   assert.deepEqual(await page.evaluate(beyondTheEdge), []);
   await page.getByRole("button", { name: "More" }).click();
   await page.getByRole("button", { name: /^Theme/ }).waitFor();
@@ -110,8 +89,7 @@ async function theConnectionIsAWord({ page, open, island }) {
 /** Devices are chosen on a phone, and compared in a table that scrolls beside their names. */
 async function devicesAreCompared({ page, open }) {
   await open("devices?q=room");
-  for (const name of ["Living room", "Bedroom"])
-    await page.getByRole("checkbox", { name: `select ${name}` }).check();
+  for (const name of ["Living room", "Bedroom"]) await page.getByRole("checkbox", { name: `select ${name}` }).check();
   await page.getByRole("link", { name: "Compare 2" }).click();
   await page
     .getByRole("columnheader", { name: "illuminance (lx)" })
@@ -119,13 +97,9 @@ async function devicesAreCompared({ page, open }) {
     .waitFor();
   const name = page.getByRole("gridcell", { name: "Bedroom" }).first();
   const list = page.locator(".list");
-  assert.ok(
-    await list.evaluate((element) => element.scrollWidth > element.clientWidth),
-  );
+  assert.ok(await list.evaluate((element) => element.scrollWidth > element.clientWidth));
   await list.evaluate((element) => element.scrollTo(200, 0));
-  await page.waitForFunction(
-    () => document.querySelector(".list").scrollLeft > 0,
-  );
+  await page.waitForFunction(() => document.querySelector(".list").scrollLeft > 0);
   assert.ok((await name.boundingBox()).x >= 0);
   assert.ok((await page.getByRole("columnheader").count()) > 4);
 }

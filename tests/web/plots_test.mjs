@@ -6,16 +6,13 @@ import { publisher } from "./island.mjs";
 /** No lamp of another test drives it. */
 const temperature = "6541:proxy.dummy-rooms.bedroom.sensor.temperature-1";
 const reading = (page) => page.locator(".plot-legend td.reading").first();
-const settled = (page) =>
-  page.locator(".strip.loading").waitFor({ state: "detached" });
+const settled = (page) => page.locator(".strip.loading").waitFor({ state: "detached" });
 
 /** Lines with a value. */
 async function rowsOfFile(page) {
   const coming = page.waitForEvent("download");
   await page.getByRole("button", { name: "CSV" }).click();
-  const [, ...lines] = (await readFile(await (await coming).path(), "utf8"))
-    .trim()
-    .split("\n");
+  const [, ...lines] = (await readFile(await (await coming).path(), "utf8")).trim().split("\n");
   return lines.filter((line) => !line.endsWith(",gap"));
 }
 
@@ -28,11 +25,7 @@ async function joinsHistoryAndLive({ page, open }) {
   while (seen.size < 3) {
     const before = await reading(page).textContent();
     if (/ °C$/.test(before)) seen.add(before);
-    await page.waitForFunction(
-      (text) =>
-        document.querySelector(".plot-legend td.reading").textContent !== text,
-      before,
-    );
+    await page.waitForFunction((text) => document.querySelector(".plot-legend td.reading").textContent !== text, before);
   }
   const answered = page.waitForResponse(/\/api\/v1\/history\?/);
   await page.reload();
@@ -40,20 +33,11 @@ async function joinsHistoryAndLive({ page, open }) {
   await page.locator(".plot canvas").first().waitFor();
   await settled(page);
   const past = (await rowsOfFile(page)).length;
-  assert.ok(
-    past >= 2,
-    `${past} values of before; without history there is the last one`,
-  );
+  assert.ok(past >= 2, `${past} values of before; without history there is the last one`);
   await page.keyboard.press("a");
-  await page.waitForFunction(() =>
-    / °C$/.test(document.querySelector(".plot-legend td.reading").textContent),
-  );
+  await page.waitForFunction(() => / °C$/.test(document.querySelector(".plot-legend td.reading").textContent));
   const now = await reading(page).textContent();
-  await page.waitForFunction(
-    (text) =>
-      document.querySelector(".plot-legend td.reading").textContent !== text,
-    now,
-  );
+  await page.waitForFunction((text) => document.querySelector(".plot-legend td.reading").textContent !== text, now);
   const rows = await rowsOfFile(page);
   assert.ok(rows.length > past, `${rows.length} rows after ${past}`);
   const times = rows.map((row) => Date.parse(row.split(",")[0]));
@@ -65,10 +49,7 @@ async function joinsHistoryAndLive({ page, open }) {
   await plot.focus();
   await page.keyboard.press("End");
   for (let steps = 0; steps < 5; steps++) {
-    if (
-      /temperature-1 [\d.,]+ °C/.test(await plot.getAttribute("aria-valuetext"))
-    )
-      return;
+    if (/temperature-1 [\d.,]+ °C/.test(await plot.getAttribute("aria-valuetext"))) return;
     await page.keyboard.press("ArrowLeft");
   }
   assert.fail("no value of before at the crosshair");
@@ -81,30 +62,19 @@ async function pointThatIsGone({ page, open, island }) {
   await open("overview");
   const known = async (key) => {
     const now = Date.now() / 1000;
-    const answer = await fetch(
-      `/api/v1/history?key=${key}&from=${now - 600}&to=${now + 10}&buckets=1000`,
-    );
+    const answer = await fetch(`/api/v1/history?key=${key}&from=${now - 600}&to=${now + 10}&buckets=1000`);
     return (await answer.json()).series?.[0]?.v?.length > 0;
   };
-  while (!(await page.evaluate(known, `${path}.value`)))
-    await page.waitForTimeout(300);
+  while (!(await page.evaluate(known, `${path}.value`))) await page.waitForTimeout(300);
   await island.endOthers();
   await open(`tuples?q=kitchen.oven`);
-  await page.waitForFunction(
-    () =>
-      document.querySelectorAll(".leaf").length === 0 ||
-      document.querySelector(".leaf .tone-bad") !== null,
-  );
+  await page.waitForFunction(() => document.querySelectorAll(".leaf").length === 0 || document.querySelector(".leaf .tone-bad") !== null);
   const answered = page.waitForResponse(/\/api\/v1\/history\?/);
   await open(`plots?k=${path}`);
   await answered;
-  await page
-    .locator(".plot-legend .swatch path")
-    .waitFor({ state: "attached" });
+  await page.locator(".plot-legend .swatch path").waitFor({ state: "attached" });
   await settled(page);
-  await page
-    .locator(".plot-legend td.reading", { hasText: "no good value" })
-    .waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: "no good value" }).waitFor();
   const rows = await rowsOfFile(page);
   assert.ok(
     rows.some((row) => row.endsWith(",212.5")),
@@ -125,13 +95,7 @@ const columnsOf = (page) =>
       .map((part) => Number.parseInt(part, 16));
     const has = (x) => {
       for (let at = 4 * x; at < data.length; at += 4 * width)
-        if (
-          data[at + 3] > 200 &&
-          Math.abs(data[at] - red) +
-            Math.abs(data[at + 1] - green) +
-            Math.abs(data[at + 2] - blue) <
-            60
-        )
+        if (data[at + 3] > 200 && Math.abs(data[at] - red) + Math.abs(data[at + 1] - green) + Math.abs(data[at + 2] - blue) < 60)
           return true;
       return false;
     };
@@ -145,45 +109,26 @@ async function gapsAreGaps({ page, open, island }) {
   await island.startTape();
   const path = "6543:proxy.log-tape.room.sensor.temperature-1";
   await open(`plots?k=${path}&span=20`);
-  await page
-    .locator(".plot-legend td.reading", { hasText: /^20\.\d °C$/ })
-    .waitFor();
-  await page
-    .locator(".plot-legend td.reading", { hasText: "no good value" })
-    .waitFor();
-  await page
-    .locator(".plot-legend td.reading", { hasText: /^2[01]\.\d °C$/ })
-    .waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: /^20\.\d °C$/ }).waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: "no good value" }).waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: /^2[01]\.\d °C$/ }).waitFor();
   await page.waitForTimeout(2000); // the curve goes on
   const { width, drawn, gap } = await columnsOf(page);
-  assert.ok(
-    gap > width / 20 && drawn > width / 10,
-    JSON.stringify({ width, drawn, gap }),
-  );
+  assert.ok(gap > width / 20 && drawn > width / 10, JSON.stringify({ width, drawn, gap }));
   const coming = page.waitForEvent("download");
   await page.getByRole("button", { name: "CSV" }).click();
-  const lines = (await readFile(await (await coming).path(), "utf8"))
-    .trim()
-    .split("\n")
-    .slice(1);
+  const lines = (await readFile(await (await coming).path(), "utf8")).trim().split("\n").slice(1);
   const place = lines.findIndex((line) => line.endsWith(",gap"));
   assert.ok(place > 0 && place < lines.length - 1, lines.join("\n"));
-  const [before, at, after] = lines
-    .slice(place - 1, place + 2)
-    .map((line) => Date.parse(line.split(",")[0]));
+  const [before, at, after] = lines.slice(place - 1, place + 2).map((line) => Date.parse(line.split(",")[0]));
   assert.ok(before < at && after - at > 2000, lines.join("\n"));
   const plot = page.getByRole("slider", { name: /temperature-1/ });
   await plot.focus();
   await page.keyboard.press("End");
   const said = new Set();
   for (let steps = 0; steps < 80 && said.size < 3; steps++) {
-    const word = (await plot.getAttribute("aria-valuetext")).includes(
-      "no good value",
-    )
-      ? "gap"
-      : "value";
-    if ([...said].at(-1)?.startsWith(word) !== true)
-      said.add(`${word} ${said.size}`);
+    const word = (await plot.getAttribute("aria-valuetext")).includes("no good value") ? "gap" : "value";
+    if ([...said].at(-1)?.startsWith(word) !== true) said.add(`${word} ${said.size}`);
     await page.keyboard.press("ArrowLeft");
     await page.evaluate(() => new Promise(requestAnimationFrame));
   }

@@ -9,13 +9,8 @@ async function heals({ page, open, island }) {
   await island.kill();
   await page.locator(".shell.line-lost").waitFor();
   await page.locator(".line", { hasText: "connection lost" }).waitFor();
-  await page
-    .locator(".spoken", { hasText: "connection lost" })
-    .waitFor({ state: "attached" });
-  assert.equal(
-    await page.getByRole("heading", { name: "Living room" }).count(),
-    1,
-  );
+  await page.locator(".spoken", { hasText: "connection lost" }).waitFor({ state: "attached" });
+  assert.equal(await page.getByRole("heading", { name: "Living room" }).count(), 1);
   await blind.getByRole("button", { name: "Set" }).click();
   await blind.locator(".outcome", { hasText: "connection" }).waitFor();
   await blind.locator("input[type=number]").fill("56");
@@ -23,9 +18,7 @@ async function heals({ page, open, island }) {
   await page.locator(".shell.line-live").waitFor();
   assert.equal(await blind.locator("input[type=number]").inputValue(), "56");
   await blind.getByRole("button", { name: "Set" }).click();
-  await blind
-    .locator(".outcome", { hasText: /sent|queued|confirmed|timed-out/ })
-    .waitFor();
+  await blind.locator(".outcome", { hasText: /sent|queued|confirmed|timed-out/ }).waitFor();
 }
 
 /** Rows keep their place over a reconnection. */
@@ -34,9 +27,7 @@ async function keepsThePlace({ page, open, island }) {
   const list = page.locator(".list");
   await page.locator("[role=option]").nth(20).waitFor();
   await list.evaluate((element) => (element.scrollTop = 600));
-  await page.waitForFunction(
-    () => document.querySelector(".list").scrollTop === 600,
-  );
+  await page.waitForFunction(() => document.querySelector(".list").scrollTop === 600);
   await island.kill();
   await page.locator(".shell.line-lost").waitFor();
   await island.start();
@@ -48,14 +39,6 @@ async function keepsThePlace({ page, open, island }) {
 const lines = { lines: true };
 
 export const tests = () => [
-  {
-    name: "reconnect: the island is killed and started",
-    settings: lines,
-    body: heals,
-  },
-  {
-    name: "reconnect: rows keep their place",
-    settings: lines,
-    body: keepsThePlace,
-  },
+  { name: "reconnect: the island is killed and started", settings: lines, body: heals },
+  { name: "reconnect: rows keep their place", settings: lines, body: keepsThePlace },
 ];

@@ -2,22 +2,17 @@
 import assert from "node:assert/strict";
 
 /** Seconds of a place such as `1:40.5` or `0:07`. */
-const secondsOf = (place) =>
-  place.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
+const secondsOf = (place) => place.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
 
 async function playPauseSeek({ page, open, island }) {
   await island.startTape();
   await open("recordings");
   const card = page.getByRole("region", { name: "Replay log-tape" });
-  const state = (word) =>
-    card.locator("header .state", { hasText: word }).waitFor();
-  const place = async () =>
-    secondsOf(await card.locator(".replay-place strong").innerText());
+  const state = (word) => card.locator("header .state", { hasText: word }).waitFor();
+  const place = async () => secondsOf(await card.locator(".replay-place strong").innerText());
   const reaches = (least) =>
     page.waitForFunction((seconds) => {
-      const parts = document
-        .querySelector(".replay-place strong")
-        .textContent.split(":");
+      const parts = document.querySelector(".replay-place strong").textContent.split(":");
       return parts.reduce((sum, part) => 60 * sum + Number(part), 0) >= seconds;
     }, least);
   await state("playing");

@@ -11,10 +11,8 @@ async function addDevices(page) {
         super.onmessage = (event) => {
           call(event);
           const frame = JSON.parse(event.data);
-          if (frame.error?.code === "busy")
-            window.busy = (window.busy ?? 0) + 1;
-          if (frame.ok && frame.subscription && this.wanted?.get(frame.id))
-            this.wanted.get(frame.id)(frame.subscription, call);
+          if (frame.error?.code === "busy") window.busy = (window.busy ?? 0) + 1;
+          if (frame.ok && frame.subscription && this.wanted?.get(frame.id)) this.wanted.get(frame.id)(frame.subscription, call);
         };
       }
       send(text) {
@@ -25,23 +23,14 @@ async function addDevices(page) {
           .exec(request.pattern ?? "")
           ?.slice(1)
           .find(Boolean);
-        if (request.do === "subscribe" && leaf)
-          this.wanted.set(request.id, (number, call) =>
-            deliver(number, leaf, call),
-          );
+        if (request.do === "subscribe" && leaf) this.wanted.set(request.id, (number, call) => deliver(number, leaf, call));
         super.send(text);
       }
     };
     function deliver(number, leaf, call) {
       if (leaf === "island") {
         const set = [[1_000_000, '{"id":7,"name":"big"}', 1, 1]];
-        call({
-          data: JSON.stringify({
-            s: number,
-            k: { 1_000_000: "7:proxy.island" },
-            set,
-          }),
-        });
+        call({ data: JSON.stringify({ s: number, k: { 1_000_000: "7:proxy.island" }, set }) });
         return;
       }
       const keys = {};
@@ -50,9 +39,7 @@ async function addDevices(page) {
         keys[1_000_000 + index] = `7:proxy.big.${index}.${leaf}`;
         set.push([
           1_000_000 + index,
-          leaf === "status"
-            ? '{"status":"reachable","since":1}'
-            : JSON.stringify({ name: `Device ${index}` }),
+          leaf === "status" ? '{"status":"reachable","since":1}' : JSON.stringify({ name: `Device ${index}` }),
           1,
           1,
         ]);
@@ -70,20 +57,9 @@ async function onlyVisibleRowsExist({ page, open }) {
   await addDevices(page);
   await open("devices");
   const list = page.locator(".list");
-  await page.waitForFunction(
-    (count) =>
-      Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) >
-      count,
-    devices,
-  );
-  const room =
-    Math.ceil((await list.evaluate((element) => element.clientHeight)) / 30) +
-    1 +
-    16;
-  assert.ok(
-    (await rowsIn(page)) <= room,
-    `${await rowsIn(page)} rows, room for ${room}`,
-  );
+  await page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, devices);
+  const room = Math.ceil((await list.evaluate((element) => element.clientHeight)) / 30) + 1 + 16;
+  assert.ok((await rowsIn(page)) <= room, `${await rowsIn(page)} rows, room for ${room}`);
   await list.evaluate((element) => (element.scrollTop = 5000 * 30));
   await page.locator('[aria-rowindex="5010"]').waitFor();
   assert.ok((await rowsIn(page)) <= room);
@@ -98,26 +74,38 @@ async function onlyVisibleRowsExist({ page, open }) {
 async function scrollingHasSubscriptionsForAllRows({ page, open }) {
   await addDevices(page);
   await open("devices?q=Device");
-  await page.waitForFunction(
-    (count) =>
-      Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) >
-      count,
-    devices,
-  );
+  await page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, devices);
   await page.locator(".list").focus();
   for (let pages = 0; pages < 6; pages++) {
     await page.keyboard.press("PageDown");
     await page.waitForFunction(() => {
-      const name = document
-        .querySelector(".row.active")
-        ?.textContent.match(/Device (\d+)/)?.[1];
-      return (
-        name !== undefined &&
-        window.patterns.includes(`7:proxy.big.${name}.*.*.*`)
-      );
+      const name = document.querySelector(".row.active")?.textContent.match(/Device (\d+)/)?.[1];
+      return name !== undefined && window.patterns.includes(`7:proxy.big.${name}.*.*.*`);
     });
   }
   assert.equal(await page.evaluate(() => window.busy ?? 0), 0);
+}
+
+/** The tree of a large island opens without a subscription to all of it. */
+async function aLargeTreeIsAskedByBranch({ page, open }) {
+  await addDevices(page);
+  await open("tuples");
+  const branch = (name) =>
+    page
+      .locator("[role=treeitem]", {
+        has: page.locator(".part", { hasText: name }),
+      })
+      .first();
+  await branch(/^7/).locator(".count").waitFor();
+  await branch(/^7/).click();
+  await branch(/^proxy$/).click();
+  await branch(/^big$/).click();
+  await branch(/^3$/).click();
+  await page.waitForFunction(() => window.patterns.includes("7:proxy.big.3.**"));
+  await page.getByRole("searchbox").fill("Device 77");
+  await page.getByText(/^Of islands with more than/).waitFor();
+  await page.locator("[role=option]", { hasText: "proxy.big.77." }).first().waitFor();
+  assert.ok(!(await page.evaluate(() => window.patterns.includes("7:**"))));
 }
 
 /** Changes of the document come in at most one batch an animation frame, beside those of the ages once a second. */
@@ -130,12 +118,7 @@ async function oneRedrawAFrame({ page, open }) {
         let batches = 0;
         let frames = 0;
         const observer = new MutationObserver(() => batches++);
-        observer.observe(document.querySelector(".list"), {
-          subtree: true,
-          childList: true,
-          characterData: true,
-          attributes: true,
-        });
+        observer.observe(document.querySelector(".list"), { subtree: true, childList: true, characterData: true, attributes: true });
         const step = () => {
           if (++frames < 120) return requestAnimationFrame(step);
           observer.disconnect();
@@ -157,20 +140,11 @@ async function theLastValueArrives({ page, open }) {
         const socket = new WebSocket(`ws://${location.host}/api/v1/ws`);
         let answers = 0;
         let sent = 0;
-        const send = () =>
-          socket.send(
-            JSON.stringify({
-              id: ++sent,
-              do: "set",
-              key: "6541:house.motto",
-              value: `value-${sent - 1}`,
-            }),
-          );
+        const send = () => socket.send(JSON.stringify({ id: ++sent, do: "set", key: "6541:house.motto", value: `value-${sent - 1}` }));
         socket.onopen = send;
         socket.onmessage = (event) => {
           const frame = JSON.parse(event.data);
-          if (frame.error?.code === "busy")
-            return setTimeout(send, 200, --sent);
+          if (frame.error?.code === "busy") return setTimeout(send, 200, --sent);
           if (frame.id === undefined) return undefined;
           return ++answers === 200 ? done(answers) : send();
         };
@@ -182,15 +156,13 @@ async function theLastValueArrives({ page, open }) {
 }
 
 export const tests = () => [
-  {
-    name: "rows: of ten thousand devices only the visible ones are in the document",
-    body: onlyVisibleRowsExist,
-  },
+  { name: "rows: of ten thousand devices only the visible ones are in the document", body: onlyVisibleRowsExist },
   {
     name: "rows: scrolling a large list on a large screen",
     settings: { context: { viewport: { width: 3840, height: 2160 } } },
     body: scrollingHasSubscriptionsForAllRows,
   },
+  { name: "rows: the tree of a large island", body: aLargeTreeIsAskedByBranch },
   { name: "rows: one redraw an animation frame", body: oneRedrawAFrame },
   { name: "rows: the last of many values arrives", body: theLastValueArrives },
 ];

@@ -21,9 +21,7 @@ async function anErrorHasItsPlace({ page, open, island }) {
 async function reloadsWithPreview({ page, open, island }) {
   await open("settings");
   await page.locator(".configuration").waitFor();
-  await island.edit((file) =>
-    file.replace('area: "<b>Lab</b>"', "area: Cellar"),
-  );
+  await island.edit((file) => file.replace('area: "<b>Lab</b>"', "area: Cellar"));
   await page.getByRole("button", { name: "Reload …" }).click();
   const preview = page.getByRole("dialog");
   await preview.locator(".changes li", { hasText: "evil" }).waitFor();
@@ -37,9 +35,6 @@ async function reloadsWithPreview({ page, open, island }) {
 }
 
 export const tests = () => [
-  {
-    name: "settings: an error has its place, and nothing changes",
-    body: anErrorHasItsPlace,
-  },
+  { name: "settings: an error has its place, and nothing changes", body: anErrorHasItsPlace },
   { name: "settings: a reload with preview", body: reloadsWithPreview },
 ];

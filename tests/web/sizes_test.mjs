@@ -4,9 +4,7 @@ const fontSize = (page, selector) =>
   page
     .locator(selector)
     .first()
-    .evaluate((element) =>
-      Number.parseFloat(getComputedStyle(element).fontSize),
-    );
+    .evaluate((element) => Number.parseFloat(getComputedStyle(element).fontSize));
 
 /** Whoever reads with large letters chooses them in the browser. Rows and columns grow with them. */
 async function lettersOfTheBrowser({ page, open, context, picture }) {
@@ -22,40 +20,21 @@ async function lettersOfTheBrowser({ page, open, context, picture }) {
   const cut = await page
     .locator(".list-rows .cell")
     .evaluateAll((cells) =>
-      cells
-        .filter(
-          (cell) => cell.scrollHeight > cell.parentElement.clientHeight + 1,
-        )
-        .map((cell) => cell.textContent),
+      cells.filter((cell) => cell.scrollHeight > cell.parentElement.clientHeight + 1).map((cell) => cell.textContent),
     );
   assert.deepEqual(cut, []);
   const state = row.locator(".state").first();
-  assert.ok(
-    await state.evaluate(
-      (element) =>
-        element.closest(".cell").scrollWidth <=
-        element.closest(".cell").clientWidth,
-    ),
-  );
+  assert.ok(await state.evaluate((element) => element.closest(".cell").scrollWidth <= element.closest(".cell").clientWidth));
 }
 
 /** Below 16 pixels, some phones zoom into each field. */
 async function fieldsOfPhones({ page, open }) {
-  for (const address of [
-    "devices",
-    "devices/6541/dummy-rooms/living",
-    "tuples",
-  ]) {
+  for (const address of ["devices", "devices/6541/dummy-rooms/living", "tuples"]) {
     await open(address);
     await page.locator("main input").first().waitFor();
     const small = await page
       .locator("input, select, textarea")
-      .evaluateAll(
-        (fields) =>
-          fields.filter(
-            (field) => Number.parseFloat(getComputedStyle(field).fontSize) < 16,
-          ).length,
-      );
+      .evaluateAll((fields) => fields.filter((field) => Number.parseFloat(getComputedStyle(field).fontSize) < 16).length);
     assert.equal(small, 0, address);
   }
 }

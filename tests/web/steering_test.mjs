@@ -3,8 +3,7 @@ import assert from "node:assert/strict";
 import { readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
-const notice = (page, text) =>
-  page.locator(".notice", { hasText: text }).waitFor();
+const notice = (page, text) => page.locator(".notice", { hasText: text }).waitFor();
 
 /** Writes the configuration file of the island, reads it again by the page, and puts it back at the end. */
 async function withConfiguration({ page, open, island }, change, body) {
@@ -51,13 +50,9 @@ async function reloadInboxRecorder(session) {
   const { page, open } = session;
   await withConfiguration(
     session,
-    (text) =>
-      text.replace("rules: [", rule).replace("networks:\n", newNetwork) + more,
+    (text) => text.replace("rules: [", rule).replace("networks:\n", newNetwork) + more,
     async ({ confirm }) => {
-      await page
-        .locator("dialog li", { hasText: "dummy-new" })
-        .first()
-        .waitFor();
+      await page.locator("dialog li", { hasText: "dummy-new" }).first().waitFor();
       await confirm();
       await decides(page, open);
       await records(page, open);
@@ -76,34 +71,17 @@ async function decides(page, open) {
   await page.getByRole("button", { name: "Approve dummy-new.gate" }).click();
   await page.locator("button:focus", { hasText: "Undo" }).press("Enter");
   await page.locator("button:focus", { hasText: "Approve" }).waitFor();
-  assert.equal(
-    await page.locator(".list-rows .row").count(),
-    3,
-    "taken back before it was sent",
-  );
+  assert.equal(await page.locator(".list-rows .row").count(), 3, "taken back before it was sent");
   // The filter of the list is none of the pattern: it goes to the whole inbox.
   await page.getByRole("searchbox").fill("gate");
-  await page
-    .locator(".row", { hasText: "Well" })
-    .waitFor({ state: "detached" });
+  await page.locator(".row", { hasText: "Well" }).waitFor({ state: "detached" });
   await page.getByRole("textbox", { name: "By pattern" }).fill("dummy-new.*");
-  await page
-    .locator(".pattern")
-    .getByRole("button", { name: "Approve 3" })
-    .waitFor();
+  await page.locator(".pattern").getByRole("button", { name: "Approve 3" }).waitFor();
   await page.getByRole("textbox", { name: "By pattern" }).fill("dummy-new.?e*");
-  await page
-    .locator(".pattern")
-    .getByRole("button", { name: "Approve 1" })
-    .waitFor();
+  await page.locator(".pattern").getByRole("button", { name: "Approve 1" }).waitFor();
   await page.getByRole("searchbox").fill("dummy-new");
-  await page
-    .locator(".pattern")
-    .getByRole("button", { name: "Approve 1" })
-    .click();
-  await page
-    .locator(".row", { hasText: "Well" })
-    .waitFor({ state: "detached" });
+  await page.locator(".pattern").getByRole("button", { name: "Approve 1" }).click();
+  await page.locator(".row", { hasText: "Well" }).waitFor({ state: "detached" });
   assert.equal(await page.locator(".list-rows .row").count(), 2);
   await open("devices?network=dummy-new");
   await page.locator(".row", { hasText: "Well" }).waitFor();
@@ -115,10 +93,7 @@ async function records(page, open) {
   await card.locator(".state", { hasText: "recording" }).waitFor();
   await card.getByRole("textbox").fill("lamp replaced");
   await card.getByRole("button", { name: "Mark" }).click();
-  await card
-    .locator("p", { hasText: "mark lamp replaced" })
-    .locator(".state", { hasText: "confirmed" })
-    .waitFor();
+  await card.locator("p", { hasText: "mark lamp replaced" }).locator(".state", { hasText: "confirmed" }).waitFor();
   await card.getByRole("button", { name: "Stop all" }).click();
   await card.locator("header .state", { hasText: "stopped" }).waitFor();
 }
@@ -146,25 +121,14 @@ async function aPlotByKeys({ page, open }) {
   await page.locator(".plot canvas").first().waitFor();
   await page.keyboard.press("a");
   const plot = page.getByRole("slider", { name: /light-1/ });
-  await page
-    .locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ })
-    .waitFor();
+  await page.locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ }).waitFor();
   assert.equal(await plot.getAttribute("aria-valuetext"), "no crosshair");
   await plot.focus();
   await page.keyboard.press("End");
-  await page.waitForFunction(() =>
-    /light-1 [\d.,]+ lx/.test(
-      document.querySelector(".plot").getAttribute("aria-valuetext"),
-    ),
-  );
+  await page.waitForFunction(() => /light-1 [\d.,]+ lx/.test(document.querySelector(".plot").getAttribute("aria-valuetext")));
   const end = Number(await plot.getAttribute("aria-valuenow"));
   await page.keyboard.press("Shift+ArrowLeft");
-  await page.waitForFunction(
-    (time) =>
-      Number(document.querySelector(".plot").getAttribute("aria-valuenow")) <
-      time - 100,
-    end,
-  );
+  await page.waitForFunction((time) => Number(document.querySelector(".plot").getAttribute("aria-valuenow")) < time - 100, end);
   const before = page.url();
   await page.keyboard.press("+");
   await page.waitForFunction(() => location.hash.includes("from="));

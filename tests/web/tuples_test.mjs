@@ -24,9 +24,7 @@ async function setWithEverything({ page, open, island }) {
   await panel.getByLabel("User time").fill("2026-01-02T03:04:05");
   await panel.getByRole("button", { name: "Set", exact: true }).click();
   await panel.getByText("The owner answered: applied.").waitFor();
-  await panel
-    .locator(".content", { hasText: '"motto": "festina lente"' })
-    .waitFor();
+  await panel.locator(".content", { hasText: '"motto": "festina lente"' }).waitFor();
   assert.equal(await fact(panel, "Media type"), "application/json");
   assert.match(await fact(panel, "User time"), /^2026-01-02 03:04:05/);
 }
@@ -36,26 +34,20 @@ async function picture({ page, open, island }) {
   island.publish("page.note", "carpe diem");
   await open(`tuples/${note}`);
   const panel = await panelOf(page, note);
-  const drawing =
-    '<svg xmlns="http://www.w3.org/2000/svg" width="40" height="20"><rect width="40" height="20"/></svg>';
+  const drawing = '<svg xmlns="http://www.w3.org/2000/svg" width="40" height="20"><rect width="40" height="20"/></svg>';
   await panel.getByLabel("New value").fill(drawing);
   await panel.getByLabel("Media type").fill("image/svg+xml");
   await panel.getByRole("button", { name: "Set", exact: true }).click();
   const image = panel.getByRole("img", { name: "The value as a picture" });
   await image.waitFor();
-  await page.waitForFunction(
-    (element) => element.complete && element.naturalWidth === 40,
-    await image.elementHandle(),
-  );
+  await page.waitForFunction((element) => element.complete && element.naturalWidth === 40, await image.elementHandle());
 }
 
 /** The value of a field of date and time, in the zone of the browser. */
 const fieldTime = (page, seconds) =>
   page.evaluate((ahead) => {
     const time = new Date(Date.now() + ahead * 1000);
-    return new Date(time.getTime() - time.getTimezoneOffset() * 60_000)
-      .toISOString()
-      .slice(0, 19);
+    return new Date(time.getTime() - time.getTimezoneOffset() * 60_000).toISOString().slice(0, 19);
   }, seconds);
 
 /** A value that expires says when, and is gone then. */
@@ -67,9 +59,7 @@ async function setWithExpiry({ page, open, island }) {
   await panel.getByLabel("New value").fill("for a moment");
   await panel.getByLabel("Expires at").fill(await fieldTime(page, 5));
   await panel.getByRole("button", { name: "Set", exact: true }).click();
-  await panel
-    .locator('dt:text-is("Expires") + dd', { hasText: /\(in \d+ s\)/ })
-    .waitFor();
+  await panel.locator('dt:text-is("Expires") + dd', { hasText: /\(in \d+ s\)/ }).waitFor();
   await panel.locator(".content", { hasText: "for a moment" }).waitFor();
   await panel.getByText("There is no such tuple.").waitFor();
 }
@@ -103,9 +93,7 @@ async function onlyIfUnchanged({ page, open, island }) {
   await panel.getByText("The owner answered: applied.").waitFor();
   await panel.getByLabel("New value").fill("second");
   await panel.getByRole("button", { name: "Set", exact: true }).click();
-  await panel
-    .getByText("The owner answered: applied.")
-    .waitFor({ state: "detached" });
+  await panel.getByText("The owner answered: applied.").waitFor({ state: "detached" });
   await panel.locator(".content", { hasText: /^first$/ }).waitFor();
 }
 
@@ -125,9 +113,27 @@ async function ownerAbsent({ page, open, island }) {
   assert.match(await fact(panel, "Owner"), /present$/);
   await island.endOthers();
   await panel.getByText(/owner absent since \d/).waitFor();
-  await page
-    .locator("[role=treeitem].absent", { hasText: "owner absent since" })
-    .waitFor();
+  await page.locator("[role=treeitem].absent", { hasText: "owner absent since" }).waitFor();
+}
+
+/** Before its owner has sent all, it is not known whether there is such a tuple. */
+async function comingIsNotMissing({ page, open }) {
+  await page.addInitScript(() => {
+    window.seen = [];
+    new MutationObserver(() => {
+      const text = document.querySelector(".panel > p")?.textContent;
+      if (text && window.seen.at(-1) !== text) window.seen.push(text);
+    }).observe(document, {
+      subtree: true,
+      childList: true,
+      characterData: true,
+    });
+  });
+  await open("tuples/6541:house.motto");
+  await panelOf(page, "6541:house.motto");
+  assert.deepEqual(await page.evaluate(() => window.seen.filter((text) => text !== "Loading")), []);
+  await open("tuples/6541:house.nosuch");
+  await page.locator(".panel").getByText("There is no such tuple.").waitFor();
 }
 
 async function filteredToNothing({ page, open }) {
@@ -146,10 +152,11 @@ export const tests = () => [
   { name: "tuples: a picture", body: picture },
   { name: "tuples: append, with media type", body: append },
   { name: "tuples: a set for the value that was seen", body: onlyIfUnchanged },
-  {
-    name: "tuples: a tuple that cannot be set says so",
-    body: readOnlyIsRefused,
-  },
+  { name: "tuples: a tuple that cannot be set says so", body: readOnlyIsRefused },
   { name: "tuples: an owner that is absent", body: ownerAbsent },
+  {
+    name: "tuples: one that is on its way is not missing",
+    body: comingIsNotMissing,
+  },
   { name: "tuples: filtered to nothing", body: filteredToNothing },
 ];

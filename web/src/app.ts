@@ -17,6 +17,8 @@ import * as words from "./words/frame";
 export const line = signal<LineState>("connecting");
 /** When the line was lost, in ms of Date.now(); 0 while it is up. */
 export const lostSince = signal(0);
+/** Until then the server merges updates, because this connection takes fewer than arrive; in ms of Date.now(). */
+export const mergedUntil = signal(0);
 export const server = signal<ServerInfo | null>(null);
 /** The server wants a token before it says anything. */
 export const loginNeeded = signal(false);
@@ -114,8 +116,16 @@ function framed(frame: Frame): void {
   if (frame.message) {
     for (const call of listeners.get(frame.message.type) ?? []) call(frame.message);
   }
-  if (frame.slow) notify(words.lineSlow, "waiting");
+  if (frame.slow) merging();
   if (frame.lost) notify(words.lineEventsLost(frame.lost.events), "bad");
+}
+
+/** The server says once a minute that it merges updates. */
+const mergingLasts = 75_000;
+
+function merging(): void {
+  if (mergedUntil.value < Date.now()) announce(words.lineSlow);
+  mergedUntil.value = Date.now() + mergingLasts;
 }
 
 export function startApp(): void {

@@ -18,13 +18,18 @@ export class TestClock implements Clock {
     };
   }
 
+  /** Time passes and no timer runs: the machine sleeps. */
+  sleep(milliseconds: number): void {
+    this.time += milliseconds;
+  }
+
   advance(milliseconds: number): void {
     const end = this.time + milliseconds;
     for (;;) {
       const due = this.timers.filter(({ at }) => at <= end).sort((a, b) => a.at - b.at)[0];
       if (!due) break;
       this.timers = this.timers.filter((timer) => timer !== due);
-      this.time = due.at;
+      this.time = Math.max(this.time, due.at);
       due.call();
     }
     this.time = end;

@@ -3,6 +3,7 @@ import { test } from "node:test";
 import { Rates } from "../src/core/rates";
 import { Store } from "../src/core/store";
 import { pathsAbove, Tree } from "../src/core/tree";
+import { wantsOf } from "../src/core/tree_wants";
 
 function setUp(...names: string[]) {
   const store = new Store(() => {});
@@ -49,6 +50,19 @@ test("leaves are small: they have no map, order or path of their own", () => {
   assert.deepEqual(members("7:a.b"), [store.get("7:a.b")].slice(1));
   assert.equal(tree.find("7:a.b")?.path, "7:a.b");
   assert.equal(members("7:a").length, 1);
+});
+
+test("a large island is never asked for everything", () => {
+  const open = ["7", "7:proxy", "7:proxy.wsn", "7:proxy.wsn.12", "7:proxy.wsn.12.sensor", "7:proxy.wsn.property", "8:proxy.wsn.5"];
+  const patterns = (large: boolean) => wantsOf("7", open, large).map(({ pattern }) => pattern);
+  assert.deepEqual(patterns(false), ["7:**"]);
+  assert.deepEqual(
+    patterns(true).filter((pattern) => pattern.includes("proxy")),
+    ["7:proxy.wsn.12.**"],
+  );
+  assert.ok(patterns(true).every((pattern) => pattern !== "7:**"));
+  const many = Array.from({ length: 1000 }, (_, index) => `7:proxy.wsn.${index}`);
+  assert.ok(wantsOf("7", many, true).length < 120);
 });
 
 test("keys with odd parts have their place too", () => {

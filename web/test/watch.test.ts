@@ -56,6 +56,25 @@ test("a watch ends when the page is hidden for longer than the lease, not when t
   assert.deepEqual([watch.running, at.said, calls.size], [false, "ended", 0]);
 });
 
+test("a watch says what it missed while the machine slept or the line was lost", () => {
+  const { clock, watch, at } = setUp();
+  watch.start();
+  clock.advance(50_000);
+  assert.equal(watch.missed, null);
+  clock.sleep(300_000);
+  clock.advance(0);
+  assert.deepEqual(watch.missed, { from: 110, to: 350 });
+  at.live = false;
+  watch.interrupt();
+  clock.advance(10_000);
+  at.live = true;
+  watch.renew();
+  assert.deepEqual(watch.missed, { from: 350, to: 360 });
+  watch.stop();
+  watch.start();
+  assert.equal(watch.missed, null);
+});
+
 test("a watch that the network refuses ends with the reason", () => {
   const { watch, at, say } = setUp();
   watch.start();

@@ -30,9 +30,13 @@ export class Watch {
   /** The user reads: rows stay longer. */
   reading = false;
   passing: Passing[] = [];
+  /** The last time in which it saw nothing, though the user did not stop it: seconds since 1970. */
+  missed: { from: number; to: number } | null = null;
   private incoming: Passing[] = [];
   private lastId = 0;
   private renewed = 0;
+  /** When the line was lost; 0 while it is up. */
+  private lost = 0;
   private stops: (() => void)[] = [];
   private stopRenewal = () => {};
 
@@ -47,6 +51,9 @@ export class Watch {
   start(): void {
     if (this.running) return;
     this.running = true;
+    this.renewed = this.clock.now();
+    this.lost = this.ports.live() ? 0 : this.renewed;
+    this.missed = null;
     this.stops = [
       this.ports.listen(types[this.kind].message, (message) => this.took(message)),
       this.ports.listen(types[this.kind].reply, (message) => this.replied(message)),
@@ -62,6 +69,11 @@ export class Watch {
     this.ports.changed();
   }
 
+  /** The line to the server is lost: nothing arrives until the next renewal. */
+  interrupt(): void {
+    if (this.running) this.lost ||= this.clock.now();
+  }
+
   /** Asks the network to go on: at once after a reconnection, and before its lease ends; not while the page is hidden. */
   renew(): void {
     if (!this.running) return;
@@ -72,8 +84,18 @@ export class Watch {
       return;
     }
     if (!this.ports.live()) return;
+    this.noteMissed();
     this.renewed = this.clock.now();
     this.ports.send({ id: watcher, do: "monitor", seconds: lease }, (why) => this.end(() => this.ports.refused(why)));
+  }
+
+  /** A page that sleeps renews too late; then, and without a line, traffic has passed unseen. */
+  private noteMissed(): void {
+    const now = this.clock.now();
+    const leaseEnds = this.renewed + lease * 1000;
+    const from = Math.min(this.lost || leaseEnds, leaseEnds);
+    if (from < now) this.missed = { from: from / 1000, to: now / 1000 };
+    this.lost = 0;
   }
 
   private end(say: () => void): void {

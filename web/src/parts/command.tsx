@@ -241,6 +241,8 @@ function NumberField({ control, value, label, onInput }: FieldProps & { control:
         <input
           type="range"
           aria-label={label}
+          class={value === "" ? "unknown" : ""}
+          aria-valuetext={value === "" ? text.unknown : undefined}
           min={minimum}
           max={maximum}
           step={step}

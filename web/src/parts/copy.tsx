@@ -4,27 +4,36 @@ import { announce } from "./notices";
 
 /** Copies a text as it is. Browsers offer the clipboard only under TLS and on loopback; elsewhere a selection has to do. A long text may be made when it is wanted. */
 export function CopyButton({ text, label = words.copy }: { text: string | (() => string); label?: string }) {
-  const [done, setDone] = useState(false);
+  const [done, setDone] = useState("");
   const copy = async () => {
-    await copyText(typeof text === "string" ? text : text());
-    announce(words.copied);
-    setDone(true);
-    setTimeout(() => setDone(false), 1500);
+    const result = (await copyText(typeof text === "string" ? text : text())) ? words.copied : words.notCopied;
+    announce(result);
+    setDone(result);
+    setTimeout(() => setDone(""), 1500);
   };
   return (
     <button type="button" class="small" onClick={() => void copy()}>
-      {done ? words.copied : label}
+      {done || label}
     </button>
   );
 }
 
-async function copyText(text: string): Promise<void> {
-  if (navigator.clipboard) return navigator.clipboard.writeText(text);
+/** Whether it was copied: the user may have forbidden the clipboard. */
+async function copyText(text: string): Promise<boolean> {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return copySelected(text);
+  }
+}
+
+function copySelected(text: string): boolean {
   const field = document.createElement("textarea");
   field.value = text;
   document.body.append(field);
   field.select();
-  document.execCommand("copy");
+  const copied = document.execCommand("copy");
   field.remove();
-  return undefined;
+  return copied;
 }

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, mayBe, server, wokenSensors } from "../app";
+import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, mayBe, mergedUntil, server, wokenSensors } from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { second } from "../core/redraw";
@@ -83,9 +83,11 @@ function LineState() {
   void second.value;
   const tone = state === "live" ? "good" : state === "lost" ? "bad" : "waiting";
   const age = lostSince.value ? formatAge((Date.now() - lostSince.value) / 1000) : "";
-  const text = state === "lost" ? words.lineLostFor(age) : state === "live" ? words.lineLive : words.lineConnecting;
+  const merged = mergedUntil.value > Date.now();
+  const text =
+    state === "lost" ? words.lineLostFor(age) : state === "live" ? (merged ? words.lineMerged : words.lineLive) : words.lineConnecting;
   return (
-    <span class={`line state tone-${tone}`} title={text}>
+    <span class={`line state tone-${tone}`} title={merged ? words.lineSlow : text}>
       <span class="dot" aria-hidden="true" />
       <span class="line-text">{text}</span>
     </span>

@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, line, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, line, type Loading, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
 import { type Device, number, text as textOf } from "../core/catalog";
 import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
@@ -12,6 +12,8 @@ import { NoIsland } from "../parts/no_island";
 import { Loaded, State } from "../parts/state";
 import * as text from "../words/overview";
 import * as commandText from "../words/command";
+import * as words from "../words/frame";
+import * as networksText from "../words/networks";
 import { failingCommands, gone, linesNotUp, reachableOf, waitingIn } from "./overview_facts";
 import type { View } from "./views";
 
@@ -27,8 +29,9 @@ function Overview() {
   const owner = ownerPattern();
   const feeds = useFeeds([
     { pattern: `${owner}:*.*.*.actuator.*.status`, min: 1000 },
-    { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 },
+    { pattern: `${owner}:*.*.*.property.*.status`, min: 1000 },
   ]);
+  const values = useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 1000 }]);
   const state = loadingOf(baseFeeds);
   if (noIslands()) return <NoIsland />;
   return (
@@ -37,11 +40,11 @@ function Overview() {
       <Loaded state={state} empty={state === "loading" && catalog.devices.size === 0}>
         <Islands />
         <div class="cards">
-          <Lines />
-          <Gone />
-          <Commands />
-          <Inbox />
-          <Floods ready={loadingOf(feeds) === "ready"} />
+          <Lines state={state} />
+          <Gone state={state} />
+          <Commands state={loadingOf([...baseFeeds, ...feeds])} />
+          <Inbox state={state} />
+          <Floods state={loadingOf(values)} />
         </div>
       </Loaded>
     </section>
@@ -106,13 +109,16 @@ interface CardProps {
   title: string;
   count: number;
   none: string;
+  /** Of what it counts: there is none only when all of it has arrived. */
+  state: Loading;
   more?: { href: string; label: string };
   bad?: boolean;
   children: ComponentChildren;
 }
 
 /** A section that says in its head how much there is, also when that is nothing. */
-function Card({ title, count, none, more, bad, children }: CardProps) {
+function Card({ title, count, none, state, more, bad, children }: CardProps) {
+  const nothing = state === "ready" ? none : state === "loading" ? `${words.loading} …` : `${state.code}: ${state.text}`;
   return (
     <section class="card" aria-label={title}>
       <header>
@@ -120,18 +126,22 @@ function Card({ title, count, none, more, bad, children }: CardProps) {
         {count > 0 && <span class={`badge${bad ? " bad" : ""}`}>{formatCount(count)}</span>}
         {more && count > 0 && <a href={more.href}>{more.label}</a>}
       </header>
-      {count === 0 ? <p class="muted">{none}</p> : <ul class="facts-list">{children}</ul>}
+      {count === 0 ? <p class="muted">{nothing}</p> : <ul class="facts-list">{children}</ul>}
     </section>
   );
 }
 
-function Lines() {
+type OfState = Pick<CardProps, "state">;
+
+function Lines({ state }: OfState) {
   const lines = ofChosen(linesNotUp(catalog));
+  const networks = ofChosen([...catalog.networks.values()]).length;
   return (
     <Card
       title={text.lines}
       count={lines.length}
-      none={text.allUp(ofChosen([...catalog.networks.values()]).length)}
+      none={networks > 0 ? text.allUp(networks) : networksText.none}
+      state={state}
       bad
       more={{ href: hrefTo("networks"), label: text.networks }}
     >
@@ -154,13 +164,14 @@ function DeviceLink({ device }: { device: Device }) {
   return <a href={hrefTo("devices", device.path.split("/"))}>{device.name}</a>;
 }
 
-function Gone() {
+function Gone({ state }: OfState) {
   const devices = ofChosen(gone(catalog));
   return (
     <Card
       title={text.gone}
       count={devices.length}
       none={text.noneGone}
+      state={state}
       bad
       more={{ href: hrefTo("devices", [], { sort: "state" }), label: text.all }}
     >
@@ -176,11 +187,11 @@ function Gone() {
   );
 }
 
-function Commands() {
+function Commands({ state }: OfState) {
   const island = chosenIsland();
   const failing = failingCommands(catalog).filter(({ point }) => !island || point.device.owner === island);
   return (
-    <Card title={text.commands} count={failing.length} none={text.noneFailing} bad>
+    <Card title={text.commands} count={failing.length} none={text.noneFailing} state={state} bad>
       {failing.slice(0, shown).map(({ point, outcome }) => (
         <li key={point.path}>
           <a href={hrefTo("devices", point.device.path.split("/"))}>{`${point.device.name} · ${point.id}`}</a>
@@ -193,22 +204,28 @@ function Commands() {
   );
 }
 
-function Inbox() {
+function Inbox({ state }: OfState) {
   const { waiting, ignored } = waitingIn(catalog, chosenIsland());
   return (
-    <Card title={text.inbox} count={waiting} none={text.noneWaiting(ignored)} more={{ href: hrefTo("inbox"), label: text.decide }}>
+    <Card
+      title={text.inbox}
+      count={waiting}
+      none={text.noneWaiting(ignored)}
+      state={state}
+      more={{ href: hrefTo("inbox"), label: text.decide }}
+    >
       <li>{text.waiting(waiting, ignored)}</li>
     </Card>
   );
 }
 
-function Floods({ ready }: { ready: boolean }) {
+function Floods({ state }: OfState) {
   const rates = useMemo(() => new Rates(store, performance.now()), []);
   useEffect(() => () => rates.end(), [rates]);
   const [samples, setSamples] = useState(0);
   useEffect(() => {
     rates.sample(performance.now());
-    if (ready && samples < settled) setSamples(samples + 1);
+    if (state === "ready" && samples < settled) setSamples(samples + 1);
   }, [second.value]);
   useEffect(() => {
     if (line.value === "lost") rates.interrupt();
@@ -223,6 +240,7 @@ function Floods({ ready }: { ready: boolean }) {
       title={text.floods}
       count={top.length}
       none={samples < settled ? text.measuring : text.quiet}
+      state={state}
       more={{ href: hrefTo("tuples", [], { order: "rate" }), label: text.tuples }}
     >
       {top.map(({ tuple, rate }) => (

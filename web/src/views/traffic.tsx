@@ -1,7 +1,7 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Network } from "../core/catalog";
-import { formatFullTime, hexDump, prettyJson } from "../core/format";
+import { formatFullTime, formatTime, hexDump, prettyJson } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
@@ -110,6 +110,7 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
       </div>
       {monitor.running && (
         <div class="strip">
+          {monitor.missed && <span>{text.missed(formatTime(monitor.missed.from), formatTime(monitor.missed.to))}</span>}
           {monitor.up ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}
         </div>
       )}

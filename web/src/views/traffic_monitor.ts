@@ -34,6 +34,7 @@ function renewAll(): void {
 
 effect(() => {
   if (line.value === "live") renewAll();
+  if (line.value === "lost") for (const watch of watches.values()) watch.interrupt();
 });
 document.addEventListener("visibilitychange", () => !document.hidden && renewAll());
 

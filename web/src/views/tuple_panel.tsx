@@ -1,5 +1,6 @@
 import { useEffect, useState } from "preact/hooks";
 import { components, mayBe, store, useFeeds } from "../app";
+import type { Subscription } from "../core/feed";
 import { formatAge, formatBytes, formatCount, formatFullTime, formatRate, hexDump, prettyJson } from "../core/format";
 import type { Rates } from "../core/rates";
 import { useFrame } from "../core/redraw";
@@ -19,7 +20,7 @@ import { serverNow } from "../core/server_time";
 /** One tuple whole: value, times, who made it, and a form to set it. */
 export function TuplePanel({ id, rates, branch }: { id: string; rates: Rates; branch?: Branch }) {
   useFrame();
-  useFeeds([{ pattern: id.includes(":") ? id : `${id}:**`, full: true }]);
+  const feeds = useFeeds(id.includes(":") ? [{ pattern: id, full: true }] : []);
   const tuple = store.get(id);
   const pinned = pinnedBranches.value.includes(id);
   return (
@@ -37,9 +38,20 @@ export function TuplePanel({ id, rates, branch }: { id: string; rates: Rates; br
           {pinned ? text.unpin : text.pin}
         </button>
       </div>
-      {tuple ? <Facts tuple={tuple} rate={rates.of(tuple)} /> : <p class="muted">{branch ? text.branch : text.missing}</p>}
+      {tuple ? (
+        <Facts tuple={tuple} rate={rates.of(tuple)} />
+      ) : (
+        <p class="muted">{branch ? text.branch : isComing(id, feeds) ? words.loading : text.missing}</p>
+      )}
     </aside>
   );
+}
+
+/** Its owner is there and has not sent all yet, or it is not known yet who is there. */
+function isComing(id: string, feeds: Subscription[]): boolean {
+  const owner = Number(id.split(":", 1)[0]);
+  const known = components.value.length > 0; // the server itself is one
+  return !known || (components.value.some(({ id: other }) => other === owner) && !feeds.every((feed) => feed.complete([owner])));
 }
 
 function nameOf(component: number): string {

@@ -1,6 +1,6 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, components, feed, islands, islandsKnown, line, loadingOf, store, useFeeds } from "../app";
-import type { Want } from "../core/feed";
+import { baseFeeds, catalog, chosenIsland, components, islands, islandsKnown, line, loadingOf, store, useFeeds } from "../app";
+import type { Subscription } from "../core/feed";
 import { usePaced } from "../core/hooks";
 import { Rates } from "../core/rates";
 import { second, useFrame } from "../core/redraw";
@@ -10,6 +10,7 @@ import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
 import { type Branch, pathsAbove, Tree, type TreeOrder, type TreeRow } from "../core/tree";
 import { FilterField, Choice } from "../parts/fields";
+import { wantsOf } from "../core/tree_wants";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Loaded, NoneMatch } from "../parts/state";
@@ -57,8 +58,11 @@ function ownersShown(tree: Tree): Branch[] {
     .sort((a, b) => compareNatural(a.part, b.part));
 }
 
-function everythingOf(owner: string): Want {
-  return { pattern: `${owner}:**`, full: true, min: 500 };
+/** The islands with so many devices that they are not asked for everything. */
+function largeIslands(): Set<string> {
+  const counts = new Map<number, number>();
+  for (const { owner } of catalog.devices.values()) counts.set(owner, (counts.get(owner) ?? 0) + 1);
+  return new Set([...counts].flatMap(([owner, count]) => (count > fewDevices ? [String(owner)] : [])));
 }
 
 function Tuples({ route }: { route: Route }) {
@@ -70,10 +74,15 @@ function Tuples({ route }: { route: Route }) {
   const search = route.query.q ?? "";
   const order: TreeOrder = route.query.order === "rate" ? "rate" : "key";
   const owners = ownersShown(tree);
-  useOpenAround(chosen, owners, () => setVersion((count) => count + 1));
-  const wanted = search ? owners : owners.filter((branch) => openBranches.has(branch.path));
-  const feeds = useFeeds(wanted.map((branch) => everythingOf(branch.part)));
-  const loading = owners.filter((branch) => isLoading(branch));
+  // How many devices an island has is known when the lists of all islands have come.
+  const known = loadingOf(baseFeeds) === "ready";
+  useOpenAround(chosen, owners, known, () => setVersion((count) => count + 1));
+  const large = useMemo(largeIslands, [catalog.structure]);
+  const wanted = !known ? [] : search ? owners : owners.filter((branch) => openBranches.has(branch.path));
+  const feeds = useFeeds(wanted.flatMap((branch) => wantsOf(branch.part, openBranches, large.has(branch.part))));
+  const isLoading = (branch: Branch) =>
+    openBranches.has(branch.path) && (!known || feeds.some((one) => isOf(one, branch) && !one.complete([Number(branch.part)])));
+  const loading = owners.filter(isLoading);
   const rows = usePaced(
     String(tree.structure),
     () => tree.rows(openBranches, order, owners, isLoading),
@@ -113,6 +122,7 @@ function Tuples({ route }: { route: Route }) {
         <span class="count">{text.count(owners.reduce((sum, branch) => sum + branch.count, 0))}</span>
       </div>
       {pins.length > 0 && <Pins pins={pins} />}
+      {search && owners.some(({ part }) => large.has(part)) && <p class="strip">{text.searchedPartly(fewDevices)}</p>}
       <div class="split">
         {!(phone.value && panel) && (
           <Loaded state={search ? loadingOf(feeds) : loadingOf(baseFeeds)}>
@@ -130,9 +140,9 @@ function Tuples({ route }: { route: Route }) {
 }
 
 /** Opens what is around the chosen tuple, and the only owner there is, unless that means very many tuples. */
-function useOpenAround(chosen: string, owners: Branch[], opened: () => void): void {
+function useOpenAround(chosen: string, owners: Branch[], known: boolean, opened: () => void): void {
   const only = owners.length === 1 ? owners[0]?.path : undefined;
-  const few = catalog.devices.size <= fewDevices;
+  const few = known && catalog.devices.size <= fewDevices;
   const first = !few ? undefined : islands.value.length === 1 ? String(islands.value[0]?.id) : only;
   useEffect(() => {
     const paths = [
@@ -188,14 +198,8 @@ function queryOfNow(): Record<string, string> {
   return route.value.query;
 }
 
-/** An open owner whose tuples are still on their way. */
-function isLoading(branch: Branch): boolean {
-  if (!openBranches.has(branch.path)) return false;
-  const { pattern } = everythingOf(branch.part);
-  for (const subscription of feed.subscriptions) {
-    if (subscription.want.pattern === pattern) return !subscription.complete([Number(branch.part)]);
-  }
-  return true;
+function isOf({ want }: Subscription, branch: Branch): boolean {
+  return want.pattern.startsWith(`${branch.part}:`);
 }
 
 function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen: string }) {

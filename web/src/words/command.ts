@@ -1,6 +1,7 @@
 // Texts of controls and outcomes of commands.
 
 export const set = "Set";
+export const unknown = "unknown";
 export const commanded = (value: string) => `set to ${value}`;
 export const by = (commander: string) => `by ${commander}`;
 export const range = (minimum?: number, maximum?: number) =>

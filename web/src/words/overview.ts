@@ -16,7 +16,7 @@ export const gone = "Devices gone";
 export const noneGone = "No device is unreachable.";
 export const all = "All";
 export const commands = "Commands that failed";
-export const noneFailing = "The last command of every actuator ended well.";
+export const noneFailing = "The last command of every actuator and property ended well.";
 export const inbox = "Inbox";
 export { none as noneWaiting } from "./inbox";
 export const waiting = (waiting: number, ignored: number) =>

@@ -16,6 +16,7 @@ export const nothingKept = "The network has kept no telegram yet.";
 export const write = "Write …";
 export const watching = (network: string) => `watching ${network}`;
 export const lineDown = "watching; the line of the network is down";
+export const missed = (from: string, to: string) => `Nothing was seen from ${from} to ${to}.`;
 export const stopped = "The traffic is not watched.";
 export const startText = (kept: number) =>
   `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`;
