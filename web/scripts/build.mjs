@@ -6,7 +6,7 @@ import { mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import * as esbuild from "esbuild";
-import { plotsWithoutNeverCalled, smaller } from "./smaller.mjs";
+import { plotsTrimmed, smaller } from "./smaller.mjs";
 
 const web = join(dirname(fileURLToPath(import.meta.url)), "..");
 const outAt = process.argv.indexOf("--out");
@@ -38,7 +38,7 @@ function hashed(path, contents) {
 const plots = await esbuild.build({
   ...common,
   stdin: { contents: 'export { default } from "uplot";', resolveDir: web, sourcefile: "uplot.js" },
-  plugins: [plotsWithoutNeverCalled],
+  plugins: [plotsTrimmed],
 });
 const plotsScript = await smaller(plots.outputFiles[0].text);
 const plotsFile = { path: hashed(join(out, "uplot.js"), plotsScript), contents: plotsScript };
