@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 /** A line that is not up is on the overview with its reason, until it is up; what waits then is counted there. */
 async function aLineComesUp({ page, open, island }) {
   await open("overview");
-  const card = page.locator(".card", { hasText: "Lines that are not up" });
+  const card = page.locator(".card", { hasText: "Lines not up" });
   await card.locator("li", { hasText: "wsn-hall" }).locator("p", { hasText: "19202" }).waitFor();
   island.startMotes();
   await card.getByText(/All lines of/).waitFor();

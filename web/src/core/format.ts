@@ -4,10 +4,8 @@
 const unitSigns: Record<string, string> = {
   Cel: "°C",
   "[degF]": "°F",
-  K: "K",
   "[ppm]": "ppm",
   "[ppb]": "ppb",
-  "%": "%",
   deg: "°",
   Ohm: "Ω",
   "kW.h": "kWh",
@@ -17,7 +15,6 @@ const unitSigns: Record<string, string> = {
   "m/s2": "m/s²",
   "W/m2": "W/m²",
   "V.A": "VA",
-  var: "var",
   m3: "m³",
   "m3/h": "m³/h",
   m2: "m²",

@@ -14,7 +14,6 @@ const paths: Record<string, string> = {
   pin: "M7 3h6l-1 6 3 3H5l3-3zM10 12v5",
   more: "M4 10h.01M10 10h.01M16 10h.01",
   back: "M12 4l-6 6 6 6",
-  copy: "M7 7h9v10H7zM4 13V3h9",
   help: "M7.5 7.5a2.5 2.5 0 1 1 3.5 2.3c-.7.4-1 .9-1 1.7M10 14.5h.01",
   logout: "M12 5V3H4v14h8v-2M8 10h9M14 7l3 3-3 3",
   theme: "M10 3a7 7 0 1 0 0 14zM10 3a7 7 0 0 1 0 14",

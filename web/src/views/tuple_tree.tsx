@@ -189,7 +189,9 @@ export function FoundTuples({ tuples, rates, chosen, onOpen }: FoundProps) {
             {...rest}
           >
             <span class="branch whole-key" title={tuple.id}>
-              <span class="part">{tuple.id}</span>
+              <span class="part">
+                <bdi>{tuple.id}</bdi>
+              </span>
             </span>
             <TupleValue tuple={tuple} />
             <span class="rate muted">{rate >= 0.05 ? `${formatRate(rate)}/s` : ""}</span>

@@ -5,7 +5,7 @@ export const all = "All devices";
 export const noPoints = "This device has no points.";
 export const address = (address: string) => `address ${address}`;
 export const of = (network: string, owner: number) => `${network} of island ${owner}`;
-export const since = "since";
+export const since = "for";
 export const pin = "Pin";
 export const unpin = "Unpin";
 export const tuples = "Tuples";

@@ -1,5 +1,6 @@
 // Texts of the view of networks.
 import { many } from "../core/text";
+import { tableShown } from "./frame";
 
 export const title = "Networks";
 export const none = "No island has a network.";
@@ -13,7 +14,7 @@ export const network = "Network";
 export const island = "Island";
 export const since = "Since";
 export const devices = "Reachable";
-export const reachable = (reachable: number, all: number) => `${reachable.toLocaleString()} of ${all.toLocaleString()}`;
+export const reachable = (reachable: number, all: number) => tableShown(reachable, all) || "–";
 export const reachableDevices = (reachable: number, all: number) => `${reachable.toLocaleString()} of ${many(all, "device")} reachable`;
 export const lostCount = (count: number) => `${count.toLocaleString()} lost`;
 export const arriving = "Arriving";
