@@ -93,18 +93,20 @@ async function wakingByKey({ page, open }) {
 
 /** The tree by arrows: into a branch and out of it. */
 async function treeByArrows({ page, open }) {
+  const rows = (level) => page.locator(`[role=treeitem][aria-level='${level}']`);
+  const activeAt = (level, state = "") => page.locator(`[role=treeitem].active[aria-level='${level}']${state}`).waitFor();
   await open("tuples");
-  const active = page.locator("[role=treeitem].active");
-  await page.locator("[role=treeitem]", { hasText: "proxy" }).first().waitFor();
+  // The first child is then a closed branch: all of the owner has arrived.
+  await rows(2).filter({ hasText: "house" }).waitFor();
   await press(page, "Home ArrowLeft");
-  assert.equal(await active.getAttribute("aria-expanded"), "false");
-  assert.equal(await page.locator("[role=treeitem][aria-level='2']").count(), 0);
+  await activeAt(1, "[aria-expanded=false]");
+  await rows(2).first().waitFor({ state: "detached" });
   await press(page, "ArrowRight");
-  await page.locator("[role=treeitem][aria-level='2']").first().waitFor();
+  await rows(2).filter({ hasText: "house" }).waitFor();
   await press(page, "ArrowRight");
-  assert.equal(await active.getAttribute("aria-level"), "2");
+  await activeAt(2, ":not([aria-expanded=true])");
   await press(page, "ArrowLeft");
-  assert.equal(await active.getAttribute("aria-level"), "1");
+  await activeAt(1);
 }
 
 /** A row of the tree that keys or an address choose is in sight. */
