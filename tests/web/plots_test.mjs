@@ -135,6 +135,16 @@ async function gapsAreGaps({ page, open, island }) {
   assert.deepEqual([...said], ["value 0", "gap 1", "value 2"]);
 }
 
+/** A history that cannot be written is named where its curves are, and on the overview. */
+async function historyThatFails({ page, open, island }) {
+  island.publish("web.history.status", '{"state":"failing","reason":"no space left on the disk"}');
+  const warning = page.getByText("History is not written: no space left on the disk");
+  await open("overview");
+  await warning.waitFor();
+  await open(`plots?k=${temperature}`);
+  await warning.waitFor();
+}
+
 export const tests = () => [
   {
     name: "plots: the history and what arrives are one curve",
@@ -142,4 +152,5 @@ export const tests = () => [
   },
   { name: "plots: gaps where the quality was not good", body: gapsAreGaps },
   { name: "plots: a point that is gone", body: pointThatIsGone },
+  { name: "plots: a history that cannot be written", body: historyThatFails },
 ];

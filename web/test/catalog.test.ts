@@ -29,6 +29,7 @@ test("keys of points, devices, networks, counters and the inbox differ", () => {
     "proxy.inbox.wsn-1.7": "waiting",
     "proxy.inbox": "inbox",
     "proxy.recorder.day.status": "other",
+    "proxy.history.status": "other",
     "proxy.property.clock.value": "other",
     "proxy.settings.status": "other",
     "proxy.island": "other",
@@ -128,4 +129,18 @@ test("devices go with their island, and come again with another prefix", () => {
   assert.deepEqual([catalog.devices.size, catalog.networks.size], [0, 0]);
   island(7, "flat");
   assert.deepEqual([...catalog.devices.keys()], ["7/wsn/4"]);
+});
+
+test("what histories say of themselves is known, also of other components than islands, until it goes", () => {
+  const { store, catalog, put } = setUp();
+  const status = (state: string) => JSON.stringify({ state, reason: "no space left" });
+  put("7:proxy.history.status", status("recording"));
+  const failing = put("70000:web.history.status", status("failing"));
+  assert.deepEqual(
+    [...catalog.histories.values()].map(({ json }) => json.state),
+    ["recording", "failing"],
+  );
+  assert.equal(catalog.networks.size, 0);
+  store.release(failing);
+  assert.equal(catalog.histories.size, 1);
 });

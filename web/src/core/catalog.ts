@@ -181,6 +181,8 @@ export class Catalog {
   readonly waiting = new Map<string, Tuple>();
   /** What each inbox says of itself, by OWNER:KEY. */
   readonly inboxes = new Map<string, Tuple>();
+  /** What each history says of itself, by OWNER:KEY; those of other components than islands, too. */
+  readonly histories = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
   structure = 0;
   /** Grows when points come, go, or describe themselves anew. */
@@ -235,6 +237,7 @@ export class Catalog {
   }
 
   private put(tuple: Tuple, now: Tuple | undefined): void {
+    if (tuple.key.endsWith(".history.status")) setOrDelete(this.histories, tuple.id, now);
     if (!this.isOfIsland(tuple)) return;
     const key = readKey(tuple.key);
     switch (key.what) {

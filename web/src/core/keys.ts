@@ -15,7 +15,7 @@ export type KeyMeaning =
 const kinds = new Set(["sensor", "actuator", "property"]);
 const leaves = new Set(["value", "status", "description", "command"]);
 /** Second parts that are no networks. */
-const reserved = new Set(["inbox", "property", "recorder", "settings"]);
+const reserved = new Set(["history", "inbox", "property", "recorder", "settings"]);
 const other: KeyMeaning = { what: "other" };
 
 /** What a key of an island stands for. */

@@ -9,6 +9,7 @@ import { second } from "../core/redraw";
 import { hrefTo } from "../core/router";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
+import { NotWritten } from "../parts/not_written";
 import { Loaded, State } from "../parts/state";
 import * as text from "../words/overview";
 import * as commandText from "../words/command";
@@ -39,6 +40,7 @@ function Overview() {
       <h1>{text.title}</h1>
       <Loaded state={state} empty={state === "loading" && catalog.devices.size === 0}>
         <Islands />
+        <NotWritten />
         <div class="cards">
           <Lines state={state} />
           <Gone state={state} />

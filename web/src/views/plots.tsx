@@ -9,6 +9,7 @@ import { type Route, setQuery } from "../core/router";
 import { serverNow } from "../core/server_time";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
+import { NotWritten } from "../parts/not_written";
 import { Empty } from "../parts/state";
 import * as text from "../words/plots";
 import { PlotCanvas } from "./plot_canvas";
@@ -48,15 +49,17 @@ function NoPoints({ onPick }: { onPick(): void }) {
             {text.pick}
           </button>
         </p>
-        {server.value && !server.value.history && <NoHistory />}
+        <NoHistory />
       </Empty>
     </>
   );
 }
 
+/** Nothing where the server keeps a history. */
 function NoHistory() {
+  if (server.value?.history !== false) return null;
   return (
-    <p class="no-history">
+    <p class="strip">
       {text.noHistory} <code>{text.historyLine}</code> <CopyButton text={text.historyLine} />
     </p>
   );
@@ -113,6 +116,7 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
     <>
       <PlotToolbar range={range} bounds={steady} at={crossed ? at : 0} onRange={set} onBack={back} onPick={onPick} onSave={save} />
       <PastState past={past} retry={retry} />
+      <NotWritten />
       <div
         class="plot"
         tabIndex={0}
@@ -166,14 +170,7 @@ function PastState({ past, retry }: { past: Past; retry(): void }) {
     );
   }
   if (past === "loading") return <div class="strip loading">{text.loading}</div>;
-  if (past === "none" && server.value && !server.value.history) {
-    return (
-      <div class="strip">
-        <NoHistory />
-      </div>
-    );
-  }
-  return null;
+  return past === "none" ? <NoHistory /> : null;
 }
 
 interface KeyUse {

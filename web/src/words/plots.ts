@@ -7,6 +7,7 @@ export const noCrosshair = "no crosshair";
 export const notLoaded = "The part of the page that draws plots could not be loaded.";
 export const label = (names: string, from: string, to: string) =>
   `${names}, ${from} to ${to}. Arrows move the crosshair, plus and minus zoom.`;
+export const notWritten = "History is not written: ";
 export const none = "No point is chosen.";
 export const noneText = (most: number) => `Choose up to ${most} points. Numbers are drawn as curves, states as bands, commands as ticks.`;
 export const pick = "Choose points";
@@ -16,7 +17,7 @@ export const searchHint = "Device, place, network, type …";
 export const noneFound = "No point matches.";
 export const noPoints = "No device has a point.";
 export const more = (count: number) => `${many(count, "more point")}: type more words.`;
-export const noHistory = "Only live values: the server keeps no history. This line of the configuration turns it on:";
+export const noHistory = "Only live values: no history is kept. This line of the configuration turns it on:";
 export const historyLine = "history: {file: home.history}";
 export const loading = "The history is being read …";
 export const failed = (code: string, reason: string) => `History: ${code}: ${reason}`;
