@@ -133,26 +133,27 @@ async function oneRedrawAFrame({ page, open }) {
 /** Many sets of one tuple are merged, but the last one arrives. */
 async function theLastValueArrives({ page, open }) {
   await open("devices/6541/dummy-rooms/living");
-  const last = "value-199";
-  const verdicts = await page.evaluate(
-    () =>
+  const last = 199;
+  await page.evaluate(
+    (values) =>
       new Promise((done) => {
         const socket = new WebSocket(`ws://${location.host}/api/v1/ws`);
-        let answers = 0;
-        let sent = 0;
-        const send = () => socket.send(JSON.stringify({ id: ++sent, do: "set", key: "6541:house.motto", value: `value-${sent - 1}` }));
+        let id = 0; // grows with each request, also with one that repeats a set that was refused as busy
+        let value = 0;
+        const send = () => socket.send(JSON.stringify({ id: ++id, do: "set", key: "6541:house.motto", value: `value-${value}` }));
         socket.onopen = send;
+        socket.onclose = () => done(value);
         socket.onmessage = (event) => {
           const frame = JSON.parse(event.data);
-          if (frame.error) return setTimeout(send, 200, --sent); // busy, or too late on a busy machine: not set
           if (frame.id === undefined) return undefined;
-          return ++answers === 200 ? done(answers) : send();
+          if (frame.error) return setTimeout(send, 200);
+          return value++ === values ? socket.close() : send();
         };
       }),
+    last,
   );
-  assert.equal(verdicts, 200);
   await open("tuples/6541:house.motto");
-  await page.locator(".panel .content", { hasText: last }).waitFor();
+  await page.locator(".panel .content", { hasText: `value-${last}` }).waitFor();
 }
 
 export const tests = () => [
