@@ -135,6 +135,47 @@ async function treeRowsAreInSight({ page, open }) {
   await inSight("status");
 }
 
+/** Goes on by Tab until what has this name has the focus. */
+async function tabTo(page, name) {
+  for (let step = 0; step < 60; step++) {
+    await page.keyboard.press("Tab");
+    const at = await page.evaluate(() => {
+      const { ariaLabel, placeholder, textContent } = document.activeElement;
+      return ariaLabel ?? (placeholder || textContent.trim());
+    });
+    if (at === name) return;
+  }
+  assert.fail(`${name} is not reached`);
+}
+
+/** The work of log, settings and tuples; other views have tests of their own by keys. */
+async function workByKeys({ page, open }) {
+  await open("overview");
+  await press(page, "g l");
+  await page.locator(".list-rows .row").first().waitFor();
+  await press(page, "f");
+  await page.locator('button[aria-pressed="true"]', { hasText: "Go on" }).waitFor();
+  await press(page, "f Home Enter");
+  await page.getByRole("complementary", { name: "The whole line" }).waitFor();
+  await press(page, "g s");
+  await page.locator(".configuration").waitFor();
+  await tabTo(page, "Check the file");
+  await press(page, "Enter");
+  await page.locator(".notice", { hasText: "equals what is in force" }).waitFor();
+  await press(page, "g t");
+  await tabTo(page, "Key or value");
+  await page.keyboard.type("house.motto");
+  await page.locator("[role=option]", { hasText: "6541:house.motto" }).waitFor();
+  await press(page, "Escape Enter");
+  await page.locator(".panel .tuple-form").waitFor();
+  await tabTo(page, "New value");
+  await page.keyboard.type("semper idem");
+  await tabTo(page, "Set");
+  await press(page, "Enter");
+  await page.locator(".panel").getByText("The owner answered: applied.").waitFor();
+  await page.locator(".panel .content", { hasText: "semper idem" }).waitFor();
+}
+
 /** Tab reaches each control of the frame of the page, and shows where it is. */
 async function tabShowsTheFocus({ page, open }) {
   await open("overview");
@@ -210,6 +251,7 @@ export const tests = () => [
   { name: "keyboard: pin a device", body: pinByKey },
   { name: "keyboard: the active row stays when it is pinned", body: theActiveRowStays },
   { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
+  { name: "keyboard: log, settings and tuples", body: workByKeys },
   { name: "keyboard: the tree by arrows", body: treeByArrows },
   {
     name: "keyboard: the chosen row of the tree is in sight",
