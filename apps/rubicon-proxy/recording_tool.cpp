@@ -17,7 +17,7 @@
 #include "base/own_file.h"
 #include "base/printable.h"
 #include "model/point_keys.h"
-#include "recording/recording_reader.h"
+#include "recording/each_item.h"
 #include "recording/recording_text.h"
 #include "transport/local_transports.h"
 
@@ -29,33 +29,31 @@ using recording::Record;
 using recording::RecordingReader;
 using recording::RecordKind;
 
-constexpr std::size_t kPiece = 64 << 10;
 constexpr std::size_t kMaxMarksShown = 100;
 constexpr std::size_t kMaxDamageShown = 20;
 constexpr std::size_t kMaxKeysCounted = 5'000'000;
 
-using Visit = std::function<Result<void>(const RecordingReader::Item& item)>;
-
-/// Gives all that is in a file; kInvalid if there is nothing in it that a recording has.
-Result<void> walk(transport::Transports& transports, const std::string& path, const Visit& visit) {
-  auto file = transports.open_file(path);
+/// Visits all that is in a file; kInvalid if there is nothing in it that a recording has.
+Result<void> walk(transport::Transports& transports, const std::string& path, const recording::VisitItem& visit) {
+  const auto file = transports.open_file(path);
   if (!file) return fail(file.error());
-  RecordingReader reader;
-  Bytes piece(kPiece);
   bool sound = false;
-  while (!reader.ended()) {
-    const auto count = (*file)->read(piece);
-    if (!count) return fail(count.error());
-    if (*count == 0) reader.end();
-    if (*count > 0) reader.feed(ByteView(piece).first(*count));
-    while (const auto item = reader.next()) {
-      sound |= !std::holds_alternative<recording::Damage>(*item);
-      if (!sound && reader.ended()) break;
-      if (auto visited = visit(*item); !visited) return visited;
+  std::vector<recording::Damage> before;  // at the beginning of a file that may be no recording
+  const auto take = [&](const RecordingReader::Item& item) -> Result<void> {
+    const auto* damage = std::get_if<recording::Damage>(&item);
+    if (damage != nullptr && !sound) {
+      before.push_back(*damage);
+      return {};
     }
-  }
-  if (!sound) return fail(ErrorCode::kInvalid, path + ": is not a recording");
-  return {};
+    sound = true;
+    for (const auto& one : std::exchange(before, {})) {
+      if (auto visited = visit(one); !visited) return visited;
+    }
+    return visit(item);
+  };
+  auto done = recording::each_item([&](std::span<std::uint8_t> into) { return (*file)->read(into); }, take);
+  if (done && !sound) return fail(ErrorCode::kInvalid, path + ": is not a recording");
+  return done;
 }
 
 /// What `info` tells.

@@ -6,7 +6,7 @@
 
 #include "history/intake.h"
 #include "model/point_keys.h"
-#include "recording/recording_reader.h"
+#include "recording/each_item.h"
 
 namespace rubicon::history {
 
@@ -15,27 +15,13 @@ namespace {
 using recording::Record;
 using recording::RecordKind;
 
-constexpr std::size_t kPiece = 64 << 10;
 constexpr std::size_t kBatch = 1'000'000;  // bytes
 constexpr auto kTickEvery = std::chrono::seconds(10);
 
-using Visit = std::function<Result<void>(const recording::RecordingReader::Item&)>;
-
-Result<void> walk(transport::Transports& transports, const std::string& path, const Visit& visit) {
-  auto file = transports.open_file(path);
+Result<void> walk(transport::Transports& transports, const std::string& path, const recording::VisitItem& visit) {
+  const auto file = transports.open_file(path);
   if (!file) return fail(file.error());
-  recording::RecordingReader reader;
-  Bytes piece(kPiece);
-  while (!reader.ended()) {
-    const auto count = (*file)->read(piece);
-    if (!count) return fail(count.error());
-    if (*count == 0) reader.end();
-    if (*count > 0) reader.feed(ByteView(piece).first(*count));
-    while (const auto item = reader.next()) {
-      if (auto done = visit(*item); !done) return done;
-    }
-  }
-  return {};
+  return recording::each_item([&](std::span<std::uint8_t> into) { return (*file)->read(into); }, visit);
 }
 
 /// Whether the tuple is a value that was asked for, or says what such a value is.
