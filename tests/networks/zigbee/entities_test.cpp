@@ -10,7 +10,19 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-using ZigbeeEntities = House;
+class ZigbeeEntities : public House {
+ protected:
+  void start_with_a_group() {
+    start();
+    say("bridge/groups",
+        {{{"id", 7},
+          {"friendly_name", "all"},
+          {"scenes", json::array()},
+          {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
+        true);
+    host.time.run_for(100ms);
+  }
+};
 
 constexpr const char* kUnknown = "00124b0010000077";
 
@@ -307,14 +319,7 @@ TEST_F(ZigbeeEntities, ANewDefinitionIsAnnouncedAgain) {
 }
 
 TEST_F(ZigbeeEntities, AGroupIsADevice) {
-  start();
-  say("bridge/groups",
-      {{{"id", 7},
-        {"friendly_name", "all"},
-        {"scenes", json::array()},
-        {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
-      true);
-  host.time.run_for(100ms);
+  start_with_a_group();
   EXPECT_THAT(joins(), Contains("group-7 all"));
   ASSERT_TRUE(command(3, "group-7", "switch", true));
   host.time.run_for(10ms);
@@ -327,14 +332,7 @@ TEST_F(ZigbeeEntities, AGroupIsADevice) {
 }
 
 TEST_F(ZigbeeEntities, AGroupLosesWhatOnlyAnUnusableMemberHad) {
-  start();
-  say("bridge/groups",
-      {{{"id", 7},
-        {"friendly_name", "all"},
-        {"scenes", json::array()},
-        {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
-      true);
-  host.time.run_for(100ms);
+  start_with_a_group();
   EXPECT_TRUE(command(1, "group-7", "switch", true));
   auto disabled = plug();
   disabled["disabled"] = true;

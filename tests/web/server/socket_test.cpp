@@ -18,6 +18,14 @@ class WebSockets : public ServedTest {
     one->received.clear();
     return one;
   }
+  /// It takes nothing from now on, and more waits for it than the buffers of both ends take.
+  void fill_the_line_to(RawClient& page) {
+    page.hold(true);
+    for (int i = 0; i < 200; ++i) {
+      site.conversation->say(std::string(60000, 'x'));
+      world.settle_briefly();
+    }
+  }
 };
 
 TEST_F(WebSockets, CarryTextBothWays) {
@@ -164,11 +172,7 @@ TEST_F(WebSockets, AClientThatReadsNothingCostsOneFrameAndIsClosed) {
 TEST_F(WebSockets, ASlowReaderStaysAndGetsTheLastValue) {
   serve();
   const auto page = opened();
-  page->hold(true);
-  for (int i = 0; i < 200; ++i) {
-    site.conversation->say(std::string(60000, 'x'));
-    world.settle_briefly();
-  }
+  fill_the_line_to(*page);
   world.pass(25s);
   page->hold(false);
   site.conversation->say("the last one");
@@ -180,11 +184,7 @@ TEST_F(WebSockets, ASlowReaderStaysAndGetsTheLastValue) {
 TEST_F(WebSockets, RequestsAreNotReadWithoutBoundWhileTheClientTakesNothing) {
   serve();
   const auto page = opened();
-  page->hold(true);
-  for (int i = 0; i < 200; ++i) {
-    site.conversation->say(std::string(60000, 'x'));
-    world.settle_briefly();
-  }
+  fill_the_line_to(*page);
   site.frames.clear();
   std::string flood;
   for (int i = 0; i < 1000; ++i) flood += frame(kText, "x");

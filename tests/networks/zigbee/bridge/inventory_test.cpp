@@ -285,14 +285,20 @@ TEST(Inventory, ALostLineKeepsTheDevicesAndTheNextListCountsAnew) {
   EXPECT_THAT(seen.run_for(10s), ElementsAre(std::string("left 02: ") + kGone));
 }
 
-TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNoDevice) {
-  ObservedInventory seen;
+/// It has 399 of 400 known devices, all with other names, and is not compared yet.
+std::string send_long_list_of_changes(ObservedInventory& seen) {
   auto records = many_records(400);
   seen.list(list_of(records));
   records.pop_back();
   for (auto& record : records) record.name += " renamed";
   const auto list = list_of(records);
   seen.inventory.list(list);
+  return list;
+}
+
+TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNoDevice) {
+  ObservedInventory seen;
+  const auto list = send_long_list_of_changes(seen);
   seen.on_first_call = [&] { seen.inventory.line_lost(); };
   EXPECT_EQ(seen.run_for(1h).size(), 399U);
   EXPECT_THAT(seen.list(list), IsEmpty());
@@ -301,12 +307,7 @@ TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNoDevice) {
 
 TEST(Inventory, TheSameListAfterTheLineIsLostCountsAlsoBeforeItWasCompared) {
   ObservedInventory seen;
-  auto records = many_records(400);
-  seen.list(list_of(records));
-  records.pop_back();
-  for (auto& record : records) record.name += " renamed";
-  const auto list = list_of(records);
-  seen.inventory.list(list);
+  const auto list = send_long_list_of_changes(seen);
   seen.on_first_call = [&] {
     seen.inventory.line_lost();
     seen.inventory.list(list);
