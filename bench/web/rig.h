@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "support/mosquitto.h"
@@ -10,6 +10,16 @@
 
 namespace rubicon::bench::web {
 
+/// mosquitto, at kBrokerPort for programs and kSocketPort for browsers, and who publishes the values to it.
+struct Peer {
+  static constexpr int kBrokerPort = 1883, kSocketPort = 9001;
+
+  explicit Peer(const Plan& plan);
+
+  std::unique_ptr<support::Mosquitto> broker;
+  RoleProcess publisher;
+};
+
 /// A private network with an island, or with mosquitto's WebSocket listener and a publisher. Says in `out` why there is
 /// none.
 class Rig {
@@ -18,16 +28,11 @@ class Rig {
 
   explicit operator bool() const { return network_.entered(); }
   RoleProcess island(const Plan& plan) const { return {"island", plan.devices}; }
-  /// mosquitto, at kBrokerPort for programs and kSocketPort for browsers; nullopt where it is not installed.
-  std::optional<support::MosquittoOptions> broker() const;
-
-  static constexpr int kBrokerPort = 1883, kSocketPort = 9001;
+  /// nullptr where mosquitto is not installed.
+  std::unique_ptr<Peer> peer(const Plan& plan) const;
 
  private:
   support::PrivateNetwork network_;
 };
-
-/// Waits until a broker accepts connections; throws if it does not.
-void await_broker(const support::Mosquitto& broker);
 
 }  // namespace rubicon::bench::web

@@ -46,13 +46,10 @@ void measure_slow_reader(const Plan& plan, Json& out) {
   auto& figures = out["slow_reader"];
   auto island = rig.island(plan);
   figures["rubicon"] = fall_silent<PageClient>(plan, island, island.port(), [&island] { return island.resident_mb(); });
-  const auto options = rig.broker();
-  if (!options) return;
-  support::Mosquitto broker(*options);
-  await_broker(broker);
-  RoleProcess publisher("publisher", plan.devices, Rig::kBrokerPort);
-  figures["mosquitto"] = fall_silent<BrokerClient>(plan, publisher, Rig::kSocketPort, [&broker] {
-    return static_cast<double>(broker.process().resident_kilobytes()) * 1.024 / 1000;
+  const auto peer = rig.peer(plan);
+  if (!peer) return;
+  figures["mosquitto"] = fall_silent<BrokerClient>(plan, peer->publisher, Peer::kSocketPort, [&peer] {
+    return static_cast<double>(peer->broker->process().resident_kilobytes()) * 1.024 / 1000;
   });
 }
 

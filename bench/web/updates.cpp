@@ -61,14 +61,11 @@ void measure_updates(const Plan& plan, Json& out) {
   auto island = rig.island(plan);
   for (const int rate : {1'000, 10'000})
     figures[std::to_string(rate)] = watch<PageClient>(plan, island, island.pid(), rate, island.port());
-  const auto options = rig.broker();
-  if (!options) return;
-  support::Mosquitto broker(*options);
-  await_broker(broker);
-  RoleProcess publisher("publisher", plan.devices, Rig::kBrokerPort);
+  const auto peer = rig.peer(plan);
+  if (!peer) return;
   for (const int rate : {1'000, 10'000})
     figures["mosquitto"][std::to_string(rate)] =
-        watch<BrokerClient>(plan, publisher, broker.process().pid(), rate, Rig::kSocketPort);
+        watch<BrokerClient>(plan, peer->publisher, peer->broker->process().pid(), rate, Peer::kSocketPort);
 }
 
 }  // namespace rubicon::bench::web

@@ -50,22 +50,22 @@ std::size_t Seen::wrong(std::uint64_t made, std::uint64_t before) const {
   return count;
 }
 
-PageClient::PageClient(int port, int devices) : client_(port, "/api/v1/ws") {
-  seen.values.resize(static_cast<std::size_t>(devices) * kPointsPerDevice);
-  client_.send_text(fmt::format(R"({{"id":1,"do":"subscribe","pattern":"{}"}})", kValues));
-  for (const auto until = Clock::now() + kSnapshotTime; !complete_;) {
-    if (!take(until)) throw std::runtime_error("no snapshot");
-  }
-  if (points_.size() != seen.values.size()) throw std::runtime_error("the snapshot lacks points");
-}
-
-void PageClient::watch(Clock::duration span) {
+void ValuesClient::watch(Clock::duration span) {
   const auto until = Clock::now() + span;
   while (take(until)) continue;
 }
 
-void PageClient::settle() {
+void ValuesClient::settle() {
   while (take(Clock::now() + kQuiet)) continue;
+}
+
+PageClient::PageClient(int port, int devices) : client_(port, "/api/v1/ws") {
+  seen.values.resize(static_cast<std::size_t>(devices) * kPointsPerDevice);
+  client_.send_text(fmt::format(R"({{"id":1,"do":"subscribe","pattern":"{}"}})", kValues));
+  for (const auto until = Clock::now() + kSnapshotTime; !complete_;) {
+    if (!PageClient::take(until)) throw std::runtime_error("no snapshot");
+  }
+  if (points_.size() != seen.values.size()) throw std::runtime_error("the snapshot lacks points");
 }
 
 bool PageClient::take(Clock::time_point until) {
@@ -99,17 +99,8 @@ BrokerClient::BrokerClient(int port, int devices) : client_(port, "/", "mqtt") {
   client_.send_bytes("\x10\x11\0\x04MQTT\x04\x02\0\0\0\x05watch"s);  // CONNECT: clean session, no keep-alive
   client_.send_bytes("\x82\x06\0\x01\0\x01#\0"s);                    // SUBSCRIBE to all, QoS 0
   for (const auto until = Clock::now() + kSnapshotTime; !subscribed_;) {
-    if (!take(until)) throw std::runtime_error("no answer to a subscription");
+    if (!BrokerClient::take(until)) throw std::runtime_error("no answer to a subscription");
   }
-}
-
-void BrokerClient::watch(Clock::duration span) {
-  const auto until = Clock::now() + span;
-  while (take(until)) continue;
-}
-
-void BrokerClient::settle() {
-  while (take(Clock::now() + kQuiet)) continue;
 }
 
 /// Packets of MQTT 3.1.1, sections 2.2 and 3.3, in a stream that the messages cut anywhere.

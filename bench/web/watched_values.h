@@ -21,11 +21,10 @@ struct Seen {
   std::size_t wrong(std::uint64_t made, std::uint64_t before) const;
 };
 
-/// A client of the page's WebSocket that follows all values.
-class PageClient {
+/// Follows the generated values by a WebSocket.
+class ValuesClient {
  public:
-  /// Returns after the snapshot.
-  PageClient(int port, int devices);
+  virtual ~ValuesClient() = default;
 
   /// Reads for so long.
   void watch(Clock::duration span);
@@ -33,8 +32,19 @@ class PageClient {
   void settle();
   Seen seen;
 
+ protected:
+  /// False: no message came by then.
+  virtual bool take(Clock::time_point until) = 0;
+};
+
+/// A client of the page's WebSocket that follows all values.
+class PageClient final : public ValuesClient {
+ public:
+  /// Returns after the snapshot.
+  PageClient(int port, int devices);
+
  private:
-  bool take(Clock::time_point until);
+  bool take(Clock::time_point until) override;
 
   WebClient client_;
   std::vector<std::size_t> points_;  ///< by the numbers of their keys
@@ -42,16 +52,12 @@ class PageClient {
 };
 
 /// A client of mosquitto's WebSocket (MQTT 3.1.1) that follows all values.
-class BrokerClient {
+class BrokerClient final : public ValuesClient {
  public:
   BrokerClient(int port, int devices);
 
-  void watch(Clock::duration span);
-  void settle();
-  Seen seen;
-
  private:
-  bool take(Clock::time_point until);
+  bool take(Clock::time_point until) override;
   void publication(std::string_view packet);
 
   WebClient client_;
