@@ -44,6 +44,8 @@ test("a rate needs two samples, and begins anew when the island does", () => {
   rates.sample([readings], 10);
   assert.ok(Number.isNaN(rates.of(readings)));
   readings.value = "120";
+  rates.sample([readings], 11); // too early: what came in the second before may not have been sent
+  assert.ok(Number.isNaN(rates.of(readings)));
   rates.sample([readings], 12);
   assert.equal(rates.of(readings), 10);
   readings.value = "3";

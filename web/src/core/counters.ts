@@ -46,6 +46,9 @@ interface Sample {
   rate: number;
 }
 
+/** Counters come once a second: a shorter time may hold no change of one that grows steadily. */
+const firstPeriod = 2;
+
 /** How much counters grow in a second, smoothed over some five samples. */
 export class CounterRates {
   private readonly samples = new Map<string, Sample>();
@@ -60,7 +63,7 @@ export class CounterRates {
         this.samples.set(tuple.id, { value, time: now, rate: Number.NaN }); // the first one, or the island was started again
         continue;
       }
-      if (now - before.time < 0.5) continue;
+      if (now - before.time < (Number.isNaN(before.rate) ? firstPeriod : 0.5)) continue;
       const rate = (value - before.value) / (now - before.time);
       before.rate = Number.isNaN(before.rate) ? rate : before.rate + 0.3 * (rate - before.rate);
       before.value = value;

@@ -33,7 +33,7 @@ export function Compare({ paths }: { paths: string[] }) {
           {devices.length < paths.length ? words.tableShown(devices.length, paths.length) : text.count(devices.length)}
         </span>
       </div>
-      <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={devices.length === 0 && <Empty title={text.none} />}>
+      <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={devices.length === 0 && <Empty title={text.noneCompared} />}>
         <Table
           label={text.compared}
           columns={columns}

@@ -6,6 +6,7 @@ export const all = "All devices";
 export const title = "Devices";
 export const label = "Devices";
 export const none = "No device has joined.";
+export const noneCompared = "None of these devices is there.";
 export const noneText = (islands: number) =>
   `${many(islands, "island is", "islands are")} here. A device is listed as soon as it announces itself.`;
 export const filtered = (all: number) => `None of ${many(all, "device")} matches.`;
