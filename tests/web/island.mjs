@@ -2,6 +2,7 @@
 import { execFileSync, spawn } from "node:child_process";
 import { copyFile, readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 
 const address = "127.0.0.1:8642";
 /** A folder with the page in place of the one in the program, for those who work on it. */
@@ -9,6 +10,8 @@ const files = process.env.RUBICON_PAGE_FILES;
 
 const guarded = "127.0.0.1:8643";
 const alone = "127.0.0.1:8644";
+const example = "127.0.0.1:8645";
+const examples = fileURLToPath(new URL("../../examples", import.meta.url));
 export const publisher = 70_000;
 
 export class Island {
@@ -72,6 +75,22 @@ export class Island {
     const tape = `{type: log, format: csv, file: tape.csv, time: {column: time, unit: s}, deadline: 2s, map: {room: {name: Tape room, columns: {air: {sensor: temperature-1}}}}}`;
     await writeFile(configuration, `island: {id: 6543, name: tape}\nnetworks: {log-tape: ${tape}}\n`);
     this.#beside("rubicon-proxy", ["run", configuration]);
+  }
+
+  /** The island of the examples with an hour of its history, in a domain of its own; the address of its page. */
+  async startExample() {
+    const url = `http://${example}/`;
+    const history = join(this.folder, "example.history");
+    const recording = join(examples, "recordings/demo_hour.rec");
+    execFileSync(join(this.programs, "rubicon"), ["history", history, "import", recording, "--end", "now"], { stdio: "ignore" });
+    const file = join(examples, "home.yaml");
+    const script = join(examples, "salad.script");
+    this.#beside("salad-simulator", [file, "--bind", "127.0.0.1", "--script", script, "--log-level", "error"]);
+    const web = `web={listen: "${example}"${files ? `, files: "${files}"` : ""}}`;
+    const words = ["--set", web, "--set", "tuples={domain: 9}", "--set", `history={file: "${history}"}`];
+    this.#beside("rubicon-proxy", ["run", file, ...words]);
+    while (!(await answers(url))) await pause();
+    return url;
   }
 
   /** Simulated motes at the line of wsn-hall. */

@@ -25,6 +25,7 @@ const files = [
   "settings",
   "log",
   "islands",
+  "example",
   "login",
   "hidden",
   "reconnect",

@@ -89,6 +89,9 @@ async function theConnectionIsAWord({ page, open, island }) {
 /** Devices are chosen on a phone, and compared in a table that scrolls beside their names. */
 async function devicesAreCompared({ page, open }) {
   await open("devices?q=room");
+  await page.getByText("Filters, groups, order").click();
+  await page.getByLabel("Group").waitFor();
+  assert.deepEqual(await page.evaluate(beyondTheEdge), []);
   for (const name of ["Living room", "Bedroom"]) await page.getByRole("checkbox", { name: `select ${name}` }).check();
   await page.getByRole("link", { name: "Compare 2" }).click();
   await page
