@@ -40,7 +40,10 @@ class Overlapping {
     Points all;
     for (const auto& block : blocks_) {
       const auto some = store.codec().decode(block.data);
-      if (some) {
+      const auto within = [&](const Point& point) {
+        return point.time >= block.sum.start && point.time <= block.sum.end;
+      };
+      if (some && std::all_of(some->begin(), some->end(), within)) {
         all.insert(all.end(), some->begin(), some->end());
       } else {
         store.count_damage();
@@ -154,8 +157,10 @@ Result<void> collect_hours(Store& store, SeriesRow row, const Grid& grid, Collec
     const auto there = query.next();
     if (!there) return fail(there.error());
     if (!*there) return {};
-    collector.add(Summed{query.integer_at(0), query.integer_at(1), static_cast<std::uint32_t>(query.integer_at(2)),
-                         query.real_at(3), query.real_at(4), query.real_at(5), query.real_at(6)});
+    const auto start = query.integer_at(0);
+    const auto end = std::clamp(query.integer_at(1), start, start + kHour);  // also of a damaged file
+    collector.add(Summed{start, end, static_cast<std::uint32_t>(query.integer_at(2)), query.real_at(3),
+                         query.real_at(4), query.real_at(5), query.real_at(6)});
   }
 }
 
@@ -245,6 +250,7 @@ Result<void> find_times(Store& store, std::vector<Statement>& statements, Series
   const auto& open = store.series().at(row).open;
   std::optional<std::int64_t> first, last;
   const auto look = [&](std::int64_t time) {
+    time = std::clamp(time, -kFurthest, kFurthest);  // of a damaged file
     first = std::min(first.value_or(time), time);
     last = std::max(last.value_or(time), time);
   };
