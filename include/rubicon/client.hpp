@@ -226,10 +226,11 @@ class Client final {
   std::vector<Device> devices(const DeviceQuery& query = {}, Duration timeout = std::chrono::seconds(3));
 
   // -- commands
-  /// Sets a tuple of another component and tracks the result: of a `.command` tuple until a final state, of others
-  /// until the owner's reply. `time_to_live` (zero = 5 s) is sent with the command. `ended` receives the final state,
-  /// `progress` each state before it. The tracking ends as timed-out when the time that the island gives for a state
-  /// has passed by more than the timeout; the command was then not executed, unless the island could not report it.
+  /// Sets a tuple of another component and tracks the result: of a `.command` tuple of a point until a final state, of
+  /// others until the owner's reply. `time_to_live` (zero = 5 s) is sent with the command. `ended` receives the final
+  /// state, `progress` each state before it. The tracking ends as timed-out when the time that the island gives for a
+  /// state has passed by more than the timeout; the command was then not executed, unless the island could not report
+  /// it.
   void command(OwnerId owner, std::string_view key, std::string_view value, OutcomeCall ended,
                Duration time_to_live = {}, Duration timeout = std::chrono::seconds(15), OutcomeCall progress = {});
   /// The same. Blocks.

@@ -45,19 +45,29 @@ RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, Owne
       on_progress_(std::move(under_way)),
       replied_(std::move(replied)),
       margin_(patience) {
-  if (is_command_) {
-    const model::PointKey point{std::string(model::parent_key(key))};
-    description_ = space.subscribe({owner, point.description()}, {.passive = true}, [this](const tuples::Event& event) {
-      const auto about = model::point_description_from_json(event.tuple.value);
-      is_state_ = about && about->report == "state";
-    });
-    status_ = space.subscribe({std::nullopt, point.status()}, {.passive = true},
-                              [this](const tuples::Event& event) { status_changed(event); });
-  }
+  has_states_ = is_command_ && (model::point_of(key) || model::is_of_island(key));
+  if (is_command_) watch_point(space, {std::string(model::parent_key(key))});
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   wait(lives);
   outcome_.request = space.set_remote(
       owner, key, value, lives, lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }), options);
+}
+
+void RemoteSetTracker::watch_point(TupleSpace& space, const model::PointKey& point) {
+  all_described_ = owner_ == self_;  // own tuples come before the reply
+  description_ = space.subscribe(
+      {owner_, point.description()}, {.passive = true},
+      [this](const tuples::Event& event) {
+        const auto about = model::point_description_from_json(event.tuple.value);
+        has_states_ |= about && !about->report.empty();
+        is_state_ = about && about->report == "state";
+      },
+      [this](OwnerId) {
+        all_described_ = true;
+        if (applied_) end_without_states();
+      });
+  status_ = space.subscribe({std::nullopt, point.status()}, {.passive = true},
+                            [this](const tuples::Event& event) { status_changed(event); });
 }
 
 void RemoteSetTracker::wait(Duration longest) {
@@ -84,12 +94,18 @@ void RemoteSetTracker::answered(const tuples::Reply& reply) {
   if (call) call(reply);  // may destroy this
   if (watch.ended()) return;
   if (reply.verdict == tuples::Verdict::kApplied) {
-    if (is_command_) return;  // the status reports the outcome
-    outcome_.state = "applied";
-  } else {
-    outcome_.state = to_string(reply.verdict);
-    outcome_.reason = reply.text;
+    applied_ = true;
+    return end_without_states();
   }
+  outcome_.state = to_string(reply.verdict);
+  outcome_.reason = reply.text;
+  end();
+}
+
+/// The reply is the outcome, unless a status reports it.
+void RemoteSetTracker::end_without_states() {
+  if (!ended_ || has_states_ || seen_ || !all_described_) return;
+  outcome_.state = "applied";
   end();
 }
 

@@ -2,14 +2,17 @@
 
 #include "base/lifetime.h"
 #include "base/scheduler.h"
+#include "model/point_keys.h"
 #include "model/point_tuples.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::client {
 
 /// Follows one remote set until its outcome is known: the owner's reply, or for a command the final state in the status
-/// of its point. Waits as long as the island says that each state may last, and `patience` longer for the news.
-/// `replied` receives the owner's reply, before or after the first state. Destruction ends it without a call.
+/// of its point. Commands of the tuples of islands have states, and those that the owner describes
+/// (`<point>.description`); other tuples called `.command` end with the reply. Waits as long as the island says that
+/// each state may last, and `patience` longer for the news. `replied` receives the owner's reply, before or after the
+/// first state. Destruction ends it without a call.
 class RemoteSetTracker {
  public:
   RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
@@ -19,7 +22,9 @@ class RemoteSetTracker {
   std::uint64_t request() const { return outcome_.request; }
 
  private:
+  void watch_point(TupleSpace& space, const model::PointKey& point);
   void answered(const tuples::Reply& reply);
+  void end_without_states();
   void status_changed(const tuples::Event& event);
   void superseded_by(const model::Commander& by);
   void device_left();
@@ -31,6 +36,9 @@ class RemoteSetTracker {
   OwnerId self_;
   OwnerId owner_;  ///< whose status reports the command; changes when the device moves to another island
   bool is_command_ = false;
+  bool has_states_ = false;    ///< as far as is known
+  bool all_described_ = true;  ///< a description would have arrived by now
+  bool applied_ = false;
   Outcome outcome_;
   OutcomeCall ended_, on_progress_;
   tuples::ReplyCall replied_;

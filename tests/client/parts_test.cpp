@@ -142,6 +142,7 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
 struct Commands : ClientParts {
   void SetUp() override {
     ASSERT_TRUE(island->space.set("d.command", ""));
+    ASSERT_TRUE(island->space.set("d.description", R"({"report":"event"})"));
     policy = island->space.add_policy({kIsland, "**"}, [this](const tuples::RemoteSet& request) {
       last = request;
       return request.value == "no" ? tuples::SetDecision::refused({ErrorCode::kOutOfRange, "not that"})
@@ -257,6 +258,32 @@ TEST_F(Commands, ToATupleThatIsOnlyCalledCommandEndWithTheAnswer) {
   const RemoteSetTracker tracker(time, self.space, kIsland, "command", "x", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, ElementsAre("applied "));
+}
+
+TEST_F(Commands, ToAPointThatItsOwnerDoesNotDescribeEndWithTheReply) {
+  ASSERT_TRUE(island->space.set("robot.arm.status", R"({"pose":"home"})"));
+  const RemoteSetTracker tracker(time, self.space, kIsland, "robot.arm.command", "x", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("applied "));
+}
+
+TEST_F(Commands, ToAnOwnPointThatIsNotDescribedEndWithTheReply) {
+  ASSERT_TRUE(self.space.set("robot.arm.command", ""));
+  const auto own = self.space.add_policy({self.space.self(), "robot.**"},
+                                         [](const auto&) { return tuples::SetDecision::applied(); });
+  const RemoteSetTracker tracker(time, self.space, self.space.self(), "robot.arm.command", "x", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("applied "));
+}
+
+TEST_F(Commands, ToTheIslandItselfAreFollowed) {
+  const RemoteSetTracker tracker(time, self.space, kIsland, "proxy.settings.command", "try", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, IsEmpty());
+  ASSERT_TRUE(island->space.set("proxy.settings.status", R"({"command":{"state":"refused","creator":70000,"request":)" +
+                                                             std::to_string(last.request) + R"(,"reason":"line 3"}})"));
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("refused line 3"));
 }
 
 TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {

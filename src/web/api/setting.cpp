@@ -102,7 +102,7 @@ void Setting::replied(const tuples::Reply& reply) {
     outcome_.reason = verdict.error().text;
     return finish(verdict.error());
   }
-  if (!has_states(request_.key) || request_.append) return finish();
+  if (!may_have_states(request_.key) || request_.append) return finish();
   outcome_.state = "queued";  // until the status says more
   patience_ = context_.scheduler.at(std::max(start_ + wait_, context_.scheduler.now()), [this] { finish(); });
 }
@@ -124,7 +124,7 @@ void Setting::finish(std::optional<Error> error) {
     error = Error{answer.code, outcome_.reason.empty() ? outcome_.state : outcome_.state + ": " + outcome_.reason};
   if (error) tree["error"] = {{"code", to_string(error->code)}, {"text", error->text}};
   auto response = json_response(tree, answer.status);
-  if (has_states(request_.key))
+  if (may_have_states(request_.key))
     response.headers.emplace_back("Location",
                                   fmt::format("/api/v1/tuples/{}/{}", number(request_.owner),
                                               model::PointKey{std::string(model::parent_key(request_.key))}.status()));

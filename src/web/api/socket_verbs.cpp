@@ -190,15 +190,12 @@ Result<void> Socket::write(Id id, Members& members, bool is_append) {
 
 void Socket::replied(Id id, const SetRequest& request, const tuples::Reply& reply) {
   const auto verdict = verdict_of(reply, request.owner);
-  const bool states_follow = has_states(request.key) && !request.append;
+  const bool states_follow = may_have_states(request.key) && !request.append;
   if (!verdict || !states_follow) forget(sets_, id);
   if (!verdict) return refuse(id, verdict.error());
   Line line{{"verdict", "applied"}, {"request", reply.request}};
   if (reply.sequence != 0) line["sequence"] = reply.sequence;
   answer(id, std::move(line));
-  if (states_follow || request.append || !request.key.ends_with(".command")) return;
-  // Commands to the island itself have no states of their own; a client awaits a final one of each command.
-  state_changed(id, {"applied", "", reply.request, {}}, true);
 }
 
 void Socket::state_changed(Id id, const client::Outcome& outcome, bool is_final) {

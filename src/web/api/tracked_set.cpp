@@ -4,12 +4,10 @@
 
 #include <utility>
 
-#include "model/point_keys.h"
-
 namespace rubicon::web::api {
 
-bool has_states(std::string_view key) {
-  return key.ends_with(".command") && model::point_of(key).has_value();
+bool may_have_states(std::string_view key) {
+  return key.ends_with(".command");
 }
 
 Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
@@ -25,7 +23,7 @@ Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
 }
 
 TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
-    : calls_(std::move(calls)), is_command_(has_states(request.key) && !request.append) {
+    : calls_(std::move(calls)), is_command_(may_have_states(request.key) && !request.append) {
   const tuples::SetOptions options{request.media_type, request.user_time, request.lifetime, request.sequence};
   const auto on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });
   auto& space = context.space;

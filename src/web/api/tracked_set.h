@@ -28,8 +28,8 @@ inline constexpr Duration kLongestRequest = std::chrono::hours(24 * 366);
 /// What a reply says to the client: empty if the owner accepted.
 Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner);
 
-/// Carries out a request and follows it: the owner's reply, then the states of a command to a point. Destruction ends
-/// it without a call; not inside a call.
+/// Carries out a request and follows it: the owner's reply, then the states of a `.command`, at least the final one
+/// (`applied` where nothing reports states). Destruction ends it without a call; not inside a call.
 class TrackedSet {
  public:
   struct Calls {
@@ -48,7 +48,7 @@ class TrackedSet {
   base::Lifetime lifetime_;
 };
 
-/// Whether a set of the tuple has states: it is the command of a point.
-bool has_states(std::string_view key);
+/// Whether a set of the tuple may have states: it is called `.command`.
+bool may_have_states(std::string_view key);
 
 }  // namespace rubicon::web::api

@@ -248,6 +248,58 @@ TEST_F(Rest, EachOutcomeOfAPutHasItsStatus) {
   EXPECT_EQ(ask("PUT", "/api/v1/tuples/1/proxy.inbox", "approve x.*", {}, Role::kCommand).status, 403U);
 }
 
+TEST_F(Rest, APutOfACommandThatFailsIs502) {
+  start_island(1, "}\nrecorders: {all: {file: all.rec, patterns: [\"proxy.**\"]}");
+  devices_of(1).say("7", lamp());
+  site();
+  scheduler.run_for(1s);
+  const std::string recorder = "/api/v1/tuples/1/proxy.recorder.all.command";
+  EXPECT_EQ(ask("PUT", recorder, "stop").status, 200U);
+  transports.room(0);
+  const auto failed = ask("PUT", recorder, "start");
+  EXPECT_EQ(failed.status, 502U) << failed.body;
+  const auto outcome = Json::parse(failed.body);
+  EXPECT_EQ(outcome["state"], "failed");
+  EXPECT_EQ(outcome["error"]["code"], "unreachable");
+  EXPECT_THAT(outcome["error"]["text"].get<std::string>(), HasSubstr("it is tried again"));
+  std::optional<Response> left;
+  const auto exchange =
+      site().handle(request_of("PUT", "/api/v1/tuples/1/proxy.scripted-1.7.actuator.switch-1.command", "on"),
+                    [&](Response response) { left = std::move(response); });
+  scheduler.run_for(100ms);
+  devices_of(1).say("7", model::Leave{});
+  scheduler.run_for(5s);
+  ASSERT_TRUE(left);
+  EXPECT_EQ(left->status, 502U) << left->body;
+}
+
+TEST_F(Rest, ACommandOfTheIslandItselfAnswersWithItsOutcome) {
+  Result<std::vector<std::string>> outcome;
+  start_island(1).settings().on_reload([&outcome](bool) { return outcome; });
+  site();
+  scheduler.run_for(1s);
+  const std::string settings = "/api/v1/tuples/1/proxy.settings.command";
+  const auto good = ask("PUT", settings, "try");
+  EXPECT_EQ(good.status, 200U);
+  EXPECT_EQ(Json::parse(good.body)["state"], "confirmed");
+  outcome = fail(ErrorCode::kInvalid, "home.yaml:3:7: no such key");
+  const auto refused = ask("PUT", settings, "reload");
+  EXPECT_EQ(refused.status, 409U);
+  EXPECT_EQ(Json::parse(refused.body)["state"], "refused");
+  EXPECT_THAT(Json::parse(refused.body)["reason"].get<std::string>(), HasSubstr("no such key"));
+}
+
+TEST_F(Rest, ACommandWhoseOwnerReportsNoStatesIsApplied) {
+  auto& robot = component(70000);
+  ASSERT_TRUE(robot.set("robot.arm.command", ""));
+  const auto policy =
+      robot.add_policy({OwnerId(70000), "**"}, [](const auto&) { return tuples::SetDecision::applied(); });
+  const auto answer = ask("PUT", "/api/v1/tuples/70000/robot.arm.command", "home");
+  EXPECT_EQ(answer.status, 200U);
+  EXPECT_EQ(Json::parse(answer.body)["state"], "applied");
+  EXPECT_LT(Json::parse(answer.body)["seconds"], 1);
+}
+
 TEST_F(Rest, APutSetsATupleWithTypeAndSequence) {
   auto& owner = component(70000);
   const auto policy = owner.add_policy(

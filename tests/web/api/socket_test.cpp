@@ -49,6 +49,17 @@ TEST_F(Sockets, ACommandWithoutAReportEndsAsTimedOut) {
   EXPECT_NE(ends[0]["reason"], "");
 }
 
+TEST_F(Sockets, ACommandOfTheIslandItselfHasItsOutcomeAsFinalState) {
+  start_island(1).settings().on_reload(
+      [](bool) { return Result<std::vector<std::string>>(fail(ErrorCode::kInvalid, "home.yaml:3:7: no such key")); });
+  auto& page = Sites::page();
+  scheduler.run_for(1s);
+  page.ask({{"do", "set"}, {"key", "1:proxy.settings.command"}, {"value", "reload"}});
+  scheduler.run_for(1s);
+  EXPECT_EQ(page.frames.back()["state"], "refused");
+  EXPECT_EQ(page.frames.back()["final"], true);
+}
+
 TEST_F(Sockets, ARefusedSetSaysWhy) {
   start_lamp();
   auto& page = Sites::page();
