@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_points.h"
 #include "apps/rubicon/losses.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
@@ -13,8 +14,8 @@ namespace {
 using client::Network;
 
 struct NetworksOptions {
-  std::uint32_t island = 0;
-  std::string length;
+  IslandOption island;
+  std::string network, action, length;
 };
 
 using Name = std::pair<OwnerId, std::string>;
@@ -45,8 +46,11 @@ std::string next_of(const LineStatus& line, WallTime now) {
 
 int list(Session& session, const NetworksOptions& options) {
   session.discover();
-  const auto island = options.island == 0 ? std::nullopt : std::optional(OwnerId(options.island));
-  const auto look = [&] { return session.client().networks(island, session.settings().patience); };
+  const auto look = [&] {
+    auto found = session.client().networks(options.island.owner(), session.settings().patience);
+    std::erase_if(found, [&](const Network& one) { return !options.network.empty() && one.id != options.network; });
+    return found;
+  };
   std::map<Name, Counters> before;
   if (!options.length.empty()) {
     for (const auto& network : look()) before[{network.island, network.id}] = counters_of(network.properties);
@@ -71,9 +75,19 @@ int list(Session& session, const NetworksOptions& options) {
                fmt::format("{}/{}", network.reachable, network.devices), losses_text(losses_of(counters), growth),
                network.line.reason});
   }
-  if (table.empty()) return session.not_found("no network");
+  if (table.empty())
+    return session.not_found(options.network.empty() ? "no network" : "no network " + model::quoted(options.network));
   if (!session.json()) session.out().write(table.text(session.look()));
   return kGood;
+}
+
+int reopen(Session& session, const NetworksOptions& options) {
+  const auto what = "network " + model::quoted(options.network);
+  if (model::to_key_part(options.network) != options.network) return session.not_found("no " + what);
+  const auto line = model::IslandKey{session.settings().prefix}.network(options.network).line();
+  const auto island = choose_island(session, options.island, line.status(), what);
+  if (island.code != kGood) return island.code;
+  return command_island(session, island.id, line.command(), options.action, options.network + ": the line is up");
 }
 
 }  // namespace
@@ -81,16 +95,20 @@ int list(Session& session, const NetworksOptions& options) {
 void add_networks(Cli& cli) {
   const auto options = std::make_shared<NetworksOptions>();
   auto* app = cli.command_in_ecology(
-      {"networks", "List the networks: line state, since, reason, next attempt, devices, losses",
+      {"networks", "List the networks: line state, since, reason, next attempt, devices, losses; reopen a line",
        "  rubicon networks\n"
        "  rubicon networks --for 10s                   # and the losses within ten seconds\n"
        "  rubicon networks --island 6541 --json        # all counters\n"
+       "  rubicon networks knx-demo reopen             # try now to open a line that is down\n"
        "DEVICES: reachable devices of all devices. LOST: counters of dropped, refused and malformed messages\n"
        "since the island started.\n"},
-      [options](Session& session) { return list(session, *options); });
-  app->add_option("--island", options->island, "of this island only")
-      ->type_name("ID")
-      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+      [options](Session& session) {
+        return options->action.empty() ? list(session, *options) : reopen(session, *options);
+      });
+  app->add_option("NETWORK", options->network, "this network only");
+  app->add_option("ACTION", options->action, "reopen: try now to open the line, not after the pause")
+      ->check(CLI::IsMember({"reopen"}));
+  add_island_option(app, options->island);
   add_duration_option(app, "--for", options->length,
                       "compare two observations this far apart, and show which losses grew");
 }

@@ -51,7 +51,8 @@ class IslandToolLine final : public ToolLine {
     const auto refuse = [this, id = model::text_of(request, "id")](const std::string& why) {
       if (!why.empty() && on_reply) on_reply({{"id", id}, {"ok", false}, {"why", why}});
     };
-    session_->client().send_to_network(address_.island, address_.network, tags().request, model::dump(request), refuse);
+    session_->client().send_to_network(address_.island, address_.network, tags().tag_of(request), model::dump(request),
+                                       refuse);
   }
   bool run(const std::function<bool()>& done, Duration patience) override { return session_->run(done, patience); }
   bool interrupted() const override { return session_->interrupted(); }

@@ -14,6 +14,10 @@ namespace rubicon::cli {
 /// The messages between the tools of a network type and its networks: tags of Opaque messages whose bytes are JSON.
 struct ToolTags {
   std::string_view request, reply, event;
+  /// The tag of one request; nullptr = `request`, whatever it is.
+  std::string_view (*request_tag)(const nlohmann::json& request) = nullptr;
+
+  std::string_view tag_of(const nlohmann::json& asked) const { return request_tag ? request_tag(asked) : request; }
 };
 
 /// Which network of which island a tool talks to.

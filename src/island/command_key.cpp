@@ -56,15 +56,36 @@ void CommandKey::run_next() {
   auto now = std::move(waiting_.front());
   waiting_.pop_front();
   if (!waiting_.empty()) next_.request();
-  const auto done = calls_.run(now.text);
-  const auto* state = done ? "confirmed" : done.error().code == ErrorCode::kIo ? "failed" : "refused";
-  last_ = {state,
-           std::move(now.commander),
-           std::move(now.text),
-           place_.scheduler.wall_now(),
-           {},
-           done ? std::string() : done.error().text,
-           {}};
+  ++begun_;
+  patience_.cancel();
+  const auto done = calls_.begin ? begin(now.text) : calls_.run(now.text);
+  last_ = {{}, std::move(now.commander), std::move(now.text), {}, {}, {}, {}};
+  if (!done || !calls_.begin) return end(done);
+  patience_ = place_.scheduler.after(calls_.longest, [this] {
+    ++begun_;
+    set_state("timed-out", "there is no outcome yet");
+  });
+  set_state("sent", {}, calls_.longest);
+}
+
+Result<void> CommandKey::begin(const std::string& text) {
+  return calls_.begin(text, lifetime_.guard([this, number = begun_](const Result<void>& outcome) {
+    if (number == begun_) end(outcome);
+  }));
+}
+
+void CommandKey::end(const Result<void>& outcome) {
+  patience_.cancel();
+  if (outcome) return set_state("confirmed", {});
+  set_state(outcome.error().code == ErrorCode::kIo ? "failed" : "refused", outcome.error().text);
+}
+
+void CommandKey::set_state(std::string_view state, std::string reason, Duration longest) {
+  last_->state = state;
+  last_->reason = std::move(reason);
+  last_->since = place_.scheduler.wall_now();
+  last_->until =
+      longest > Duration::zero() ? last_->since + std::chrono::ceil<std::chrono::microseconds>(longest) : WallTime{};
   show();
 }
 

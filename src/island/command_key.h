@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "model/point_keys.h"
 #include "model/point_tuples.h"
 #include "proxy/proxy_config.h"
@@ -23,6 +24,7 @@ class CommandKey {
   /// Commands that may wait; more are refused (busy).
   static constexpr std::size_t kMostWaiting = 16;
 
+  using Ended = std::function<void(const Result<void>& outcome)>;
   struct Calls {
     /// An error refuses the command; it is never carried out.
     std::function<Result<void>(const std::string& text)> check;
@@ -30,6 +32,10 @@ class CommandKey {
     std::function<Result<void>(const std::string& text)> run;
     /// The other members of the status; may be empty.
     std::function<nlohmann::ordered_json()> status{};
+    /// In place of `run`, for commands that take time: without an error the command is *sent* until `ended` is called
+    /// (in a later turn), or ends as *timed-out* after `longest`.
+    std::function<Result<void>(const std::string& text, Ended ended)> begin{};
+    Duration longest{0};
   };
   /// Everything must outlive it.
   struct Place {
@@ -49,6 +55,9 @@ class CommandKey {
  private:
   tuples::SetDecision decide(const tuples::RemoteSet& set);
   void run_next();
+  Result<void> begin(const std::string& text);
+  void end(const Result<void>& outcome);
+  void set_state(std::string_view state, std::string reason, Duration longest = {});
 
   struct Waiting {
     model::Commander commander;
@@ -59,9 +68,12 @@ class CommandKey {
   Calls calls_;
   std::deque<Waiting> waiting_;
   std::optional<model::CommandStatus> last_;
+  std::uint64_t begun_ = 0;  ///< commands that were carried out or begun: the outcome of an earlier one is dropped
+  Timer patience_;
   std::string shown_;
   tuples::Handle policy_;
   base::OncePerTurn next_;
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::island

@@ -9,8 +9,9 @@
 
 namespace rubicon::island {
 
-/// The properties of networks themselves that users may set (network::Control): publishes their descriptions, and gives
-/// their commands to the networks. Their values come with the state of the network.
+/// The properties of networks themselves that users may set (network::Control), and the command `reopen` of each line:
+/// publishes their descriptions, and gives their commands to the networks. Their values come with the state of the
+/// network.
 class NetworkControls {
  public:
   /// Everything must outlive it.
@@ -20,7 +21,9 @@ class NetworkControls {
   void refresh();
 
  private:
+  void add_line(const std::string& network);
   void add(const std::string& network, const network::Control& control);
+  void add(const model::PointKey& key, const model::PointDescription& description, CommandKey::Calls calls);
 
   CommandKey::Place place_;
   network::Supervisor& networks_;

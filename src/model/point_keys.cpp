@@ -62,6 +62,11 @@ bool is_of_island(std::string_view key) {
   return parts.size() > 1 && is_part_of_island(parts[1]);
 }
 
+bool is_line_command(std::string_view key) {
+  const auto parts = key_parts(key);
+  return parts.size() == 5 && parts[2] == "property" && parts[3] == "line" && parts[4] == "command";
+}
+
 std::string_view parent_key(std::string_view key) {
   const auto dot = key.rfind('.');
   return key.substr(0, dot == key.npos ? 0 : dot);

@@ -41,6 +41,8 @@ struct NetworkKey {
   std::string property(std::string_view name) const;
   /// One of its properties that users may set.
   PointKey control(std::string_view name) const;
+  /// The state of its line, and the command `reopen`.
+  PointKey line() const { return control("line"); }
   DeviceKey device(std::string_view id) const;
 };
 
@@ -74,6 +76,9 @@ PointKey any_point();
 bool is_part_of_island(std::string_view part);
 /// Whether the key lies in one of them: its status is neither that of a network nor that of a device.
 bool is_of_island(std::string_view key);
+
+/// Whether the key is the command of the line of a network: `proxy.wsn-1.property.line.command`.
+bool is_line_command(std::string_view key);
 
 /// `proxy.wsn-1.7.status` -> `proxy.wsn-1.7`; empty for a key of one part.
 std::string_view parent_key(std::string_view key);

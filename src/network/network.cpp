@@ -17,6 +17,10 @@ Result<TupleWatch> NetworkHost::watch_tuple(std::string_view, std::function<void
   return fail(ErrorCode::kUnsupported, "this host has no tuples");
 }
 
+Result<void> Network::reopen() {
+  return fail(ErrorCode::kUnsupported, "no attempt is planned: the line waits for its peer");
+}
+
 Result<void> Network::change(const NetworkConfig&) {
   return fail(ErrorCode::kUnsupported, "this type of network cannot change its options while it runs");
 }

@@ -99,6 +99,10 @@ class Network {
   /// network. Every request is answered, either by the error returned here (kUnsupported is a valid answer), or by a
   /// later Acknowledge with the request's number.
   virtual Result<void> send(const Message& message) = 0;
+  /// A user wants the next attempt now: ends a pause that the network makes by itself (after a refusal of its peer) and
+  /// tries in a later turn. Called only while the line is not up and the host plans no attempt. The default makes no
+  /// pauses of its own: kUnsupported.
+  virtual Result<void> reopen();
   /// Takes new options while the line stays open: new and changed devices join, removed ones leave. On kUnsupported
   /// (the default) and every other error nothing was changed, and the caller recreates the network. `make` accepted the
   /// same options before.

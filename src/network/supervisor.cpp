@@ -48,6 +48,7 @@ class Supervisor::Slot final : public NetworkHost {
       auto& state = std::get<model::State>(message.body);
       complete(state);
       log_change(state);
+      end_reopening(state);
     }
     supervisor_.sink_.from_network(id_, std::move(message));
   }
@@ -83,6 +84,25 @@ class Supervisor::Slot final : public NetworkHost {
     if (auto opened = network_->open(); !opened) failed(std::move(opened.error()));
   }
 
+  Result<void> reopen(ReopenedCall ended) {
+    if (!opened_ || supervisor_.closing_) return fail(ErrorCode::kRefused, "the lines of the island are closed");
+    if (line_ == model::LineState::kUp) return fail(ErrorCode::kRefused, "the line is up");
+    if (reopened_) return fail(ErrorCode::kRefused, "the line is being opened");
+    attempts_before_ = attempts_ + own_attempts_;
+    reopened_ = std::move(ended);
+    if (retry_.pending()) {
+      retry_.cancel();
+      failures_ = 0;
+      open();
+      return {};
+    }
+    auto tried = network_->reopen();
+    if (tried) return tried;
+    reopened_ = nullptr;
+    const bool connects = line_ == model::LineState::kConnecting;
+    return fail(ErrorCode::kRefused, connects ? "the line is being opened" : std::move(tried.error().text));
+  }
+
   Result<void> change(const NetworkConfig& config) { return network_->change(config); }
   Result<void> control(std::string_view name, std::string_view text) { return network_->control(name, text); }
   const Network* network() const { return network_.get(); }
@@ -106,6 +126,16 @@ class Supervisor::Slot final : public NetworkHost {
     const auto next = std::chrono::ceil<std::chrono::seconds>(next_attempt_.time_since_epoch()).count();
     auto& shown = state.counters["next-attempt"];  // a network that tries by itself says when
     shown = std::max(shown, static_cast<std::uint64_t>(std::max<std::int64_t>(next, 0)));
+    line_ = state.line;
+  }
+
+  /// A report of counters may still show the line as it was before the attempt.
+  void end_reopening(const model::State& state) {
+    const bool tried = attempts_ + own_attempts_ > attempts_before_;
+    if (!reopened_ || !tried || state.line == model::LineState::kConnecting) return;
+    Result<void> outcome;
+    if (state.line != model::LineState::kUp) outcome = fail(ErrorCode::kIo, state.reason);
+    scheduler().post([call = std::exchange(reopened_, nullptr), outcome = std::move(outcome)] { call(outcome); });
   }
 
   /// Networks hold their line off by themselves where the peer refuses them: the log has each reason when it changes.
@@ -145,6 +175,9 @@ class Supervisor::Slot final : public NetworkHost {
   WallTime next_attempt_{};         ///< zero = none is planned
   std::uint64_t own_attempts_ = 0;  ///< of the network itself, as it counts them
   unsigned failures_ = 0;
+  model::LineState line_ = model::LineState::kDown;
+  ReopenedCall reopened_;              ///< an attempt for a user is under way
+  std::uint64_t attempts_before_ = 0;  ///< that one
   bool opened_ = false;
   bool closed_ = false;
 };
@@ -212,6 +245,12 @@ bool Supervisor::has(const std::string& id) const {
 const Network* Supervisor::find(const std::string& id) const {
   const auto found = slots_.find(id);
   return found == slots_.end() ? nullptr : found->second->network();
+}
+
+Result<void> Supervisor::reopen(const std::string& id, ReopenedCall ended) {
+  const auto found = slots_.find(id);
+  if (found == slots_.end()) return fail(ErrorCode::kNotFound, fmt::format("there is no network {}", id));
+  return found->second->reopen(std::move(ended));
 }
 
 Result<void> Supervisor::control(const std::string& id, std::string_view name, std::string_view text) {

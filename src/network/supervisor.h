@@ -27,6 +27,8 @@ class Supervisor {
              MessageSink& sink);
   ~Supervisor();
 
+  using ReopenedCall = std::function<void(const Result<void>& outcome)>;
+
   /// Serves NetworkHost::watch_tuple; without it that is kUnsupported.
   using WatchTuple =
       std::function<Result<TupleWatch>(std::string_view tuple, std::function<void(std::string_view value)> call)>;
@@ -49,6 +51,11 @@ class Supervisor {
   /// nullptr if there is none.
   const Network* find(const std::string& id) const;
   std::vector<std::string> ids() const;
+  /// A user wants the next attempt to open the line now, not after the pause. `ended` gets the outcome once, in a later
+  /// turn: success once the line is up, kIo with the reason if the attempt failed. An error returned here: nothing is
+  /// tried, because the line is up, is being opened, or has no attempt to make (kRefused); kNotFound if there is no
+  /// such network. `ended` is not called if the network is removed meanwhile.
+  Result<void> reopen(const std::string& id, ReopenedCall ended);
   /// Sets a property of the network itself (Network::control); kNotFound if there is no such network.
   Result<void> control(const std::string& id, std::string_view name, std::string_view text);
   /// To message.destination.network; kNotFound if there is none.

@@ -4,6 +4,8 @@
 #include <array>
 
 #include "base/text.h"
+#include "model/message_types.h"
+#include "model/point_keys.h"
 
 namespace rubicon::web {
 
@@ -19,7 +21,7 @@ std::string_view after_first_part(std::string_view key) {
 bool steers_island(std::string_view key) {
   constexpr std::array<std::string_view, 4> kBranches{"inbox", "settings", "recorder", "log"};
   constexpr auto kMostDots = 2;  // inbox.NETWORK.ADDRESS, recorder.NAME.command
-  if (key == "GATEWAY") return true;
+  if (key == "GATEWAY" || model::is_line_command(key)) return true;
   const auto rest = after_first_part(key);
   const bool is_branch =
       std::find(kBranches.begin(), kBranches.end(), rest.substr(0, rest.find('.'))) != kBranches.end();
@@ -33,7 +35,7 @@ bool may(const Caller& caller, Verb verb, OwnerId, std::string_view key) {
     case Verb::kRead:
     case Verb::kWake: return caller.role >= Role::kView;
     case Verb::kSet: return caller.role >= (steers_island(key) ? Role::kAdmin : Role::kCommand);
-    case Verb::kSend: return caller.role >= Role::kCommand;
+    case Verb::kSend: return caller.role >= (model::is_admin_type(key) ? Role::kAdmin : Role::kCommand);
   }
   return false;
 }

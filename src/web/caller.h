@@ -13,7 +13,7 @@ enum class Role : std::uint8_t {
   kNone,     ///< not known: nothing but the page itself and its login
   kView,     ///< read and subscribe, passively or with demand
   kCommand,  ///< set tuples, send messages
-  kAdmin,    ///< inbox, reload, recorders
+  kAdmin,    ///< inbox, reload, recorders, messages that change an installation
 };
 
 /// Who sent a request, as far as the server knows.
@@ -27,7 +27,8 @@ struct Caller {
 enum class Verb : std::uint8_t { kRead, kWake, kSet, kSend };
 
 /// The one place that decides what a caller may do. `key` is a tuple key (kSet), a pattern (kRead, kWake) or a content
-/// type (kSend). Keys that steer the island itself (inbox, settings, recorders) need kAdmin.
+/// type (kSend). Keys that steer the island itself (inbox, settings, recorders, lines) and messages that change an
+/// installation (model::is_admin_type()) need kAdmin.
 bool may(const Caller& caller, Verb verb, OwnerId owner, std::string_view key);
 
 }  // namespace rubicon::web

@@ -26,6 +26,8 @@ struct Script {
   bool fails_inside_send = false;
   bool speaks_when_destroyed = false;
   bool has_last_words = false;
+  bool makes_pauses = false;
+  unsigned reopened = 0;
   std::vector<std::function<void()>> closing;
   std::vector<SteadyTime> openings;
   std::vector<Message> sent;
@@ -55,6 +57,10 @@ class Played final : public Network {
     script->sent.push_back(message);
     if (script->fails_inside_send) host_.failed({ErrorCode::kIo, "pulled"});
     return {};
+  }
+  Result<void> reopen() override {
+    ++script->reopened;
+    return script->makes_pauses ? Result<void>() : Network::reopen();
   }
   bool close(std::function<void()> closed) override {
     if (script->has_last_words) script->closing.push_back(std::move(closed));
@@ -178,6 +184,74 @@ TEST_F(SupervisorTest, TellsWhyTheLineIsDownAndCountsAttempts) {
   EXPECT_EQ(sink.states().back().line, LineState::kUp);
   EXPECT_EQ(sink.states().back().counters.at("attempts"), 2u);
   EXPECT_EQ(sink.states().back().counters.at("next-attempt"), 0u);
+}
+
+struct Reopened : SupervisorTest {
+  Result<void> reopen() {
+    return supervisor.reopen(
+        "a-1", [this](const Result<void>& outcome) { outcomes.push_back(outcome ? "good" : outcome.error().text); });
+  }
+  std::string refusal() {
+    const auto tried = reopen();
+    return tried ? "(tried)" : tried.error().text;
+  }
+  std::vector<std::string> outcomes;
+};
+
+TEST_F(Reopened, EndsThePauseBetweenTwoAttempts) {
+  ASSERT_TRUE(add("a-1", played(10s)));
+  played_.opens = false;
+  supervisor.start();
+  time.run_for(1min);
+  const auto attempts = played_.openings.size();
+  EXPECT_TRUE(reopen());
+  EXPECT_EQ(played_.openings.size(), attempts + 1);
+  EXPECT_THAT(outcomes, testing::IsEmpty()) << "in a later turn";
+  time.run_ready();
+  EXPECT_THAT(outcomes, ElementsAre("no cable"));
+  time.run_for(100ms);
+  EXPECT_EQ(played_.openings.size(), attempts + 2) << "the pauses grow from the shortest again";
+  played_.opens = true;
+  EXPECT_TRUE(reopen());
+  time.run_for(1min);
+  EXPECT_THAT(outcomes, ElementsAre("no cable", "good"));
+  EXPECT_EQ(played_.openings.size(), attempts + 3);
+}
+
+TEST_F(Reopened, OnlyWhatIsNotUpAndNotBeingOpened) {
+  ASSERT_TRUE(add("a-1", played()));
+  EXPECT_EQ(refusal(), "the lines of the island are closed");
+  supervisor.start();
+  EXPECT_EQ(refusal(), "the line is up");
+  played_.says_up = false;
+  played_.host->failed({ErrorCode::kIo, "pulled"});
+  EXPECT_TRUE(reopen());
+  EXPECT_EQ(refusal(), "the line is being opened");
+  played_.host->deliver({}, State{LineState::kUp, {}, {}});
+  time.run_ready();
+  EXPECT_THAT(outcomes, ElementsAre("good"));
+  played_.host->deliver({}, State{LineState::kConnecting, {}, {}});
+  EXPECT_EQ(refusal(), "the line is being opened");
+  played_.host->deliver({}, State{LineState::kDown, "the peer is away", {}});
+  EXPECT_EQ(refusal(), "no attempt is planned: the line waits for its peer");
+  EXPECT_EQ(supervisor.reopen("b", [](const auto&) {}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(played_.reopened, 2U);
+}
+
+TEST_F(Reopened, EndsAPauseOfTheNetworkItselfWhoseAttemptsTheReportsCount) {
+  ASSERT_TRUE(add("a-1", played()));
+  played_.makes_pauses = true;
+  supervisor.start();
+  played_.host->deliver({}, State{LineState::kRefused, "no free tunnel", {{"attempts", 3}}});
+  EXPECT_TRUE(reopen());
+  EXPECT_EQ(played_.reopened, 1U);
+  played_.host->deliver({}, State{LineState::kRefused, "no free tunnel", {{"attempts", 3}}});
+  time.run_ready();
+  EXPECT_THAT(outcomes, testing::IsEmpty()) << "a report of before the attempt";
+  played_.host->deliver({}, State{LineState::kConnecting, {}, {{"attempts", 4}}});
+  played_.host->deliver({}, State{LineState::kRefused, "still none", {{"attempts", 4}}});
+  time.run_ready();
+  EXPECT_THAT(outcomes, ElementsAre("still none"));
 }
 
 TEST_F(SupervisorTest, TellsTheLogOfAFlappingLineOnceAMinuteAndReason) {

@@ -10,7 +10,8 @@ namespace zigbee {
 
 namespace {
 
-constexpr ToolTags kTags{networks::zigbee::kRequestTag, networks::zigbee::kReplyTag, networks::zigbee::kEventTag};
+constexpr ToolTags kTags{networks::zigbee::kRequestTag, networks::zigbee::kReplyTag, networks::zigbee::kEventTag,
+                         &networks::zigbee::tag_of};
 
 }  // namespace
 

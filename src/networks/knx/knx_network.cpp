@@ -58,6 +58,7 @@ class KnxNetwork final : public network::Network {
   }
 
   Result<void> open() override;
+  Result<void> reopen() override;
   Result<void> send(const model::Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
   std::optional<std::vector<network::ListedDevice>> listed() const override;
@@ -118,6 +119,10 @@ Result<void> KnxNetwork::open() {
     exposures_.set(options_.exposures);
   }
   return line_->open();
+}
+
+Result<void> KnxNetwork::reopen() {
+  return line_->reopen() ? Result<void>() : Network::reopen();
 }
 
 std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {

@@ -69,10 +69,18 @@ void BrokerLine::failed(Error why) {
 
 void BrokerLine::wait() {
   next_attempt_ = host_.scheduler().wall_now() + std::chrono::duration_cast<WallTime::duration>(kRefusedPause);
-  retry_ = host_.scheduler().after(kRefusedPause, [this] {
-    ++attempts_;
-    if (auto opened = open(); !opened) failed(std::move(opened.error()));
-  });
+  retry_ = host_.scheduler().after(kRefusedPause, [this] { retry(); });
+}
+
+bool BrokerLine::reopen() {
+  if (!retry_.pending()) return false;
+  retry_ = host_.scheduler().after(Duration::zero(), [this] { retry(); });
+  return true;
+}
+
+void BrokerLine::retry() {
+  ++attempts_;
+  if (auto opened = open(); !opened) failed(std::move(opened.error()));
 }
 
 /// QoS 1 for what the bridge publishes with it and seldom repeats (zigbee.md, section 1).

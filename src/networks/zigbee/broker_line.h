@@ -36,6 +36,8 @@ class BrokerLine {
 
   /// Begins to connect; does nothing while it is open or waits after a refusal.
   Result<void> open();
+  /// Ends the pause after a refusal: tries again in a later turn. False: there is no pause.
+  bool reopen();
   /// Ends the connection by a DISCONNECT.
   void close();
   bool connected() const { return connected_; }
@@ -59,6 +61,7 @@ class BrokerLine {
   void failed(Error why);
   void drop_line();
   void wait();
+  void retry();
   void warn_of_password();
 
   network::NetworkHost& host_;

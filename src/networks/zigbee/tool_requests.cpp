@@ -69,6 +69,13 @@ json bridge_json(const bridge::BridgeDescription& info) {
 
 }  // namespace
 
+std::string_view tag_of(const json& request) {
+  const auto what = request_text(request, "do");
+  const bool changes =
+      what == "permit" || what == "rename" || what == "remove" || (what == "options" && request.contains("set"));
+  return changes ? kAdminTag : kRequestTag;
+}
+
 ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish)
     : host_(host),
       requester_(std::move(requester)),
@@ -85,12 +92,21 @@ void ToolRequests::use(bool up, const std::string& why) {
 
 Result<void> ToolRequests::receive(const Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
-  if (!opaque || opaque->type != kRequestTag)
+  if (!opaque || (opaque->type != kRequestTag && opaque->type != kAdminTag))
     return fail(ErrorCode::kUnsupported, fmt::format("ZigBee does not support {}", to_string(message.kind())));
   if (opaque->bytes.size() > kMaxRequestBytes) return fail(ErrorCode::kInvalid, "the zigbee.request is too long");
   const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
   if (!request.is_object()) return fail(ErrorCode::kInvalid, "a zigbee.request is a JSON object");
   Requester requester{message.source, request_text(request, "id")};
+  if (opaque->type != kAdminTag && tag_of(request) == kAdminTag) {
+    refuse(requester, fmt::format("this request needs a message of the type {}", kAdminTag));
+  } else {
+    answer(std::move(requester), request);
+  }
+  return {};
+}
+
+void ToolRequests::answer(Requester requester, const json& request) {
   const auto what = request_text(request, "do");
   if (what == "devices") {
     devices(requester, request);
@@ -112,7 +128,6 @@ Result<void> ToolRequests::receive(const Message& message) {
     refuse(requester, fmt::format("do is {}, expected permit, devices, rename, remove, options, map or health",
                                   model::quoted(what)));
   }
-  return {};
 }
 
 /// The answer carries the transaction of the request (zigbee.md, section 8).

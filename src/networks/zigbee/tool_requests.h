@@ -16,8 +16,13 @@ namespace rubicon::networks::zigbee {
 
 /// Tags of the Opaque messages between tools and this network; the bytes are JSON (docs/zigbee.md, "Tools").
 inline constexpr std::string_view kRequestTag = "zigbee.request";
+inline constexpr std::string_view kAdminTag = "zigbee.admin";  ///< for all requests
 inline constexpr std::string_view kReplyTag = "zigbee.reply";
 inline constexpr std::string_view kEventTag = "zigbee.event";
+
+/// The tag that a request needs: kAdminTag if it changes the installation (permit, rename, remove, options with `set`),
+/// else kRequestTag.
+std::string_view tag_of(const nlohmann::json& request);
 
 /// Serves tools that manage the bridge: permit, devices, rename, remove, options, map, health. Answers every request
 /// once.
@@ -75,6 +80,7 @@ class ToolRequests {
   };
 
   bool may_watch(const Requester& requester) const;
+  void answer(Requester requester, const nlohmann::json& request);
   void permit(Requester requester, const nlohmann::json& request);
   void permitted(const Requester& requester, std::int64_t seconds);
   void devices(const Requester& requester, const nlohmann::json& request);

@@ -36,6 +36,7 @@ class ZigbeeNetwork final : public network::Network {
   ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions options, network::NetworkHost& host);
 
   Result<void> open() override;
+  Result<void> reopen() override;
   Result<void> send(const Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
   std::vector<network::Missing> missing() const override;
@@ -114,6 +115,10 @@ Result<void> ZigbeeNetwork::open() {
   lost_ = !opened.has_value();
   if (opened) reporter_.line_changed();
   return opened;
+}
+
+Result<void> ZigbeeNetwork::reopen() {
+  return line_.reopen() ? Result<void>() : Network::reopen();
 }
 
 void ZigbeeNetwork::connected() {

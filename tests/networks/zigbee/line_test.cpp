@@ -194,6 +194,24 @@ TEST_F(LineOfTheBridge, AWrongPasswordIsReportedOnceForEachAttemptAndTriedAgainA
   EXPECT_EQ(state().line, LineState::kUp);
 }
 
+TEST_F(LineOfTheBridge, AUserEndsThePauseAfterARefusal) {
+  broker.users = {{"rubicon", "right"}};
+  host.files.put("/secret", Bytes{'w', 'r', 'o', 'n', 'g'});
+  make(R"({"broker": {"host": "localhost", "user": "rubicon", "password-file": "/secret"}})");
+  bridge_starts();
+  open();
+  ASSERT_EQ(state().line, LineState::kRefused);
+  EXPECT_TRUE(network->reopen());
+  host.time.run_for(1s);
+  EXPECT_EQ(state().line, LineState::kRefused);
+  EXPECT_EQ(state().counters.at("attempts"), 1U);
+  host.files.put("/secret", Bytes{'r', 'i', 'g', 'h', 't'});
+  EXPECT_TRUE(network->reopen());
+  host.time.run_for(1s);
+  EXPECT_EQ(state().line, LineState::kUp);
+  EXPECT_EQ(network->reopen().error().code, ErrorCode::kUnsupported) << "there is no pause";
+}
+
 TEST_F(LineOfTheBridge, ATopicThatTheBrokerForbidsIsNamedAndCounted) {
   broker.refused_filters = {"zigbee2mqtt/bridge/event"};
   start();

@@ -72,6 +72,25 @@ TEST_F(ZigbeeTools, ThePermitOfOneToolTooManyIsRefusedBeforeItOpensTheNetwork) {
   EXPECT_EQ(all(), 17U) << "it watches already";
 }
 
+TEST_F(ZigbeeTools, WhatChangesTheInstallationNeedsAnAdministratorsMessage) {
+  const std::vector<json> changes{{{"do", "permit"}, {"seconds", 60}},
+                                  {{"do", "rename"}, {"device", "plug"}, {"to", "other"}},
+                                  {{"do", "remove"}, {"device", "plug"}},
+                                  {{"do", "options"}, {"device", "plug"}, {"set", {{"retain", true}}}}};
+  for (const auto& request : changes) {
+    EXPECT_EQ(tag_of(request), "zigbee.admin") << request;
+    ask(request, "zigbee.request");
+    EXPECT_EQ(reply()["ok"], false) << request;
+    EXPECT_EQ(reply()["why"], "this request needs a message of the type zigbee.admin") << request;
+  }
+  for (const auto* what : {"permit_join", "device/rename", "device/remove", "device/options"})
+    EXPECT_EQ(requested(what), json()) << what;
+  ask({{"do", "options"}, {"device", "plug"}}, "zigbee.request");
+  EXPECT_EQ(reply()["ok"], true) << "reading them changes nothing";
+  ask({{"do", "devices"}}, "zigbee.admin");
+  EXPECT_EQ(reply()["ok"], true) << "all requests may be sent so";
+}
+
 TEST_F(ZigbeeTools, LastSeenIsThatOfTheStateMessages) {
   availability = true;
   const auto device = [this] {

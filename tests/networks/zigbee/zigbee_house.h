@@ -12,6 +12,7 @@
 
 #include "base/bytes.h"
 #include "base/config_reader.h"
+#include "networks/zigbee/tool_requests.h"
 #include "networks/zigbee/zigbee_network.h"
 #include "support/config_text.h"
 #include "support/fake_host.h"
@@ -200,13 +201,14 @@ class House : public ::testing::Test {
   }
 
   // -- tools
-  void ask(const json& request) {
+  /// Without a tag in a message of the type that the request needs.
+  void ask(const json& request, std::string_view tag = {}) {
     Message message;
     message.source = {IslandId{1}, {}, "tool"};
     message.destination = {IslandId{1}, "zigbee", {}};
     const auto text = request.dump();
     const auto bytes = base::as_bytes(text);
-    message.body = model::Opaque{"zigbee.request", Bytes(bytes.begin(), bytes.end())};
+    message.body = model::Opaque{std::string(tag.empty() ? tag_of(request) : tag), Bytes(bytes.begin(), bytes.end())};
     EXPECT_TRUE(network->send(message));
     host.time.run_for(10ms);
   }

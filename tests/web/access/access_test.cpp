@@ -150,6 +150,11 @@ TEST(Roles, EachIncludesThoseBeforeIt) {
       {Verb::kWake, "proxy.wsn-1.7.sensor.light-1.value", Role::kView},
       {Verb::kSet, "proxy.dummy-1.room.actuator.lamp-1.command", Role::kCommand},
       {Verb::kSend, "knx", Role::kCommand},
+      {Verb::kSend, "knx.request", Role::kCommand},
+      {Verb::kSend, "zigbee.request", Role::kCommand},
+      {Verb::kSend, "zigbee.admin", Role::kAdmin},
+      {Verb::kSend, "other.bridge.admin", Role::kAdmin},
+      {Verb::kSend, "zigbee.administrators", Role::kCommand},
       {Verb::kSet, "proxy.inbox", Role::kAdmin},
       {Verb::kSet, "other.inbox.wsn-1.7", Role::kAdmin},
       {Verb::kSet, "proxy.settings.command", Role::kAdmin},
@@ -158,6 +163,9 @@ TEST(Roles, EachIncludesThoseBeforeIt) {
       {Verb::kSet, "proxy.inboxes", Role::kCommand},
       {Verb::kSet, "proxy.log.level.command", Role::kAdmin},
       {Verb::kSet, "proxy.log.property.replay-state.command", Role::kCommand},
+      {Verb::kSet, "proxy.knx-hall.property.line.command", Role::kAdmin},
+      {Verb::kSet, "proxy.knx-hall.property.replay-state.command", Role::kCommand},
+      {Verb::kSet, "proxy.knx-hall.1_4_6.property.line-1.command", Role::kCommand},
       {Verb::kSet, "proxy.recorder.7.actuator.switch-1.command", Role::kCommand},
   };
   for (const auto& right : rights) {

@@ -266,6 +266,20 @@ TEST_F(Sockets, KeysThatSteerTheIslandNeedAnAdministrator) {
   EXPECT_EQ(page.answer(id)["error"]["code"], "refused");
 }
 
+TEST_F(Sockets, MessagesThatChangeAnInstallationNeedAnAdministrator) {
+  start_lamp();
+  const Json request{{"do", "send"}, {"to", 1}, {"network", "scripted-1"}, {"type", "zigbee.admin"}, {"value", "{}"}};
+  auto& operator_page = Sites::page(Role::kCommand);
+  const auto refused = operator_page.ask(request);
+  EXPECT_EQ(error_text(operator_page.answer(refused)),
+            "'local' has the role command, which may not send messages of type zigbee.admin");
+  auto& page = Sites::page(Role::kAdmin);
+  page.ask(request);
+  scheduler.run_for(1s);
+  ASSERT_EQ(devices_of(1).sent.size(), 1U);
+  EXPECT_EQ(std::get<model::Opaque>(devices_of(1).sent[0].body).type, "zigbee.admin");
+}
+
 TEST_F(Sockets, WithoutATokenNothingIsAnsweredAndTheTimeIsLimited) {
   need_token();
   auto& page = Sites::page(Role::kNone);

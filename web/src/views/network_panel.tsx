@@ -1,12 +1,15 @@
+import { connection, mayBe } from "../app";
 import { type Network, number, text as textOf } from "../core/catalog";
+import { advance, begin, type Outcome, toneOf } from "../core/commands";
 import { type CounterKind, type CounterRates, kindOf } from "../core/counters";
 import { formatFullTime, formatNumber, formatRate, prettyJson } from "../core/format";
-import { second } from "../core/redraw";
+import { redraw, second } from "../core/redraw";
 import { hrefTo, hrefToList } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
 import { Icon } from "../parts/icons";
+import { announce } from "../parts/notices";
 import { phone } from "../parts/screen";
 import { State } from "../parts/state";
 import * as text from "../words/networks";
@@ -21,6 +24,50 @@ export function NextAttempt({ network }: { network: Network }) {
   const seconds = Math.ceil(at - serverNow());
   if (at === 0 || network.line === "up") return null;
   return <span class="attempt">{seconds > 0 ? text.nextIn(seconds) : text.nextNow}</span>;
+}
+
+/** The last `reopen` that this page sent, by the path of its network. */
+const reopened = new Map<string, Outcome>();
+
+function now(): number {
+  return Date.now() / 1000;
+}
+
+function reopen({ path, id }: Network): void {
+  reopened.set(path, begin("reopen", now()));
+  redraw();
+  connection.request(
+    { do: "set", key: `${path}.property.line.command`, value: "reopen" },
+    (answer) => {
+      const outcome = advance(reopened.get(path) ?? begin("reopen", now()), answer, now());
+      reopened.set(path, outcome);
+      if (outcome.final) announce(text.reopened(id, outcome.state, outcome.reason));
+      redraw();
+    },
+    true,
+  );
+}
+
+/** Tries now to open a line that is down, and shows what came of it until the line is up. */
+function Reopening({ network }: { network: Network }) {
+  const outcome = reopened.get(network.path);
+  const isUp = network.line === "up";
+  if (isUp && outcome?.state !== "confirmed") reopened.delete(network.path);
+  if (!mayBe("admin") || network.line === "" || (isUp && !outcome)) return null;
+  return (
+    <p class="actions">
+      {!isUp && (
+        <button type="button" disabled={outcome?.final === false} onClick={() => reopen(network)}>
+          {text.reopen}
+        </button>
+      )}
+      {outcome && (
+        <span class="outcome">
+          <State word={outcome.state} tone={toneOf(outcome.state)} /> {outcome.reason}
+        </span>
+      )}
+    </p>
+  );
 }
 
 interface Counter {
@@ -64,6 +111,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
         </Fact>
         <Fact name={text.island}>{network.owner}</Fact>
       </dl>
+      <Reopening network={network} />
       <div class="actions">
         <a class="button" href={hrefTo("devices", [], { network: network.id })}>
           {text.itsDevices(network.devices)}

@@ -23,6 +23,8 @@ export const reason = "Reason";
 export const attempts = "Attempts";
 export const nextIn = (seconds: number) => `next attempt in ${seconds} s`;
 export const nextNow = "trying now";
+export const reopen = "Open now";
+export const reopened = (network: string, state: string, reason: string) => `Opening ${network}: ${state}${reason && `, ${reason}`}`;
 export const perSecond = (rate: string) => `${rate}/s`;
 export const itsDevices = (count: number) => many(count, "device");
 export const kinds = { loss: "Lost or refused", oddity: "Unusual", flow: "Traffic", fact: "State" };

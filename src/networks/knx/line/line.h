@@ -65,6 +65,8 @@ class Line {
   virtual ~Line() = default;
   /// Starts to connect; the state becomes kUp on success. Never blocks.
   virtual Result<void> open() = 0;
+  /// Ends a pause after a refusal: the line tries again in the next turn. False: there is no pause.
+  virtual bool reopen() { return false; }
   /// `done` is called exactly once, in a later turn, unless the line is destroyed. Reads use spare rate only.
   virtual void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) = 0;
   virtual const LineState& state() const = 0;

@@ -358,6 +358,12 @@ void TunnelLine::retry_after(Phase phase, Duration pause, std::string why) {
   set_state(phase, std::move(why));
 }
 
+bool TunnelLine::reopen() {
+  if (!retry_timer_.pending()) return false;
+  retry_timer_ = scheduler_.after(Duration::zero(), [this] { retry(); });
+  return true;
+}
+
 void TunnelLine::retry() {
   state_.phase = Phase::kOff;
   ++counters_.attempts;

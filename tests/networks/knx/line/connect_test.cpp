@@ -273,6 +273,23 @@ TEST_F(ConnectTest, AConfigurationErrorIsRetriedRarely) {
   EXPECT_EQ(phase(), Phase::kUp);
 }
 
+TEST_F(ConnectTest, AUserEndsThePauseAfterARefusal) {
+  make_server();
+  server->connect_status = 0x28;
+  open();
+  ASSERT_EQ(phase(), Phase::kRefused);
+  EXPECT_TRUE(line->reopen());
+  EXPECT_EQ(phase(), Phase::kRefused) << "in the next turn";
+  time.run_for(100ms);
+  EXPECT_EQ(server->counters.connects, 2U);
+  EXPECT_EQ(line->counters().at("attempts"), 1U);
+  server->connect_status = 0;
+  EXPECT_TRUE(line->reopen());
+  time.run_for(100ms);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_FALSE(line->reopen()) << "there is no pause";
+}
+
 TEST_F(ConnectTest, ABusThatIsDownIsReportedAndRetried) {
   make_server();
   server->connect_status = 0x27;
