@@ -1,15 +1,16 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { burst, type Decision, Decisions, graceTime, matchesPattern, type Step } from "../src/core/decisions";
+import { type Decision, Decisions, graceTime, matchesPattern, type Step } from "../src/core/decisions";
 import type { Answer } from "../src/core/frames";
+import { answerOf, listsOf, longestList } from "../src/core/inbox_list";
 import { TestClock } from "./support";
 
 function inbox() {
   const clock = new TestClock();
-  const sent: { step: Step; call: (answer: Answer) => void }[] = [];
+  const sent: { steps: Step[]; answer: (step: Step, answer: Answer) => void; leaving: boolean }[] = [];
   const ended: { decision: Decision; failures: number }[] = [];
   const decisions = new Decisions(clock, {
-    send: (step, call) => sent.push({ step, call }),
+    send: (steps, answer, leaving) => sent.push({ steps, answer, leaving }),
     changed: () => {},
     ended: (decision, failures) => ended.push({ decision, failures: failures.length }),
   });
@@ -32,63 +33,82 @@ test("a decision can be taken back for ten seconds, and is sent then", () => {
   assert.equal(decisions.of("1:b"), second);
   assert.equal(sent.length, 0);
   clock.advance(1);
+  const only = { key: "1:b", value: "approve" };
   assert.deepEqual(
-    sent.map(({ step }) => step),
-    [{ key: "1:b", value: "approve" }],
+    sent.map(({ steps }) => steps),
+    [[only]],
   );
   assert.ok(!decisions.undo(second));
   assert.equal(decisions.of("1:b"), second);
-  sent[0]?.call({ id: 1, ok: true });
+  sent[0]?.answer(only, { id: 1, ok: true });
   assert.equal(decisions.of("1:b"), undefined);
   assert.equal(ended[0]?.failures, 0);
 });
 
-test("many are sent no faster than the server takes them, and failures are collected", () => {
+test("many are sent together, and failures are collected", () => {
   const { clock, sent, ended, approve } = inbox();
   approve(...Array.from({ length: 45 }, (_, index) => `1:${index}`));
   clock.advance(graceTime);
-  assert.equal(sent.length, 20);
-  clock.advance(600);
-  assert.equal(sent.length, 40);
-  clock.advance(600);
-  assert.equal(sent.length, 45);
-  sent.forEach(({ call }, index) => call(index < 2 ? { id: 1, ok: false, error: { code: "refused", text: "" } } : { id: 1, ok: true }));
+  assert.equal(sent.length, 1);
+  const { steps, answer, leaving } = sent[0]!;
+  assert.equal(steps.length, 45);
+  assert.ok(!leaving);
+  steps.forEach((step, index) =>
+    answer(step, index < 2 ? { id: 1, ok: false, error: { code: "refused", text: "" } } : { id: 1, ok: true }),
+  );
   assert.deepEqual(
     ended.map(({ failures }) => failures),
     [2],
   );
 });
 
-test("leaving the page sends what was decided", () => {
+test("leaving the page sends all that was decided, once", () => {
   const { sent, decisions, approve, clock } = inbox();
   approve("1:a");
+  approve(...Array.from({ length: 200 }, (_, index) => `1:${index}`));
   decisions.flush();
-  assert.equal(sent.length, 1);
+  decisions.flush();
   clock.advance(graceTime);
-  assert.equal(sent.length, 1);
+  assert.deepEqual(
+    sent.map(({ steps, leaving }) => [steps.length, leaving]),
+    [
+      [1, true],
+      [200, true],
+    ],
+  );
 });
 
-test("leaving the page sends at once what the server takes, and says what is left", () => {
-  const { sent, decisions, approve, clock } = inbox();
-  const names = (count: number) => Array.from({ length: count }, (_, index) => `1:${index}`);
-  approve(...names(45));
-  assert.equal(decisions.flush(), 0);
-  assert.equal(sent.length, 45);
-  clock.advance(1000);
-  approve(...names(80));
-  assert.equal(decisions.flush(), 80 - burst);
-  assert.equal(decisions.flush(), 80 - burst);
-  clock.advance(1200); // the user stays
-  assert.equal(sent.length, 45 + 80);
+test("lists have the names of one island and word, in the order of the steps", () => {
+  const lists = listsOf([
+    { key: "1:proxy.inbox.wsn-1.7", value: "approve" },
+    { key: "2:home.inbox.knx.1_4_6", value: "approve" },
+    { key: "1:proxy.inbox", value: "approve wsn-*.8" },
+    { key: "1:proxy.inbox.wsn-1.9", value: "ignore" },
+  ]);
+  assert.deepEqual(
+    lists.map(({ body }) => body),
+    [
+      { island: 1, approve: ["wsn-1.7", "wsn-*.8"] },
+      { island: 2, approve: ["knx.1_4_6"] },
+      { island: 1, ignore: ["wsn-1.9"] },
+    ],
+  );
+  assert.equal(lists[0]?.steps[1]?.value, "approve wsn-*.8");
 });
 
-test("several decisions together are sent no faster than one", () => {
-  const { sent, approve, clock } = inbox();
-  for (let first = 0; first < 5; first++) approve(...Array.from({ length: 20 }, (_, index) => `1:${first}.${index}`));
-  clock.advance(graceTime);
-  assert.equal(sent.length, 20);
-  clock.advance(4 * 600);
-  assert.equal(sent.length, 100);
+test("lists are no longer than the server takes", () => {
+  const steps = Array.from({ length: longestList + 1 }, (_, index) => ({ key: `1:proxy.inbox.wsn-1.${index}`, value: "approve" }));
+  assert.deepEqual(
+    listsOf(steps).map((list) => list.steps.length),
+    [longestList, 1],
+  );
+});
+
+test("what the server did with a name is the answer to its step", () => {
+  assert.deepEqual(answerOf({ state: "applied", reason: "" }), { id: 0, ok: true });
+  const refused = answerOf({ state: "refused", reason: "no device", error: { code: "not-found", text: "no device" } });
+  assert.deepEqual([refused.ok, refused.error?.text], [false, "no device"]);
+  assert.equal(answerOf(undefined).ok, false);
 });
 
 test("patterns of the inbox", () => {

@@ -80,11 +80,12 @@ class Admission {
   /// What a user set.
   struct Order {
     state::Decision decision{};
-    std::string word;  ///< `approve` or `ignore`
-    bool many = false;
-    std::string pattern;  ///< of many devices; else the key of one
+    std::string word;     ///< `approve` or `ignore`
+    bool many = false;    ///< set `proxy.inbox`, not the tuple of a device
+    std::string pattern;  ///< of many devices, or the name of one
   };
   static Result<Order> read_order(const tuples::RemoteSet& request, const std::string& root);
+  std::vector<DeviceName> named(const Order& order);
   Result<std::vector<DeviceName>> devices_of(const Order& order);
   void apply_decisions();
   void approve(const DeviceName& name);

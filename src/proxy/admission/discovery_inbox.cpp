@@ -21,6 +21,22 @@ constexpr tuples::SetOptions kInboxOptions{"application/json", {}, {}};
 constexpr Duration kInboxPause = std::chrono::milliseconds(250);
 /// Devices listed in `proxy.inbox`; its `count` counts all.
 constexpr std::size_t kMaxListed = 100;
+/// The same of `proxy.inbox.ignored`, a list that few read.
+constexpr Duration kIgnoredPause = std::chrono::seconds(1);
+constexpr std::size_t kMaxIgnoredListed = 1000;
+
+Tree describe_ignored(const DeviceName& device, const DiscoveryInbox::Entry& entry, std::string key) {
+  const auto& join = entry.announced.join;
+  return {{"key", std::move(key)},
+          {"network", device.network},
+          {"address", device.address},
+          {"name", join.name},
+          {"model", join.model},
+          {"type", join.device_type},
+          {"since", base::to_seconds(entry.since)},
+          {"by", entry.state == InboxState::kIgnoredByUser ? "user" : "rule"},
+          {"why", entry.why}};
+}
 
 Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, const TypeCatalogue& types) {
   const auto& join = entry.announced.join;
@@ -42,7 +58,9 @@ Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, cons
 }  // namespace
 
 DiscoveryInbox::DiscoveryInbox(ProxyContext& context)
-    : context_(context), publish_soon_(context.scheduler, kInboxPause, [this] { publish(); }) {}
+    : context_(context),
+      publish_soon_(context.scheduler, kInboxPause, [this] { publish(); }),
+      publish_ignored_soon_(context.scheduler, kIgnoredPause, [this] { publish_ignored(); }) {}
 
 /// Devices that are ignored by a rule make room for those that need a decision.
 bool DiscoveryInbox::make_room(InboxState state) {
@@ -81,6 +99,7 @@ DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announce
   const bool same =
       entry->state == state && entry->why == why && same_announcement(entry->announced.join, announced.join);
   const bool shown = !entry->key.empty();
+  const bool was_ignored = entry->ignored();
   entry->announced = announced;
   entry->state = state;
   entry->why = std::move(why);
@@ -89,6 +108,7 @@ DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announce
   if (entry->ignored()) hide(*entry);
   if (!entry->ignored() && !(same && shown)) show(device, *entry);
   if (!same || shown == entry->key.empty()) publish_soon_.request();
+  if (was_ignored || entry->ignored()) publish_ignored_soon_.request();
   return same ? Put::kSame : Put::kNew;
 }
 
@@ -133,6 +153,7 @@ std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& devi
   auto entry = std::move(found->second);
   entries_.erase(found);
   publish_soon_.request();
+  if (entry.ignored()) publish_ignored_soon_.request();
   return entry;
 }
 
@@ -163,14 +184,17 @@ std::vector<DeviceName> DiscoveryInbox::with_key(const std::string& key) const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
     if (!entry.ignored()) continue;
-    const auto rules = context_.config.networks.find(device.network);
-    const auto part = rules == context_.config.networks.end()
-                          ? std::string()
-                          : device_id(rules->second, device.address, entry.announced.join.id);
-    if (key == key_of(device) || key == fmt::format("{}.{}", model::to_key_part(device.network), part))
-      found.push_back(device);
+    if (key == key_of(device) || key == key_with_id(device, entry)) found.push_back(device);
   }
   return found;
+}
+
+/// The key that the device would have with its configured id or that of its Join.
+std::string DiscoveryInbox::key_with_id(const DeviceName& device, const Entry& entry) const {
+  const auto rules = context_.config.networks.find(device.network);
+  if (rules == context_.config.networks.end()) return key_of(device);
+  const auto part = device_id(rules->second, device.address, entry.announced.join.id);
+  return fmt::format("{}.{}", model::to_key_part(device.network), part);
 }
 
 void DiscoveryInbox::publish() {
@@ -182,6 +206,19 @@ void DiscoveryInbox::publish() {
   }
   const Tree all{{"count", counters_.pending}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
   std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.inbox(), model::dump(all), kInboxOptions);
+}
+
+void DiscoveryInbox::publish_ignored() {
+  Tree list = Tree::array();
+  for (const auto& [device, entry] : entries_) {
+    if (list.size() >= kMaxIgnoredListed) break;
+    if (entry.ignored()) list.push_back(describe_ignored(device, entry, key_with_id(device, entry)));
+  }
+  auto text = model::dump(Tree{{"count", counters_.ignored}, {"devices", std::move(list)}});
+  if (text == shown_ignored_) return;
+  shown_ignored_ = std::move(text);
+  std::ignore =
+      context_.space.set(model::IslandKey{context_.config.prefix}.inbox("ignored"), shown_ignored_, kInboxOptions);
 }
 
 }  // namespace rubicon::proxy::admission

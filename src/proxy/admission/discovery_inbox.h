@@ -27,7 +27,8 @@ enum class InboxState : std::uint8_t {
 inline constexpr std::string_view kDecidedByUser = "a user decided so";
 
 /// The devices that announced themselves and are not listed. Publishes those that are not ignored
-/// (docs/inbox.md): `proxy.inbox` for all, `proxy.inbox.<network>.<device>` for each.
+/// (docs/inbox.md): `proxy.inbox` for all, `proxy.inbox.<network>.<device>` for each; and a list of the ignored ones,
+/// `proxy.inbox.ignored`.
 class DiscoveryInbox {
  public:
   explicit DiscoveryInbox(ProxyContext& context);
@@ -42,8 +43,11 @@ class DiscoveryInbox {
     bool ignored() const { return state == InboxState::kIgnoredByRule || state == InboxState::kIgnoredByUser; }
   };
 
-  /// Sets `proxy.inbox` for the first time.
-  void begin() { publish_soon_.call_now(); }
+  /// Sets `proxy.inbox` and the list of ignored devices for the first time.
+  void begin() {
+    publish_soon_.call_now();
+    publish_ignored_soon_.call_now();
+  }
   enum class Put : std::uint8_t { kNoRoom, kSame, kNew };
   /// Adds the device or replaces its entry. kSame: state, reason and announcement are those of before.
   Put put(const DeviceName& device, const Announced& announced, InboxState state, std::string why);
@@ -71,13 +75,16 @@ class DiscoveryInbox {
   void show(const DeviceName& device, Entry& entry);
   void hide(Entry& entry);
   void publish();
+  void publish_ignored();
+  std::string key_with_id(const DeviceName& device, const Entry& entry) const;
 
   ProxyContext& context_;
   std::map<DeviceName, Entry> entries_;
   std::set<DeviceName> by_rule_;            ///< those ignored by rule
   std::map<std::string, DeviceName> keys_;  ///< published keys
   Counters counters_;
-  base::PacedCall publish_soon_;
+  std::string shown_ignored_;
+  base::PacedCall publish_soon_, publish_ignored_soon_;
 };
 
 }  // namespace rubicon::proxy::admission

@@ -56,17 +56,29 @@ tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
   return tuples::SetDecision::consumed();
 }
 
+/// What a name without wildcards means: the device that waits, an ignored one, or, to be ignored, a listed one.
+/// Patterns mean only devices that wait.
+std::vector<DeviceName> Admission::named(const Order& order) {
+  auto found = inbox_.with_key(order.pattern);
+  if (!found.empty() || order.decision != Decision::kIgnored) return found;
+  const auto dot = order.pattern.find('.');
+  const auto network = order.pattern.substr(0, dot);
+  const auto* device = directory_.find_by_key(order.pattern);
+  if (!device && dot != order.pattern.npos && directory_.networks().contains(network))
+    device = directory_.find(directory_.network(network), order.pattern.substr(dot + 1));
+  if (device) found.push_back({device->network->id, device->address});
+  return found;
+}
+
 /// kNotFound: none; kDuplicate: one is meant and several fit; kRefused: none of them can be approved.
 Result<std::vector<DeviceName>> Admission::devices_of(const Order& order) {
-  auto found = order.many ? inbox_.matching(order.pattern) : inbox_.with_key(order.pattern);
-  if (found.size() > 1 && !order.many) {
+  const bool is_pattern = order.many && order.pattern.find_first_of("*?") != order.pattern.npos;
+  auto found = order.many ? inbox_.matching(order.pattern) : std::vector<DeviceName>();
+  if (found.empty() && !is_pattern) found = named(order);
+  if (found.size() > 1 && !is_pattern) {
     return fail(ErrorCode::kDuplicate,
                 fmt::format("{} fits {} devices: set {} to {} {}.<address>", model::quoted(order.pattern), found.size(),
                             model::IslandKey{context_.config.prefix}.inbox(), order.word, found.front().network));
-  }
-  if (found.empty() && !order.many && order.decision == Decision::kIgnored) {
-    if (const auto* device = directory_.find_by_key(order.pattern))
-      found.push_back({device->network->id, device->address});
   }
   if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(order.pattern)));
   if (order.decision != Decision::kApproved) return found;

@@ -61,6 +61,20 @@ std::string Members::text_or(const char* name, std::string default_text) {
   return got->get<std::string>();
 }
 
+std::vector<std::string> Members::texts(const char* name, std::string_view expected, std::size_t most) {
+  const auto* got = find(name);
+  if (got == nullptr) return {};
+  std::vector<std::string> list;
+  const auto add = [&list](const nlohmann::json& one) {
+    if (one.is_string() && !one.get_ref<const std::string&>().empty()) list.push_back(one.get<std::string>());
+  };
+  if (!got->is_array()) add(*got);
+  if (got->is_array() && got->size() <= most) std::for_each(got->begin(), got->end(), add);
+  if (!list.empty() && list.size() == (got->is_array() ? got->size() : 1)) return list;
+  wrong(name, *got, fmt::format("{}, or a list of 1 to {} of them", expected, most));
+  return {};
+}
+
 double Members::number_or(const char* name, double otherwise, double least, double most) {
   const auto* got = find(name);
   if (got == nullptr) return otherwise;

@@ -29,6 +29,8 @@ class Members {
   /// A text that has to be there.
   std::string text(const char* name, std::string_view expected);
   std::string text_or(const char* name, std::string default_text);
+  /// One text or a list of at most `most`, none of them empty; none if there is no such member.
+  std::vector<std::string> texts(const char* name, std::string_view expected, std::size_t most);
   /// From `least` to `most`.
   double number_or(const char* name, double otherwise, double least, double most);
   std::optional<std::uint64_t> count(const char* name, std::uint64_t most);

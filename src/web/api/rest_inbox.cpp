@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -19,26 +20,73 @@ namespace rubicon::web::api {
 
 namespace {
 
+using Tree = nlohmann::ordered_json;
+
 constexpr Duration kInboxPatience = std::chrono::seconds(3);
+constexpr const char* kExpectedName = "NETWORK.DEVICE, also with * and ?";
 
 const std::string& any_inbox() {
   static const auto kKey = model::IslandKey{"*"}.inbox();
   return kKey;
 }
 
-std::string name_of_entry(const client::Tuple& tuple) {
-  return fmt::format("{}:{}", number(tuple.owner), tuple.key);
+/// A device that waits or is ignored.
+struct InboxEntry {
+  OwnerId island{};
+  Tree tree;
+};
+
+/// Two ignored devices may have the same key.
+std::string name_of_entry(const InboxEntry& entry) {
+  return fmt::format("{}:{} {}", number(entry.island), model::text_of(entry.tree, "key"),
+                     model::text_of(entry.tree, "address"));
 }
 
-nlohmann::ordered_json entry_json(const client::Tuple& tuple) {
-  nlohmann::ordered_json entry = model::object_of(tuple.value);
-  entry["island"] = number(tuple.owner);
-  return entry;
+Tree entry_json(const InboxEntry& entry) {
+  return entry.tree;
 }
 
-/// What a client decided.
-struct Order {
+/// What the tuples of inboxes say: devices, and how many there are in each state.
+class Inboxes {
+ public:
+  void add(const client::Tuple& tuple) {
+    const auto tree = Tree::parse(tuple.value, nullptr, false);
+    if (!tree.is_object()) return;
+    const auto parts = model::key_parts(tuple.key);
+    if (parts.size() == 4) return add_entry(tuple.owner, tree, "waiting");
+    if (parts.size() == 3) return add_ignored(tuple.owner, tree);
+    waiting += model::count_of(tree, "count");
+    ignored += model::count_of(tree, "ignored");
+  }
+
+  std::vector<InboxEntry> entries;
+  std::uint64_t waiting = 0, ignored = 0;
+
+ private:
+  void add_entry(OwnerId island, Tree tree, std::string_view state) {
+    tree["island"] = number(island);
+    tree["state"] = state;
+    entries.push_back({island, std::move(tree)});
+  }
+  void add_ignored(OwnerId island, const Tree& tree) {
+    const auto list = tree.find("devices");
+    if (list == tree.end() || !list->is_array()) return;
+    for (const auto& one : *list) {
+      if (one.is_object()) add_entry(island, one, "ignored");
+    }
+  }
+};
+
+/// What a client decided about one device, or about those of a pattern.
+struct Decision {
   std::string word, which;
+};
+
+struct Order {
+  static constexpr std::size_t kMost = 1000;  ///< names of a list
+
+  std::vector<Decision> decisions;
+  bool is_list = false;
   std::optional<OwnerId> island;
 };
 
@@ -47,19 +95,42 @@ Result<Order> read_order(std::string_view body) {
   if (!tree) return fail(tree.error());
   Members members(*tree, "inbox");
   Order order;
-  order.word = members.has("ignore") ? "ignore" : "approve";
-  order.which = members.text(order.word.c_str(), "NETWORK.DEVICE, also with * and ?");
+  for (const auto* word : {"approve", "ignore"}) {
+    for (auto& name : members.texts(word, kExpectedName, Order::kMost))
+      order.decisions.push_back({word, std::move(name)});
+    order.is_list |= tree->contains(word) && tree->at(word).is_array();
+  }
+  order.is_list |= order.decisions.size() > 1;
   if (const auto island = members.count("island", model::kMaxIslandId))
     order.island = OwnerId(static_cast<std::uint32_t>(*island));
-  if (order.which.empty()) members.fault({ErrorCode::kInvalid, order.word + ": expected NETWORK.DEVICE"});
   if (auto good = members.end(); !good) return fail(good.error());
-  return order;
+  if (!order.decisions.empty()) return order;
+  return fail(ErrorCode::kInvalid, fmt::format("inbox: approve is missing; expected {}", kExpectedName));
 }
 
-/// Finds the inbox that is meant, sets it, and answers with the outcome.
-class Decision final : public Exchange {
+/// What became of a decision.
+struct Decided {
+  std::string state, reason;
+  std::optional<Error> error;
+
+  unsigned status() const {
+    const bool is_missing = error && error->code == ErrorCode::kNotFound;
+    return is_missing ? 404 : status_of_outcome(state);
+  }
+};
+
+void add_json(const Decision& decision, const Decided& decided, Tree& tree) {
+  tree["decision"] = decision.word;
+  tree["device"] = decision.which;
+  tree["state"] = decided.state;
+  tree["reason"] = decided.reason;
+  if (decided.error) tree["error"] = {{"code", to_string(decided.error->code)}, {"text", decided.error->text}};
+}
+
+/// Finds the inbox that is meant, sets it once for each decision, and answers with what became of them.
+class InboxOrder final : public Exchange {
  public:
-  Decision(Context& context, Order order, Respond respond)
+  InboxOrder(Context& context, Order order, Respond respond)
       : context_(context), order_(std::move(order)), respond_(std::move(respond)) {
     inboxes_ = std::make_unique<client::TupleQuery>(
         context.scheduler, context.space, context.peers, Pattern{order_.island, any_inbox()},
@@ -77,27 +148,53 @@ class Decision final : public Exchange {
   }
 
   void decide(const client::Tuple& inbox) {
-    SetRequest request;
-    request.owner = inbox.owner;
-    request.key = inbox.key;
-    request.value = order_.word + " " + order_.which;
-    request.media_type = "text/plain";
-    set_ = std::make_unique<TrackedSet>(
-        context_, request,
-        TrackedSet::Calls{[this, owner = inbox.owner](const tuples::Reply& reply) { replied(owner, reply); }, {}});
+    island_ = inbox.owner;
+    open_ = order_.decisions.size();
+    decided_.resize(open_);
+    for (std::size_t i = 0; i < decided_.size(); ++i) {
+      SetRequest request;
+      request.owner = inbox.owner;
+      request.key = inbox.key;
+      request.value = order_.decisions[i].word + " " + order_.decisions[i].which;
+      request.media_type = "text/plain";
+      const auto on_reply = [this, i](const tuples::Reply& reply) { replied(i, reply); };
+      sets_.push_back(std::make_unique<TrackedSet>(context_, request, TrackedSet::Calls{on_reply, {}}));
+    }
   }
 
-  void replied(OwnerId island, const tuples::Reply& reply) {
-    const auto verdict = verdict_of(reply, island);
-    const std::string state = verdict ? "applied" : std::string(to_string(reply.verdict));
-    nlohmann::ordered_json tree;
-    tree["island"] = number(island);
-    tree["decision"] = order_.word;
-    tree["device"] = order_.which;
-    tree["state"] = state;
-    tree["reason"] = reply.text;
-    if (!verdict) tree["error"] = {{"code", to_string(verdict.error().code)}, {"text", verdict.error().text}};
-    end(json_response(tree, status_of_outcome(state)));
+  void replied(std::size_t index, const tuples::Reply& reply) {
+    auto& decided = decided_[index];
+    decided.reason = reply.text;
+    if (const auto verdict = verdict_of(reply, island_)) {
+      decided.state = "applied";
+    } else {
+      decided.state = to_string(reply.verdict);
+      decided.error = verdict.error();
+    }
+    if (--open_ == 0) answer();
+  }
+
+  void answer() {
+    Tree tree{{"island", number(island_)}};
+    unsigned status = decided_.front().status();
+    if (order_.is_list) {
+      status = add_list(tree);
+    } else {
+      add_json(order_.decisions.front(), decided_.front(), tree);
+    }
+    end(json_response(tree, status));
+  }
+
+  unsigned add_list(Tree& tree) const {
+    auto list = Tree::array();
+    bool any = false;
+    for (std::size_t i = 0; i < decided_.size(); ++i) {
+      add_json(order_.decisions[i], decided_[i], list.emplace_back(Tree::object()));
+      any |= !decided_[i].error;
+    }
+    if (!any) tree["error"] = list.front()["error"];
+    tree["decisions"] = std::move(list);
+    return any ? 200 : decided_.front().status();
   }
 
   /// What reports its end is destroyed in a later turn, with this.
@@ -111,7 +208,10 @@ class Decision final : public Exchange {
   Order order_;
   Respond respond_;
   std::unique_ptr<client::TupleQuery> inboxes_;
-  std::unique_ptr<TrackedSet> set_;
+  OwnerId island_{};
+  std::vector<Decided> decided_;
+  std::size_t open_ = 0;  ///< decisions that the island has not replied to
+  std::vector<std::unique_ptr<TrackedSet>> sets_;
   base::Lifetime lifetime_;
 };
 
@@ -120,16 +220,15 @@ class Decision final : public Exchange {
 std::unique_ptr<Exchange> list_inbox(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read({std::nullopt, any_inbox()}); !good) return call.refuse(good.error());
-  const std::vector<Pattern> patterns{{std::nullopt, model::IslandKey{"*"}.inbox("*.*")}, {std::nullopt, any_inbox()}};
-  return call.read(patterns, [range, request = call.request](std::vector<client::Tuple> tuples) {
-    double ignored = 0;
-    std::erase_if(tuples, [&ignored](const client::Tuple& tuple) {
-      const bool is_inbox = tuple.key.ends_with(any_inbox().substr(1));
-      if (is_inbox) ignored += std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored"));
-      return is_inbox;
-    });
-    auto page = page_of("waiting", std::move(tuples), request, range, name_of_entry, entry_json);
-    page["ignored"] = static_cast<std::uint64_t>(ignored);
+  const model::IslandKey any{"*"};
+  const std::vector<Pattern> patterns{
+      {std::nullopt, any.inbox("*.*")}, {std::nullopt, any.inbox("ignored")}, {std::nullopt, any_inbox()}};
+  return call.read(patterns, [range, request = call.request](const std::vector<client::Tuple>& tuples) {
+    Inboxes inboxes;
+    for (const auto& tuple : tuples) inboxes.add(tuple);
+    auto page = page_of("devices", std::move(inboxes.entries), request, range, name_of_entry, entry_json);
+    page["waiting"] = inboxes.waiting;
+    page["ignored"] = inboxes.ignored;
     return json_response(page);
   });
 }
@@ -145,7 +244,7 @@ std::unique_ptr<Exchange> decide_inbox(Call& call) {
   if (!context.commands.take(call.caller_name(), context.scheduler.now()))
     return call.refuse(
         {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
-  return std::make_unique<Decision>(context, std::move(*order), call.respond);
+  return std::make_unique<InboxOrder>(context, std::move(*order), call.respond);
 }
 
 }  // namespace rubicon::web::api

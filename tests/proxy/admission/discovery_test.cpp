@@ -138,6 +138,54 @@ TEST_F(Discovery, AKnownDeviceCanBeIgnored) {
   EXPECT_FALSE(exists("proxy.hall.7.status"));
 }
 
+TEST_F(Discovery, AKnownDeviceIsIgnoredByItsNameOrAddressButNotByAPattern) {
+  config.discovery.otherwise = DiscoveryAction::kAuto;
+  start();
+  for (const auto* address : {"1.7", "1.8", "1.9"}) join(address, lamp());
+  EXPECT_EQ(set("proxy.inbox", "ignore hall.*").code, ErrorCode::kNotFound) << "none waits";
+  EXPECT_EQ(set("proxy.inbox", "ignore hall.1.5").code, ErrorCode::kNotFound);
+  EXPECT_EQ(set("proxy.inbox", "ignore attic.1.7").code, ErrorCode::kNotFound);
+  ASSERT_EQ(set("proxy.inbox", "ignore hall.1_7").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.inbox", "ignore hall.1.8").verdict, Verdict::kApplied);
+  EXPECT_FALSE(exists("proxy.hall.1_7.status"));
+  EXPECT_FALSE(exists("proxy.hall.1_8.status"));
+  EXPECT_TRUE(exists("proxy.hall.1_9.status"));
+}
+
+TEST_F(Discovery, OneThatWasJustApprovedMayBeIgnored) {
+  start();
+  join("7", lamp());
+  ASSERT_EQ(set("proxy.inbox", "approve hall.7").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.inbox", "ignore hall.7").verdict, Verdict::kApplied);
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+  EXPECT_EQ(inbox()["ignored"], 1);
+}
+
+TEST_F(Discovery, IgnoredDevicesAreListedSoThatTheyCanBeApproved) {
+  DiscoveryRule rule;
+  rule.address = "9";
+  rule.action = DiscoveryAction::kIgnore;
+  config.discovery.rules.push_back(rule);
+  rules().devices["1.7"].id = "attic";
+  start();
+  EXPECT_EQ(json("proxy.inbox.ignored"), nlohmann::json({{"count", 0}, {"devices", nlohmann::json::array()}}));
+  for (const auto* address : {"1.7", "9", "3"}) join(address, lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.attic", "ignore").verdict, Verdict::kApplied);
+  time.run_for(1s);
+  const auto ignored = json("proxy.inbox.ignored");
+  ASSERT_EQ(ignored["devices"].size(), 2U) << ignored;
+  EXPECT_EQ(ignored["count"], 2);
+  EXPECT_EQ(ignored["devices"][0]["key"], "hall.attic");
+  EXPECT_EQ(ignored["devices"][0]["address"], "1.7");
+  EXPECT_EQ(ignored["devices"][0]["by"], "user");
+  EXPECT_EQ(ignored["devices"][1]["by"], "rule");
+  EXPECT_EQ(ignored["devices"][1]["name"], "Lamp");
+  ASSERT_EQ(set("proxy.inbox", "approve hall.attic").verdict, Verdict::kApplied);
+  time.run_for(1s);
+  EXPECT_TRUE(exists("proxy.hall.attic.status"));
+  EXPECT_EQ(json("proxy.inbox.ignored")["devices"].size(), 1U);
+}
+
 TEST_F(Discovery, ManyAreApprovedByPattern) {
   start();
   for (const auto* address : {"1.1", "1.2", "2.1"}) join(address, lamp());

@@ -5,11 +5,6 @@ export type Verb = "approve" | "ignore";
 
 /** Time to take a decision back before it is sent: the island itself cannot forget one. */
 export const graceTime = 10_000;
-/** The server takes so many commands of a connection at once, and as many more each second. */
-export const burst = 50;
-/** Most of that is left to other commands while the page stays. */
-const batch = 20;
-const pause = 600;
 
 /** One set: `approve` to the tuple of a device, or `approve PATTERN` to an inbox. */
 export interface Step {
@@ -26,7 +21,8 @@ export interface Decision {
 }
 
 export interface DecisionCalls {
-  send(step: Step, call: (answer: Answer) => void): void;
+  /** Sends all steps, and gets the answer to each. `leaving`: what is under way must outlive the page. */
+  send(steps: Step[], call: (step: Step, answer: Answer) => void, leaving: boolean): void;
   /** Something changed that is shown. */
   changed(): void;
   /** All steps were answered. */
@@ -36,10 +32,6 @@ export interface DecisionCalls {
 /** Decisions of the user about waiting devices, held for a while so that they can be taken back, then sent. */
 export class Decisions {
   private readonly open = new Map<Decision, () => void>();
-  private readonly queue: { step: Step; call: (answer: Answer) => void }[] = [];
-  private pausing = false;
-  private allowance = burst;
-  private allowanceAt = 0;
 
   constructor(
     private readonly clock: Clock,
@@ -65,15 +57,13 @@ export class Decisions {
     return known;
   }
 
-  /** The page is being left: what was decided is sent now, as much of it as the server takes. Says how many steps are left. */
-  flush(): number {
+  /** The page is being left: all that was decided is sent now. */
+  flush(): void {
     for (const [decision, stop] of this.open) {
       if (decision.until === 0) continue;
       stop();
-      this.send(decision);
+      this.send(decision, true);
     }
-    this.sendNow(burst);
-    return this.queue.length;
   }
 
   /** What was decided about a device and is not done yet. */
@@ -88,40 +78,19 @@ export class Decisions {
     return [...this.open.keys()];
   }
 
-  private send(decision: Decision): void {
+  private send(decision: Decision, leaving = false): void {
     decision.until = 0;
     const failures: { step: Step; answer: Answer }[] = [];
     let left = decision.steps.length;
-    const answered = (step: Step) => (answer: Answer) => {
+    const answered = (step: Step, answer: Answer) => {
       if (answer.ok !== true) failures.push({ step, answer });
       if (--left > 0) return;
       this.open.delete(decision);
       this.calls.ended(decision, failures);
       this.calls.changed();
     };
-    for (const step of decision.steps) this.queue.push({ step, call: answered(step) });
-    this.pump();
+    this.calls.send(decision.steps, answered, leaving);
     this.calls.changed();
-  }
-
-  /** One queue for all decisions: together they are no faster than one. */
-  private pump(): void {
-    if (this.pausing || this.queue.length === 0) return;
-    this.sendNow(batch);
-    this.pausing = true;
-    this.clock.after(pause, () => {
-      this.pausing = false;
-      this.pump();
-    });
-  }
-
-  private sendNow(most: number): void {
-    const now = this.clock.now();
-    this.allowance = Math.min(burst, this.allowance + ((now - this.allowanceAt) * burst) / 1000);
-    this.allowanceAt = now;
-    const steps = this.queue.splice(0, Math.min(most, Math.floor(this.allowance)));
-    this.allowance -= steps.length;
-    for (const { step, call } of steps) this.calls.send(step, call);
   }
 }
 

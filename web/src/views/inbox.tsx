@@ -2,9 +2,12 @@ import { useEffect, useMemo, useState } from "preact/hooks";
 import { catalog, chosenIsland, connection, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import { number } from "../core/catalog";
 import { browserClock } from "../core/clock";
-import { type Decision, Decisions, type Verb } from "../core/decisions";
+import { type Decision, Decisions, type Step, type Verb } from "../core/decisions";
+import type { Answer } from "../core/frames";
 import { useOrder } from "../core/hooks";
+import { answerOf, type Decided, type InboxList, listsOf } from "../core/inbox_list";
 import { redraw, second, useFrame } from "../core/redraw";
+import { askJson, RestError } from "../core/rest";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
@@ -21,9 +24,38 @@ import { inboxColumns, nameOf, searchedOf } from "./inbox_columns";
 import { inboxesOf, PatternForm } from "./inbox_pattern";
 import type { View } from "./views";
 
+type Answered = (step: Step, answer: Answer) => void;
+
+/** Requests that outlive the page may carry so many bytes together. */
+const mostBytesLeaving = 60_000;
+
+async function sendList({ body, steps }: InboxList, call: Answered, keepalive: boolean): Promise<void> {
+  const json = JSON.stringify(body);
+  try {
+    const headers = { "content-type": "application/json" };
+    const { decisions } = await askJson<{ decisions: Decided[] }>("/inbox", { method: "POST", headers, body: json, keepalive });
+    steps.forEach((step, index) => call(step, answerOf(decisions[index])));
+  } catch (error) {
+    const { code, message } = error instanceof RestError ? error : { code: "failed", message: String(error) };
+    for (const step of steps) call(step, { id: 0, ok: false, error: { code, text: message } });
+  }
+}
+
+function sendLists(lists: InboxList[], call: Answered, leaving: boolean): void {
+  let bytes = 0;
+  for (const list of lists) {
+    bytes += JSON.stringify(list.body).length;
+    void sendList(list, call, leaving && bytes < mostBytesLeaving);
+  }
+}
+
 /** Decisions outlive the view: who goes on to another one has decided all the same. */
 export const decisions = new Decisions(browserClock, {
-  send: (step, call) => connection.request({ do: "set", ...step }, call),
+  send(steps, call, leaving) {
+    const [only] = steps;
+    if (only && steps.length === 1 && !leaving) connection.request({ do: "set", ...only }, (answer) => call(only, answer));
+    else sendLists(listsOf(steps), call, leaving);
+  },
   changed: redraw,
   ended(decision, failures) {
     const [first] = failures;
@@ -193,10 +225,6 @@ function NobodyWaits({ filtered }: { filtered: boolean }) {
 }
 
 addEventListener("pagehide", () => decisions.flush());
-// The browser asks whether to leave when the server could not take all of them at once.
-addEventListener("beforeunload", (event) => {
-  if (decisions.flush() > 0) event.preventDefault();
-});
 
 export const inboxView: View = {
   id: "inbox",
