@@ -1,5 +1,7 @@
+#include <array>
 #include <string>
 
+#include "model/json_members.h"
 #include "web/api/route.h"
 
 namespace rubicon::web::api {
@@ -63,9 +65,7 @@ Json components_json() {
   return components;
 }
 
-}  // namespace
-
-std::unique_ptr<Exchange> openapi(Call& call) {
+std::string document(bool needs_token) {
   Json tree;
   tree["openapi"] = "3.1.0";
   tree["info"] = {{"title", "Rubicon"}, {"version", "1"}};
@@ -76,8 +76,18 @@ std::unique_ptr<Exchange> openapi(Call& call) {
     tree["paths"][route.path][method] = operation_json(route);
   }
   tree["components"] = components_json();
-  if (call.context.access.rules().needs_token) tree["security"] = {{{"bearer", Json::array()}}};
-  return call.answer(json_response(tree));
+  if (needs_token) tree["security"] = {{{"bearer", Json::array()}}};
+  return model::dump(tree);
+}
+
+}  // namespace
+
+/// It is the same as long as the program runs.
+std::unique_ptr<Exchange> openapi(Call& call) {
+  static const std::array<std::string, 2> kDocuments{document(false), document(true)};
+  return call.answer({.status = 200,
+                      .content_type = "application/json",
+                      .body = kDocuments[call.context.access.rules().needs_token ? 1 : 0]});
 }
 
 }  // namespace rubicon::web::api
