@@ -1,8 +1,5 @@
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -10,6 +7,7 @@
 #include <fstream>
 
 #include "base/text.h"
+#include "support/http_text.h"
 #include "support/process.h"
 #include "support/programs.h"
 
@@ -57,25 +55,6 @@ class IslandPage : public testing::Test {
     }
     return 0;
   }
-  /// The whole answer to a request; empty if no server listens.
-  static std::string ask(int port, const std::string& request, const std::string& fields = {}) {
-    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    std::string answer;
-    if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-      const auto text = request + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + fields + "\r\n";
-      std::ignore = ::send(socket, text.data(), text.size(), MSG_NOSIGNAL);
-      char piece[4096];
-      for (ssize_t size = 0; (size = ::recv(socket, piece, sizeof piece, 0)) > 0;)
-        answer.append(piece, static_cast<std::size_t>(size));
-    }
-    ::close(socket);
-    return answer;
-  }
-
   std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "rubicon_island_page";
 };
 
@@ -85,8 +64,8 @@ TEST_F(IslandPage, ShowsThePageAndAnswersTheApi) {
   Process program({kDaemon, "run", island(kFreePort)});
   const auto port = port_in(program);
   ASSERT_GT(port, 0) << program.errors();
-  EXPECT_THAT(ask(port, "GET /"), HasSubstr("Content-Type: text/html"));
-  EXPECT_THAT(ask(port, "GET /api/v1"), HasSubstr("\"name\":\"test\""));
+  EXPECT_THAT(http_text(port, "GET /"), HasSubstr("Content-Type: text/html"));
+  EXPECT_THAT(http_text(port, "GET /api/v1"), HasSubstr("\"name\":\"test\""));
   program.signal(SIGTERM);
   EXPECT_EQ(program.exit_code(), 0);
 }
@@ -121,13 +100,13 @@ TEST_F(IslandPage, AReloadOpensClosesAndMovesIt) {
   program.signal(SIGHUP);
   const auto port = port_in(program);
   ASSERT_GT(port, 0) << program.errors();
-  EXPECT_THAT(ask(port, "GET /healthz"), HasSubstr("200 OK"));
+  EXPECT_THAT(http_text(port, "GET /healthz"), HasSubstr("200 OK"));
   island("{listen: \"127.0.0.1:0\", compress: yes}");
   program.signal(SIGHUP);
   const auto other = port_in(program, 2);
-  EXPECT_THAT(ask(other, "GET /healthz"), HasSubstr("200 OK"));
+  EXPECT_THAT(http_text(other, "GET /healthz"), HasSubstr("200 OK"));
   if (other != port) {
-    EXPECT_EQ(ask(port, "GET /healthz"), "");
+    EXPECT_EQ(http_text(port, "GET /healthz"), "");
   }
 }
 
@@ -136,14 +115,15 @@ TEST_F(IslandPage, AReloadReadsTheTokensAgain) {
   Process program({kDaemon, "run", island("{listen: \"127.0.0.1:0\", tokens: {file: web.tokens}}")});
   const auto port = port_in(program);
   ASSERT_GT(port, 0) << program.errors();
-  EXPECT_THAT(ask(port, "GET /metrics"), HasSubstr("401"));
+  EXPECT_THAT(http_text(port, "GET /metrics"), HasSubstr("401"));
   // printf secret | sha256sum
   write("web.tokens", "viewer:view:2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b\n");
   program.signal(SIGHUP);
   for (int i = 0; i < 6000 && program.errors().find("reloaded") == std::string::npos; ++i)
     std::ignore = program.has_settled();
-  EXPECT_THAT(ask(port, "GET /metrics", "Authorization: Bearer secret\r\n"), Not(HasSubstr("401"))) << program.errors();
-  EXPECT_THAT(ask(port, "GET /metrics"), HasSubstr("401"));
+  EXPECT_THAT(http_text(port, "GET /metrics", "Authorization: Bearer secret\r\n"), Not(HasSubstr("401")))
+      << program.errors();
+  EXPECT_THAT(http_text(port, "GET /metrics"), HasSubstr("401"));
 }
 
 TEST_F(IslandPage, KeepsAndAnswersWhatTheValuesWere) {
