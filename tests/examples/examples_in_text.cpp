@@ -11,7 +11,7 @@ namespace {
 /// The command line in a line of code, if it is one of ours.
 std::optional<std::string> command_in(std::string line) {
   static const std::regex kCommand(
-      R"re(^\s*(?:\$ )?(?:build/release/bin/)?((?:rubicon|rubicon-proxy|motes-simulator|salad-simulator|knx-simulator|zigbee-simulator|\./run|printf)(?: .*)?)$)re");
+      R"re(^\s*(?:\$ )?(?:build/release/bin/)?((?:rubicon|rubicon-proxy|motes-simulator|salad-simulator|knx-simulator|zigbee-simulator|\./run|printf|curl)(?: .*)?)$)re");
   std::smatch parts;
   if (!std::regex_match(line, parts, kCommand)) return std::nullopt;
   auto command = parts[1].str();

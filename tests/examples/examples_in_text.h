@@ -15,7 +15,8 @@ struct Example {
 };
 
 /// Of a page: lines of its code blocks (indented by four or more blanks, or fenced) that begin with one of our
-/// programs, or with `printf`, which writes a file for them; a `$ ` or a path of the build tree may stand in front.
+/// programs, with `curl`, which asks one, or with `printf`, which writes a file for them; a `$ ` or a path of the build
+/// tree may stand in front.
 std::vector<Example> examples_of_page(const std::string& name, const std::string& text);
 /// Of what `--help` prints, or of the source of a manual page: lines that begin with one of our programs.
 std::vector<Example> examples_of_help(const std::string& name, const std::string& text);

@@ -55,6 +55,10 @@ TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon recorder all stop", 130), "ended with 130");
   EXPECT_EQ(of("rubicon log --follow", 130), "");
   EXPECT_EQ(of("rubicon watch x y", 0, "a line\n", "rubicon: nothing fits y yet"), "names what is not there");
+  EXPECT_EQ(of("curl http://x", 0, "{}"), "");
+  EXPECT_EQ(of("curl http://x", 22, "{}"), "ended with 22");
+  EXPECT_EQ(of("curl http://x", 0), "shows nothing");
+  EXPECT_EQ(of("curl -N -H 'Accept: text/event-stream' http://x", 130, "event: set\n"), "");
   EXPECT_EQ(of("rubicon get x", 10, "", "rubicon: x is stale"), "");
   EXPECT_NE(of("rubicon get x", 10), "");
   EXPECT_EQ(of("rubicon doctor", 1, "good     line  one\nproblem  loss  one\nproblem  loss  two\n1 problem\n"), "");
@@ -82,11 +86,13 @@ constexpr Exception kNotRun[] = {
     {"rubicon knx discover", "a KNX interface on a network with multicast"},
     {"/etc/rubicon/", "a file of the machine's administrator"},
     {"| jq ", "jq need not be installed"},
+    {"curl -X POST", "decides about devices that other examples need; Rest.AListOfTheInboxIsDecidedOneByOne"},
 };
 
 /// All that is not run, so that nothing is left out unseen.
 std::set<std::string> not_run() {
   return {
+      R"(curl -X POST -d '{"approve": ["wsn-1.7", "wsn-1.8"], "ignore": ["wsn-2.*"], "island": 6541}' http://127.0.0.1:8642/api/v1/inbox)",
       "rubicon knx discover",
       "rubicon knx discover --host 192.168.1.10    # where multicast does not arrive",
       "rubicon knx monitor --direct 192.168.1.10",
@@ -144,6 +150,7 @@ std::string runnable(const std::string& line, std::size_t domain) {
   if (line.starts_with("motes-simulator --motes")) return "motes-simulator --port 19303" + line.substr(15);
   if (line.starts_with("salad-simulator ")) return line + " --listen 19000";
   if (line.starts_with("knx-simulator ")) return line.substr(0, line.find(" --listen")) + " --listen 19671";
+  if (line.starts_with("curl ")) return "curl --silent --show-error --fail-with-body" + line.substr(4);
   if (line.starts_with("zigbee-simulator ")) return line + " --base other";  // the demo's bridge is on that broker
   auto command = line;
   if (line.starts_with("./run")) {

@@ -30,7 +30,7 @@ bool begins(const std::string& line, const std::array<const char*, kCount>& prog
 
 bool shows_what_is_there(const std::string& line) {
   return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "rubicon wsn monitor",
-                                 "example-4_points"});
+                                 "example-4_points", "curl"});
 }
 
 int wanted_code(const std::string& line) {
@@ -59,6 +59,7 @@ bool is_endless(const std::string& line) {
   constexpr std::array kPrograms{
       "rubicon record", "rubicon receive",        "rubicon publish",  "rubicon log --follow", "rubicon-proxy run",
       "rubicon web",    "motes-simulator --port", "salad-simulator ", "knx-simulator ",       "zigbee-simulator "};
+  if (begins(line, std::array{"curl"})) return has(line, "text/event-stream");
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 

@@ -11,6 +11,19 @@ async function aLineComesUp({ page, open, island }) {
   await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "2" }).waitFor();
 }
 
+/** A user who repaired a line need not wait; what came of the attempt is shown until the line is up. */
+async function aLineIsReopened({ page, open, island }) {
+  await open("networks");
+  await page.locator(".list-rows .row", { hasText: "wsn-hall" }).click();
+  const panel = page.locator("aside.panel");
+  const button = panel.getByRole("button", { name: "Open now" });
+  await button.click();
+  await panel.locator(".outcome .state", { hasText: "failed" }).waitFor();
+  await panel.locator(".outcome", { hasText: "19202" }).waitFor();
+  island.startMotes();
+  await button.waitFor({ state: "detached" });
+}
+
 /** A decision can be taken back for ten seconds; then the device is listed. */
 async function aDeviceIsApproved({ page, open, island }) {
   island.startMotes();
@@ -23,6 +36,19 @@ async function aDeviceIsApproved({ page, open, island }) {
   await open("devices?network=wsn-hall");
   await page.locator(".list-rows .row").first().waitFor();
   assert.equal(await page.locator(".list-rows .row").count(), 1);
+}
+
+/** What was decided is sent when the page is left, also within the ten seconds. */
+async function aDecisionOutlivesThePage({ page, open, island }) {
+  island.startMotes();
+  await open("inbox");
+  await page.locator(".list-rows .row").first().waitFor();
+  await page.getByRole("button", { name: /^Select all/ }).click();
+  await page.getByRole("button", { name: /^Approve \d/ }).click();
+  await page.locator(".pending-decision").waitFor();
+  await page.goto("about:blank");
+  await open("devices?network=wsn-hall");
+  await page.locator(".list-rows .row").nth(1).waitFor();
 }
 
 /** The packets of the motes are shown while a page asks for them. Motes send when they begin: the page watches before. */
@@ -45,6 +71,8 @@ async function packetsAreShown({ page, open, island }) {
 
 export const tests = () => [
   { name: "lines: one is down and comes up", body: aLineComesUp },
+  { name: "lines: one is opened by a user", body: aLineIsReopened },
   { name: "inbox: a decision, taken back and made", body: aDeviceIsApproved },
   { name: "traffic: packets of motes", body: packetsAreShown },
+  { name: "inbox: a decision outlives the page", body: aDecisionOutlivesThePage },
 ];

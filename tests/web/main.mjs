@@ -28,6 +28,7 @@ const files = [
   "example",
   "login",
   "hidden",
+  "api_examples",
   "reconnect",
 ];
 
