@@ -11,7 +11,7 @@
 #include "web/access/access.h"
 #include "web/api/allowances.h"
 #include "web/api/event_types.h"
-#include "web/api/warm.h"
+#include "web/api/recent_reads.h"
 
 namespace rubicon::web::api {
 
@@ -35,7 +35,7 @@ struct Context {
         messages(a_scheduler, a_space, log),
         peers(a_scheduler, a_space),
         event_types(a_space),
-        warm(a_scheduler, a_space) {}
+        recent_reads(a_scheduler, a_space) {}
 
   static constexpr unsigned kCommandsPerSecond = 50;
   static constexpr unsigned kHistoryReadsPerSecond = 5;
@@ -56,7 +56,7 @@ struct Context {
   client::MessageClient messages;
   client::PeerDiscovery peers;
   EventTypes event_types;
-  Warm warm;
+  RecentReads recent_reads;
   Allowances commands{kCommandsPerSecond}, history_reads{kHistoryReadsPerSecond},
       lists{kListsPerSecond};  ///< of callers over HTTP
   Counters counters;

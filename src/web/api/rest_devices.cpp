@@ -69,7 +69,7 @@ std::unique_ptr<Exchange> list_devices(Call& call) {
   const auto wanted = device_query(call.query);
   const auto range = read_range(call.query);
   if (auto good = call.may_read({wanted.island, "**"}); !good) return call.refuse(good.error());
-  for (const auto& pattern : device_patterns({})) call.context.warm.keep(pattern);
+  for (const auto& pattern : device_patterns({})) call.context.recent_reads.keep(pattern);
   return call.read(device_patterns(wanted.island),
                    [wanted, range, request = call.request](const std::vector<client::Tuple>& tuples) {
                      return json_response(page_of("devices", client::devices_from(tuples, wanted), request, range,

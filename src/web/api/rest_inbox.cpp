@@ -11,8 +11,8 @@
 #include "model/point_keys.h"
 #include "web/api/members.h"
 #include "web/api/page_of.h"
+#include "web/api/put_exchange.h"
 #include "web/api/route.h"
-#include "web/api/setting.h"
 #include "web/api/tuple_read.h"
 #include "web/error_response.h"
 

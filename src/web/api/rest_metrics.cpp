@@ -86,7 +86,7 @@ std::unique_ptr<Exchange> metrics(Call& call) {
   auto patterns = island_patterns();
   const auto& asked = call.context.options.metrics_patterns;
   patterns.insert(patterns.end(), asked.begin(), asked.end());
-  for (const auto& pattern : patterns) call.context.warm.keep(pattern);
+  for (const auto& pattern : patterns) call.context.recent_reads.keep(pattern);
   return call.read(patterns, [&context = call.context](const std::vector<client::Tuple>& tuples) {
     MetricsText text;
     add_island_metrics(tuples, text);

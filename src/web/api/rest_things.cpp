@@ -25,7 +25,7 @@ std::unique_ptr<Exchange> list_things(Call& call) {
   if (auto good = call.may_read({std::nullopt, "**"}); !good) return call.refuse(good.error());
   auto patterns = device_patterns({});
   patterns.push_back({std::nullopt, model::any_point().description()});
-  for (const auto& pattern : patterns) call.context.warm.keep(pattern);
+  for (const auto& pattern : patterns) call.context.recent_reads.keep(pattern);
   const bool needs_token = call.context.access.rules().needs_token;
   return call.read(patterns, [range, needs_token, request = call.request](const std::vector<client::Tuple>& tuples) {
     std::map<OwnerId, PointDescriptions> points;

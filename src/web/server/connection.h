@@ -35,9 +35,9 @@ class AcceptedConnection : public Connection {
 };
 
 /// What a connection asks of the server behind it. It aborts all its connections before it ends.
-class Reception {
+class ConnectionHost {
  public:
-  virtual ~Reception() = default;
+  virtual ~ConnectionHost() = default;
   /// The head of a request arrived, its body not yet; names the caller in it. A response refuses the request.
   virtual std::optional<Response> admit(Request& head, bool secure) = 0;
   /// As Site::handle.
@@ -56,21 +56,21 @@ class Reception {
 inline constexpr std::string_view kSocketPath = "/api/v1/ws";
 
 /// Begins to read requests from a connection (HTTP/1.1, RFC 9112).
-std::shared_ptr<AcceptedConnection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream);
+std::shared_ptr<AcceptedConnection> serve_http(ConnectionHost& host, std::unique_ptr<PeerStream> stream);
 
 /// Sends the response without a request, and closes the connection.
-std::shared_ptr<AcceptedConnection> refuse_http(Reception& reception, std::unique_ptr<PeerStream> stream,
+std::shared_ptr<AcceptedConnection> refuse_http(ConnectionHost& host, std::unique_ptr<PeerStream> stream,
                                                 Response response);
 
 /// Answers the request for a WebSocket (RFC 6455), and then carries its conversation. `ended` is called once, at the
 /// end of a turn, and not after abort().
-std::shared_ptr<Connection> serve_socket(Reception& reception, std::unique_ptr<PeerStream> stream, Request request,
+std::shared_ptr<Connection> serve_socket(ConnectionHost& host, std::unique_ptr<PeerStream> stream, Request request,
                                          std::function<void()> ended);
 
 using OpenConversation = std::function<std::unique_ptr<Conversation>(ConversationCalls)>;
 
 /// Carries a stream of events whose head `head` has to be sent first. `ended` as above.
-std::shared_ptr<Connection> serve_events(Reception& reception, std::unique_ptr<PeerStream> stream, std::string head,
+std::shared_ptr<Connection> serve_events(ConnectionHost& host, std::unique_ptr<PeerStream> stream, std::string head,
                                          bool chunked, const OpenConversation& open, std::function<void()> ended);
 
 }  // namespace rubicon::web::server

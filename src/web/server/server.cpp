@@ -30,7 +30,7 @@ bool is_public(std::string_view path) {
 
 }  // namespace
 
-class Server::Impl final : public Reception {
+class Server::Impl final : public ConnectionHost {
  public:
   Impl(const Parts& parts, ServerOptions options)
       : parts_(parts), options_(std::move(options)), log_(parts.log, parts.scheduler) {}

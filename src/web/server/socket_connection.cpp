@@ -10,7 +10,7 @@
 #include "base/printable.h"
 #include "web/server/connection.h"
 #include "web/server/peer_stream.h"
-#include "web/server/send_watch.h"
+#include "web/server/stalled_send.h"
 
 namespace rubicon::web::server {
 
@@ -45,24 +45,24 @@ std::string cut_reason(std::string_view reason) {
 
 class SocketConnection final : public Connection, public std::enable_shared_from_this<SocketConnection> {
  public:
-  SocketConnection(Reception& reception, std::unique_ptr<PeerStream> stream, Request request,
+  SocketConnection(ConnectionHost& host, std::unique_ptr<PeerStream> stream, Request request,
                    std::function<void()> ended)
-      : reception_(reception),
-        limits_(reception.limits()),
+      : host_(host),
+        limits_(host.limits()),
         request_(std::move(request)),
         stream_(std::move(stream)),
         socket_(*stream_),
         ended_call_(std::move(ended)),
-        deadline_(reception.scheduler(), [this] { end(); }),
-        send_watch_(reception.scheduler(), limits_.stalled, [this] { end(); }),
-        pump_(reception.scheduler(), [this] { pump(); }) {}
+        deadline_(host.scheduler(), [this] { end(); }),
+        send_watch_(host.scheduler(), limits_.stalled, [this] { end(); }),
+        pump_(host.scheduler(), [this] { pump(); }) {}
   ~SocketConnection() override { SocketConnection::abort(); }
   SocketConnection(const SocketConnection&) = delete;
   SocketConnection& operator=(const SocketConnection&) = delete;
 
   void start() {
     websocket::permessage_deflate deflate;
-    deflate.server_enable = reception_.compress();
+    deflate.server_enable = host_.compress();
     deflate.memLevel = 4;
     deflate.server_max_window_bits = 12;
     socket_.set_option(deflate);
@@ -108,9 +108,9 @@ class SocketConnection final : public Connection, public std::enable_shared_from
     calls.wake = lifetime_.guard([this] { pump_.request(); });
     calls.close = [this, watch = lifetime_.watch()](std::string_view reason) {
       if (watch.ended()) return;
-      lifetime_.post(reception_.scheduler(), [this, text = cut_reason(reason)] { leave(text); });
+      lifetime_.post(host_.scheduler(), [this, text = cut_reason(reason)] { leave(text); });
     };
-    conversation_ = reception_.open(request_, std::move(calls));
+    conversation_ = host_.open(request_, std::move(calls));
     request_ = {};
     read();
     pump_.request();
@@ -171,7 +171,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
 
   /// Programs that see nothing for a while learn that the server is there.
   void await_ping() {
-    ping_ = reception_.scheduler().after(limits_.ping, [this] {
+    ping_ = host_.scheduler().after(limits_.ping, [this] {
       if (!writing_ && !leaving_ && !pinging_) ping();
       await_ping();
     });
@@ -192,7 +192,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
     socket_.async_close({code, reason}, [self = shared_from_this()](const websocket_error&) { self->end(); });
   }
 
-  Reception& reception_;
+  ConnectionHost& host_;
   const Limits& limits_;
   Request request_;
   std::unique_ptr<PeerStream> stream_;
@@ -205,7 +205,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
   bool reading_ = false, writing_ = false, pinging_ = false;
   bool leaving_ = false, ended_ = false;
   base::Deadline deadline_;
-  SendWatch send_watch_;
+  StalledSend send_watch_;
   Timer ping_;
   base::OncePerTurn pump_;
   base::Lifetime lifetime_;
@@ -213,10 +213,9 @@ class SocketConnection final : public Connection, public std::enable_shared_from
 
 }  // namespace
 
-std::shared_ptr<Connection> serve_socket(Reception& reception, std::unique_ptr<PeerStream> stream, Request request,
+std::shared_ptr<Connection> serve_socket(ConnectionHost& host, std::unique_ptr<PeerStream> stream, Request request,
                                          std::function<void()> ended) {
-  auto connection =
-      std::make_shared<SocketConnection>(reception, std::move(stream), std::move(request), std::move(ended));
+  auto connection = std::make_shared<SocketConnection>(host, std::move(stream), std::move(request), std::move(ended));
   connection->start();
   return connection;
 }

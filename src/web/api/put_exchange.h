@@ -10,9 +10,9 @@ namespace rubicon::web::api {
 
 /// Answers a PUT with the outcome of the set. A command whose state is not final after `wait` is answered with that
 /// state, and goes on; so is a request that the owner has not replied to, after 5 s at the earliest.
-class Setting final : public Exchange {
+class PutExchange final : public Exchange {
  public:
-  Setting(Context& context, SetRequest request, Duration wait, Respond respond);
+  PutExchange(Context& context, SetRequest request, Duration wait, Respond respond);
 
  private:
   void replied(const tuples::Reply& reply);

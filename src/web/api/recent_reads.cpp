@@ -1,8 +1,8 @@
-#include "web/api/warm.h"
+#include "web/api/recent_reads.h"
 
 namespace rubicon::web::api {
 
-void Warm::keep(const Pattern& pattern) {
+void RecentReads::keep(const Pattern& pattern) {
   const auto name = to_string(pattern);
   auto& kept = kept_[name];
   if (!kept.subscription) kept.subscription = space_.subscribe(pattern, {.passive = true}, [](const tuples::Event&) {});

@@ -10,11 +10,11 @@ namespace rubicon::web::api {
 
 /// Keeps the copies of tuples that were read lately: a client that asks again soon, or for the next page, need not wait
 /// until all owners sent them again.
-class Warm {
+class RecentReads {
  public:
   static constexpr Duration kTime = std::chrono::seconds(60);
 
-  Warm(Scheduler& scheduler, TupleSpace& space) : scheduler_(scheduler), space_(space) {}
+  RecentReads(Scheduler& scheduler, TupleSpace& space) : scheduler_(scheduler), space_(space) {}
 
   /// Until kTime after the last call with the same pattern. Not for patterns that a client chooses: they are not
   /// bounded.

@@ -10,9 +10,9 @@
 namespace rubicon::web::server {
 
 /// Notices a client that takes nothing for `patience` while something is sent to it; looks six times in that time.
-class SendWatch {
+class StalledSend {
  public:
-  SendWatch(Scheduler& scheduler, Duration patience, std::function<void()> stalled)
+  StalledSend(Scheduler& scheduler, Duration patience, std::function<void()> stalled)
       : scheduler_(scheduler),
         patience_(patience),
         stalled_(std::move(stalled)),

@@ -7,7 +7,7 @@
 #include "base/lifetime.h"
 #include "web/server/connection.h"
 #include "web/server/peer_stream.h"
-#include "web/server/send_watch.h"
+#include "web/server/stalled_send.h"
 
 namespace rubicon::web::server {
 
@@ -17,14 +17,14 @@ using stream_error = boost::system::error_code;
 
 class EventConnection final : public Connection, public std::enable_shared_from_this<EventConnection> {
  public:
-  EventConnection(Reception& reception, std::unique_ptr<PeerStream> stream, std::string head, bool chunked,
+  EventConnection(ConnectionHost& host, std::unique_ptr<PeerStream> stream, std::string head, bool chunked,
                   std::function<void()> ended)
       : stream_(std::move(stream)),
         outgoing_(std::move(head)),
         chunked_(chunked),
-        scheduler_(reception.scheduler()),
+        scheduler_(host.scheduler()),
         ended_call_(std::move(ended)),
-        send_watch_(scheduler_, reception.limits().stalled, [this] { end(); }),
+        send_watch_(scheduler_, host.limits().stalled, [this] { end(); }),
         pump_(scheduler_, [this] { pump(); }) {}
   ~EventConnection() override { EventConnection::abort(); }
   EventConnection(const EventConnection&) = delete;
@@ -110,17 +110,17 @@ class EventConnection final : public Connection, public std::enable_shared_from_
   std::unique_ptr<Conversation> conversation_;
   std::array<char, 512> ignored_{};
   bool writing_ = false, leaving_ = false, last_ = false, ended_ = false;
-  SendWatch send_watch_;
+  StalledSend send_watch_;
   base::OncePerTurn pump_;
   base::Lifetime lifetime_;
 };
 
 }  // namespace
 
-std::shared_ptr<Connection> serve_events(Reception& reception, std::unique_ptr<PeerStream> stream, std::string head,
+std::shared_ptr<Connection> serve_events(ConnectionHost& host, std::unique_ptr<PeerStream> stream, std::string head,
                                          bool chunked, const OpenConversation& open, std::function<void()> ended) {
   auto connection =
-      std::make_shared<EventConnection>(reception, std::move(stream), std::move(head), chunked, std::move(ended));
+      std::make_shared<EventConnection>(host, std::move(stream), std::move(head), chunked, std::move(ended));
   connection->start(open);
   return connection;
 }

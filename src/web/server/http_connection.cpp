@@ -15,7 +15,7 @@
 #include "web/server/connection.h"
 #include "web/server/peer_stream.h"
 #include "web/server/response_text.h"
-#include "web/server/send_watch.h"
+#include "web/server/stalled_send.h"
 #include "web/server/target.h"
 
 namespace rubicon::web::server {
@@ -51,15 +51,15 @@ std::optional<Response> refusal(const error_code& error) {
 
 class HttpConnection final : public AcceptedConnection, public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Reception& reception, std::unique_ptr<PeerStream> stream)
-      : reception_(reception),
-        limits_(reception.limits()),
+  HttpConnection(ConnectionHost& host, std::unique_ptr<PeerStream> stream)
+      : host_(host),
+        limits_(host.limits()),
         address_(stream->address()),
         stream_(std::move(stream)),
         buffer_(limits_.head + kPiece),
-        deadline_(reception.scheduler(), [this] { too_late(); }),
-        send_watch_(reception.scheduler(), limits_.stalled, [this] { end(); }),
-        respond_(reception.scheduler(), [this] { send(std::move(response_)); }) {}
+        deadline_(host.scheduler(), [this] { too_late(); }),
+        send_watch_(host.scheduler(), limits_.stalled, [this] { end(); }),
+        respond_(host.scheduler(), [this] { send(std::move(response_)); }) {}
   ~HttpConnection() override { HttpConnection::abort(); }
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
@@ -119,7 +119,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     if (std::exchange(ended_, true)) return;
     const auto self = shared_from_this();
     close();
-    reception_.closed(*this);
+    host_.closed(*this);
   }
 
   /// A client that is slow in asking is answered only if it began to.
@@ -162,7 +162,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   void take_head(const error_code& error) {
     if (error) return broken(error);
     if (auto wrong = read_request()) return refuse(std::move(*wrong));
-    if (auto refused = reception_.admit(request_, stream_->secure())) return refuse(std::move(*refused));
+    if (auto refused = host_.admit(request_, stream_->secure())) return refuse(std::move(*refused));
     if (asks_for_socket()) return open_socket();
     if (parser_->is_done()) return answer();
     stage_ = Stage::kBody;
@@ -236,7 +236,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     stage_ = Stage::kHandedOver;
     deadline_.clear();
     session_ = request_.caller.session;
-    successor_ = serve_socket(reception_, std::move(stream_), std::move(request_), [this] { end(); });
+    successor_ = serve_socket(host_, std::move(stream_), std::move(request_), [this] { end(); });
   }
 
   void answer() {
@@ -245,7 +245,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     keep_alive_ = parser_->get().keep_alive();
     const auto round = ++round_;
     auto exchange =
-        reception_.answer(request_, [weak = weak_from_this(), round, watch = lifetime_.watch()](Response response) {
+        host_.answer(request_, [weak = weak_from_this(), round, watch = lifetime_.watch()](Response response) {
           const auto self = watch.ended() ? nullptr : weak.lock();
           if (self && self->round_ == round) self->respond(std::move(response));
         });
@@ -275,7 +275,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     const bool new_version = !known || parser_->get().version() > 10;
     if (response.stream && !head_only_) return hand_over(response, new_version);
     const Framing framing{.keep_alive = keep_alive_, .head_only = head_only_};
-    head_ = head_text(response, framing, reception_.scheduler().wall_now());
+    head_ = head_text(response, framing, host_.scheduler().wall_now());
     body_ = framing.head_only ? std::string() : std::move(response.body);
     send_watch_.begin(*stream_);
     const std::array<asio::const_buffer, 2> parts{asio::buffer(head_), asio::buffer(body_)};
@@ -313,12 +313,12 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   void hand_over(const Response& response, bool new_version) {
     stage_ = Stage::kHandedOver;
     session_ = request_.caller.session;
-    auto head = head_text(response, {.keep_alive = false, .chunked = new_version}, reception_.scheduler().wall_now());
+    auto head = head_text(response, {.keep_alive = false, .chunked = new_version}, host_.scheduler().wall_now());
     successor_ =
-        serve_events(reception_, std::move(stream_), std::move(head), new_version, response.stream, [this] { end(); });
+        serve_events(host_, std::move(stream_), std::move(head), new_version, response.stream, [this] { end(); });
   }
 
-  Reception& reception_;
+  ConnectionHost& host_;
   const Limits& limits_;
   std::string address_;
   std::unique_ptr<PeerStream> stream_;
@@ -338,22 +338,22 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   std::uint64_t session_ = 0;  ///< of the conversation
   std::uint64_t round_ = 0;    ///< changes when a request is answered
   base::Deadline deadline_;
-  SendWatch send_watch_;
+  StalledSend send_watch_;
   base::OncePerTurn respond_;
   base::Lifetime lifetime_;
 };
 
 }  // namespace
 
-std::shared_ptr<AcceptedConnection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream) {
-  auto connection = std::make_shared<HttpConnection>(reception, std::move(stream));
+std::shared_ptr<AcceptedConnection> serve_http(ConnectionHost& host, std::unique_ptr<PeerStream> stream) {
+  auto connection = std::make_shared<HttpConnection>(host, std::move(stream));
   connection->start();
   return connection;
 }
 
-std::shared_ptr<AcceptedConnection> refuse_http(Reception& reception, std::unique_ptr<PeerStream> stream,
+std::shared_ptr<AcceptedConnection> refuse_http(ConnectionHost& host, std::unique_ptr<PeerStream> stream,
                                                 Response response) {
-  auto connection = std::make_shared<HttpConnection>(reception, std::move(stream));
+  auto connection = std::make_shared<HttpConnection>(host, std::move(stream));
   connection->start(std::move(response));
   return connection;
 }

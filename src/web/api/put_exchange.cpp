@@ -1,4 +1,4 @@
-#include "web/api/setting.h"
+#include "web/api/put_exchange.h"
 
 #include <fmt/format.h>
 
@@ -76,7 +76,7 @@ unsigned status_of_outcome(std::string_view state) {
   return answer_of(state).status;
 }
 
-Setting::Setting(Context& context, SetRequest request, Duration wait, Respond respond)
+PutExchange::PutExchange(Context& context, SetRequest request, Duration wait, Respond respond)
     : context_(context),
       request_(std::move(request)),
       wait_(wait),
@@ -93,7 +93,7 @@ Setting::Setting(Context& context, SetRequest request, Duration wait, Respond re
   set_ = std::make_unique<TrackedSet>(context, request_, std::move(calls));
 }
 
-void Setting::replied(const tuples::Reply& reply) {
+void PutExchange::replied(const tuples::Reply& reply) {
   const auto verdict = verdict_of(reply, request_.owner);
   outcome_.request = reply.request;
   outcome_.reason.clear();
@@ -108,7 +108,7 @@ void Setting::replied(const tuples::Reply& reply) {
 }
 
 /// The set reports its end, so it is destroyed in a later turn, with this.
-void Setting::finish(std::optional<Error> error) {
+void PutExchange::finish(std::optional<Error> error) {
   if (!respond_) return;
   patience_.cancel();
   const auto& answer = answer_of(outcome_.state);
@@ -144,7 +144,7 @@ std::unique_ptr<Exchange> put_tuple(Call& call) {
     return call.refuse(
         {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
   ++context.counters.commands;
-  return std::make_unique<Setting>(context, std::move(*request), wait, call.respond);
+  return std::make_unique<PutExchange>(context, std::move(*request), wait, call.respond);
 }
 
 }  // namespace rubicon::web::api
