@@ -12,7 +12,8 @@ async function javaScriptShowsValues({ page, open }) {
   page.on("console", (message) => lines.push(message.text()));
   await open("overview");
   const twice = page.waitForEvent("console", {
-    predicate: (message) => lines.filter((line) => line.startsWith("6541:proxy.dummy-rooms.living.sensor.light-1.value ")).length > 1 && message,
+    predicate: (message) =>
+      lines.filter((line) => line.startsWith("6541:proxy.dummy-rooms.living.sensor.light-1.value ")).length > 1 && message,
   });
   await page.evaluate(`(() => {${code}})()`);
   await twice;

@@ -105,8 +105,8 @@ test("lists are no longer than the server takes", () => {
 });
 
 test("what the server did with a name is the answer to its step", () => {
-  assert.deepEqual(answerOf({ state: "applied", reason: "" }), { id: 0, ok: true });
-  const refused = answerOf({ state: "refused", reason: "no device", error: { code: "not-found", text: "no device" } });
+  assert.equal(answerOf({ state: "applied" }).ok, true);
+  const refused = answerOf({ state: "refused", error: { code: "not-found", text: "no device" } });
   assert.deepEqual([refused.ok, refused.error?.text], [false, "no device"]);
   assert.equal(answerOf(undefined).ok, false);
 });

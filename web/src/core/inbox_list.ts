@@ -13,7 +13,6 @@ export interface InboxList {
 /** What the server did with one name of a list. */
 export interface Decided {
   state: string;
-  reason: string;
   error?: { code: string; text: string };
 }
 
@@ -49,7 +48,5 @@ export function listsOf(steps: Step[]): InboxList[] {
 
 /** The answer of one name, in the form of the answer to a set. */
 export function answerOf(decided: Decided | undefined): Answer {
-  if (decided?.state === "applied") return { id: 0, ok: true };
-  const error = decided?.error ?? { code: "failed", text: decided?.reason ?? "" };
-  return { id: 0, ok: false, error };
+  return { id: 0, ok: decided?.state === "applied", error: decided?.error };
 }

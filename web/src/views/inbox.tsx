@@ -7,7 +7,7 @@ import type { Answer } from "../core/frames";
 import { useOrder } from "../core/hooks";
 import { answerOf, type Decided, type InboxList, listsOf } from "../core/inbox_list";
 import { redraw, second, useFrame } from "../core/redraw";
-import { askJson, RestError } from "../core/rest";
+import { askJson, type RestError } from "../core/rest";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
@@ -36,16 +36,8 @@ async function sendList({ body, steps }: InboxList, call: Answered, keepalive: b
     const { decisions } = await askJson<{ decisions: Decided[] }>("/inbox", { method: "POST", headers, body: json, keepalive });
     steps.forEach((step, index) => call(step, answerOf(decisions[index])));
   } catch (error) {
-    const { code, message } = error instanceof RestError ? error : { code: "failed", message: String(error) };
+    const { code, message } = error as RestError;
     for (const step of steps) call(step, { id: 0, ok: false, error: { code, text: message } });
-  }
-}
-
-function sendLists(lists: InboxList[], call: Answered, leaving: boolean): void {
-  let bytes = 0;
-  for (const list of lists) {
-    bytes += JSON.stringify(list.body).length;
-    void sendList(list, call, leaving && bytes < mostBytesLeaving);
   }
 }
 
@@ -54,7 +46,13 @@ export const decisions = new Decisions(browserClock, {
   send(steps, call, leaving) {
     const [only] = steps;
     if (only && steps.length === 1 && !leaving) connection.request({ do: "set", ...only }, (answer) => call(only, answer));
-    else sendLists(listsOf(steps), call, leaving);
+    else {
+      let bytes = 0;
+      for (const list of listsOf(steps)) {
+        bytes += JSON.stringify(list.body).length;
+        void sendList(list, call, leaving && bytes < mostBytesLeaving);
+      }
+    }
   },
   changed: redraw,
   ended(decision, failures) {

@@ -29,20 +29,19 @@ export function NextAttempt({ network }: { network: Network }) {
 /** The last `reopen` that this page sent, by the path of its network. */
 const reopened = new Map<string, Outcome>();
 
-function now(): number {
-  return Date.now() / 1000;
-}
-
 function reopen({ path, id }: Network): void {
-  reopened.set(path, begin("reopen", now()));
-  redraw();
+  let outcome = begin("reopen", 0);
+  const show = () => {
+    reopened.set(path, outcome);
+    redraw();
+  };
+  show();
   connection.request(
     { do: "set", key: `${path}.property.line.command`, value: "reopen" },
     (answer) => {
-      const outcome = advance(reopened.get(path) ?? begin("reopen", now()), answer, now());
-      reopened.set(path, outcome);
+      outcome = advance(outcome, answer, 0);
       if (outcome.final) announce(text.reopened(id, outcome.state, outcome.reason));
-      redraw();
+      show();
     },
     true,
   );
@@ -50,17 +49,15 @@ function reopen({ path, id }: Network): void {
 
 /** Tries now to open a line that is down, and shows what came of it until the line is up. */
 function Reopening({ network }: { network: Network }) {
-  const outcome = reopened.get(network.path);
-  const isUp = network.line === "up";
-  if (isUp && outcome?.state !== "confirmed") reopened.delete(network.path);
-  if (!mayBe("admin") || network.line === "" || (isUp && !outcome)) return null;
+  const { path, line } = network;
+  const outcome = reopened.get(path);
+  if (line === "up") reopened.delete(path);
+  if (!mayBe("admin") || line === "up") return null;
   return (
     <p class="actions">
-      {!isUp && (
-        <button type="button" disabled={outcome?.final === false} onClick={() => reopen(network)}>
-          {text.reopen}
-        </button>
-      )}
+      <button type="button" disabled={outcome?.final === false} onClick={() => reopen(network)}>
+        {text.reopen}
+      </button>
       {outcome && (
         <span class="outcome">
           <State word={outcome.state} tone={toneOf(outcome.state)} /> {outcome.reason}
