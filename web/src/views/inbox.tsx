@@ -26,14 +26,13 @@ import type { View } from "./views";
 
 type Answered = (step: Step, answer: Answer) => void;
 
-/** Requests that outlive the page may carry so many bytes together. */
-const mostBytesLeaving = 60_000;
+/** Requests that outlive the page may carry 64 KiB together: so many names. */
+const mostLeaving = 1500;
 
 async function sendList({ body, steps }: InboxList, call: Answered, keepalive: boolean): Promise<void> {
-  const json = JSON.stringify(body);
   try {
-    const headers = { "content-type": "application/json" };
-    const { decisions } = await askJson<{ decisions: Decided[] }>("/inbox", { method: "POST", headers, body: json, keepalive });
+    const init = { method: "POST", body: JSON.stringify(body), keepalive };
+    const { decisions } = await askJson<{ decisions: Decided[] }>("/inbox", init);
     steps.forEach((step, index) => call(step, answerOf(decisions[index])));
   } catch (error) {
     const { code, message } = error as RestError;
@@ -46,13 +45,7 @@ export const decisions = new Decisions(browserClock, {
   send(steps, call, leaving) {
     const [only] = steps;
     if (only && steps.length === 1 && !leaving) connection.request({ do: "set", ...only }, (answer) => call(only, answer));
-    else {
-      let bytes = 0;
-      for (const list of listsOf(steps)) {
-        bytes += JSON.stringify(list.body).length;
-        void sendList(list, call, leaving && bytes < mostBytesLeaving);
-      }
-    }
+    else for (const list of listsOf(steps)) void sendList(list, call, leaving && steps.length <= mostLeaving);
   },
   changed: redraw,
   ended(decision, failures) {
