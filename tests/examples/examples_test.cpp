@@ -86,7 +86,7 @@ constexpr Exception kNotRun[] = {
     {"rubicon knx discover", "a KNX interface on a network with multicast"},
     {"/etc/rubicon/", "a file of the machine's administrator"},
     {"| jq ", "jq need not be installed"},
-    {"curl -X POST", "decides about devices that other examples need; Rest.AListOfTheInboxIsDecidedOneByOne"},
+    {"curl -X POST", "decides about devices that other examples need; InboxOfTheApi.AListOfTheInboxIsDecidedOneByOne"},
 };
 
 /// All that is not run, so that nothing is left out unseen.

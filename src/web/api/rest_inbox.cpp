@@ -50,8 +50,7 @@ Tree entry_json(const InboxEntry& entry) {
 class Inboxes {
  public:
   void add(const client::Tuple& tuple) {
-    const auto tree = Tree::parse(tuple.value, nullptr, false);
-    if (!tree.is_object()) return;
+    const auto tree = model::object_of(tuple.value);
     const auto parts = model::key_parts(tuple.key);
     if (parts.size() == 4) return add_entry(tuple.owner, tree, "waiting");
     if (parts.size() == 3) return add_ignored(tuple.owner, tree);
@@ -68,7 +67,7 @@ class Inboxes {
     tree["state"] = state;
     entries.push_back({island, std::move(tree)});
   }
-  void add_ignored(OwnerId island, const Tree& tree) {
+  void add_ignored(OwnerId island, const nlohmann::json& tree) {
     const auto list = tree.find("devices");
     if (list == tree.end() || !list->is_array()) return;
     for (const auto& one : *list) {
