@@ -138,7 +138,7 @@ TEST_F(IslandPage, KeepsAndAnswersWhatTheValuesWere) {
     ASSERT_GT(port, 0) << program.errors();
     // Five questions a second are allowed.
     const auto has_values = [&] {
-      answer = ask(port, question);
+      answer = http_text(port, question);
       return answer.find("\"t\":[1") != std::string::npos;
     };
     bool found = false;
@@ -147,8 +147,8 @@ TEST_F(IslandPage, KeepsAndAnswersWhatTheValuesWere) {
       found = has_values();
     }
     EXPECT_TRUE(found) << answer;
-    EXPECT_THAT(ask(port, "GET /api/v1/tuples/6541/proxy.history.status"), HasSubstr("recording"));
-    EXPECT_THAT(ask(port, "GET /metrics"), HasSubstr("rubicon_history_recording 1\n"));
+    EXPECT_THAT(http_text(port, "GET /api/v1/tuples/6541/proxy.history.status"), HasSubstr("recording"));
+    EXPECT_THAT(http_text(port, "GET /metrics"), HasSubstr("rubicon_history_recording 1\n"));
     program.signal(SIGTERM);
     EXPECT_EQ(program.exit_code(), 0);
   }
@@ -157,7 +157,7 @@ TEST_F(IslandPage, KeepsAndAnswersWhatTheValuesWere) {
   const auto port = port_in(again);
   ASSERT_GT(port, 0) << again.errors();
   const auto lists_it = [&] {
-    answer = ask(port, "GET /api/v1/history/series?pattern=6541:proxy.**");
+    answer = http_text(port, "GET /api/v1/history/series?pattern=6541:proxy.**");
     return answer.find("\"kind\":\"number\"") != std::string::npos;
   };
   for (int i = 0; i < 6000 && !lists_it(); ++i) std::ignore = again.has_settled();
@@ -174,7 +174,7 @@ TEST_F(IslandPage, ShowsThatItsHistoryIsNotWritten) {
   ASSERT_GT(port, 0) << program.errors();
   std::string answer;
   const auto fails = [&] {
-    answer = ask(port, "GET /api/v1/tuples/6541/proxy.history.status");
+    answer = http_text(port, "GET /api/v1/tuples/6541/proxy.history.status");
     return answer.find("failing") != std::string::npos;
   };
   for (int i = 0; i < 6000 && !fails(); ++i) std::ignore = program.has_settled();
