@@ -95,7 +95,7 @@ int reopen(Session& session, const NetworksOptions& options) {
 void add_networks(Cli& cli) {
   const auto options = std::make_shared<NetworksOptions>();
   auto* app = cli.command_in_ecology(
-      {"networks", "List the networks: line state, since, reason, next attempt, devices, losses; reopen a line",
+      {"networks", "List the networks: line state, reason, next attempt, devices, losses; reopen a line",
        "  rubicon networks\n"
        "  rubicon networks --for 10s                   # and the losses within ten seconds\n"
        "  rubicon networks --island 6541 --json        # all counters\n"
