@@ -15,6 +15,8 @@ using sqlite::Statement;
 namespace {
 
 constexpr const char* kReading = "reading the past";
+/// Milliseconds from 1970: the buckets of a question, which may begin before and end after it, are within kFurthest.
+constexpr std::int64_t kFurthestAsked = kFurthest / 9;
 
 /// Blocks whose times overlap; most stand alone.
 class Overlapping {
@@ -218,7 +220,7 @@ Result<void> check(const Question& question) {
   if (question.buckets == 0 || question.buckets > kMaxBuckets)
     return invalid(fmt::format("{} buckets asked for, expected 1 to {}", question.buckets, kMaxBuckets));
   if (question.from >= question.to) return invalid("the end of the time asked for is not after its beginning");
-  if (to_milliseconds(question.from) <= -kFurthest || to_milliseconds(question.to) >= kFurthest)
+  if (to_milliseconds(question.from) < -kFurthestAsked || to_milliseconds(question.to) > kFurthestAsked)
     return invalid("the time asked for is out of range");
   return {};
 }

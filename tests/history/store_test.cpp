@@ -442,5 +442,38 @@ TEST(Store, OfAProcessThatWasKilledHasEachBatchThatWasWritten) {
   }
 }
 
+TEST(Store, RefusesATimeWhoseBucketsWouldBeOutOfRange) {
+  Folder folder;
+  const auto store = opened(folder / "h");
+  const auto ask = [&](std::int64_t from, std::int64_t to) {
+    return answer(*store, {{{OwnerId(6541), kKey}}, wall(from), wall(to), 1});
+  };
+  EXPECT_EQ(ask(-kFurthest / 2, kBegin).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(ask(kBegin, kFurthest / 2).error().code, ErrorCode::kInvalid);
+  EXPECT_TRUE(ask(-kFurthest / 9, kFurthest / 9));
+}
+
+TEST(Store, LeavesOutABlockWhosePointsAreNotWithinItsTimes) {
+  Folder folder;
+  const auto store = opened(folder / "h");
+  ASSERT_TRUE(store->write(batch_of(number_series(kKey), {{kBegin, 1}, {kBegin + 5, 2}}, kBegin)));
+  ASSERT_TRUE(store->close_all());
+  ASSERT_TRUE(store->database().run("UPDATE block SET until=until-1", "test"));
+  EXPECT_EQ(points_of(*store, kKey), Points{});
+  EXPECT_EQ(store->damaged(), 1U);
+}
+
+TEST(Store, ListsASeriesWithImpossibleTimes) {
+  Folder folder;
+  const auto store = opened(folder / "h");
+  ASSERT_TRUE(store->write(batch_of(number_series(kKey), {{kBegin, 1}}, kBegin)));
+  ASSERT_TRUE(
+      store->database().run("INSERT INTO hour VALUES(1,-9223372036854775808,9223372036854775807,1,1,1,1,1)", "test"));
+  const auto listed = list_series(*store, {std::nullopt, "**"});
+  ASSERT_TRUE(listed);
+  EXPECT_EQ(listed->at(0).first, wall(-kFurthest));
+  EXPECT_EQ(listed->at(0).last, wall(kFurthest));
+}
+
 }  // namespace
 }  // namespace rubicon::history
