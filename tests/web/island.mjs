@@ -58,11 +58,14 @@ export class Island {
     this.#beside("rubicon", ["publish", name, value, "--open", "--id", String(owner)]);
   }
 
-  /** Another island with one device. */
-  async startNeighbour() {
+  /** Another island with one device, and other networks. */
+  async startNeighbour(others = "") {
     const configuration = join(this.folder, "neighbour.yaml");
     const device = "{name: Lawn mower, actuators: {switch-1: {behaviour: obey}}}";
-    await writeFile(configuration, `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}}\n`);
+    await writeFile(
+      configuration,
+      `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}${others}}\n`,
+    );
     this.#beside("rubicon-proxy", ["run", configuration]);
   }
 
@@ -93,9 +96,9 @@ export class Island {
     return url;
   }
 
-  /** Simulated motes at the line of wsn-hall. */
-  startMotes() {
-    this.#beside("motes-simulator", ["--motes", "2", "--obey", "--updates", "--wait", "--port", "19202"]);
+  /** Simulated motes, at the line of wsn-hall or another one. */
+  startMotes(port = 19202) {
+    this.#beside("motes-simulator", ["--motes", "3", "--obey", "--updates", "--wait", "--port", String(port)]);
   }
 
   /** Changes the file of the configuration. */
@@ -113,9 +116,18 @@ export class Island {
       }).trim();
     const tokens = { view: make("view"), command: make("command") };
     const url = `http://${guarded}/`;
-    this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);
-    while (!(await answers(url))) await pause();
-    return { tokens, url };
+    const start = async () => {
+      const server = this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);
+      while (!(await answers(url))) await pause();
+      return server;
+    };
+    let server = await start();
+    /** Sessions end with the server that made them. */
+    const endSessions = async () => {
+      await end(server, "SIGTERM");
+      server = await start();
+    };
+    return { tokens, url, endSessions };
   }
 
   /** A page of a domain without islands; its address. */

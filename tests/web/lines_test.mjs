@@ -7,8 +7,8 @@ async function aLineComesUp({ page, open, island }) {
   await card.locator("li", { hasText: "wsn-hall" }).locator("p", { hasText: "19202" }).waitFor();
   island.startMotes();
   await card.getByText(/All lines of/).waitFor();
-  await page.locator(".card", { hasText: "Inbox" }).getByText("2 devices wait for a decision.").waitFor();
-  await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "2" }).waitFor();
+  await page.locator(".card", { hasText: "Inbox" }).getByText("3 devices wait for a decision.").waitFor();
+  await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "3" }).waitFor();
 }
 
 /** A user who repaired a line need not wait; what came of the attempt is shown until the line is up. */
@@ -36,6 +36,52 @@ async function aDeviceIsApproved({ page, open, island }) {
   await open("devices?network=wsn-hall");
   await page.locator(".list-rows .row").first().waitFor();
   assert.equal(await page.locator(".list-rows .row").count(), 1);
+}
+
+/** What a user ignored is listed behind its link, and can be approved there. */
+async function anIgnoredDeviceIsApproved({ page, open, island }) {
+  island.startMotes();
+  await open("inbox");
+  const rows = page.locator(".list-rows .row");
+  await rows.first().waitFor();
+  const before = await rows.count();
+  await rows.first().getByRole("button", { name: "Ignore" }).click();
+  await page.goto("about:blank");
+  await open("inbox");
+  await page.getByRole("link", { name: "1 is ignored" }).first().click();
+  await page.getByRole("heading", { name: "Ignored devices" }).waitFor();
+  await rows.first().getByText("user").waitFor();
+  assert.equal(await rows.count(), 1);
+  assert.equal(await rows.getByRole("button", { name: "Ignore" }).count(), 0);
+  await rows.getByRole("button", { name: "Approve" }).click();
+  await page.goto("about:blank");
+  await open("inbox/ignored");
+  await page.getByText("No device is ignored.").waitFor();
+  await page.keyboard.press("Escape");
+  await page.getByRole("heading", { name: "Inbox" }).waitFor();
+  assert.equal(await rows.count(), before - 1);
+}
+
+/** Of two networks, that whose line is up is shown first, and remains when the other one comes up. */
+async function theLineThatIsUpComesFirst({ page, open, island }) {
+  await island.startNeighbour(', wsn-shed: {type: wsn, source: "network@127.0.0.1:19203", board: EM1000}');
+  island.startMotes(19203);
+  await open("networks");
+  await page.locator(".row", { hasText: "wsn-shed" }).locator(".state", { hasText: "up" }).waitFor();
+  await page
+    .locator(".row", { hasText: "wsn-hall" })
+    .locator(".state", { hasText: /down|connecting/ })
+    .waitFor(); // of a test before, it may be up
+  await open("traffic");
+  const network = page.getByRole("combobox", { name: "Network" });
+  await network.waitFor();
+  assert.equal(await network.inputValue(), "6542/wsn-shed");
+  island.startMotes();
+  await page.getByRole("button", { name: "Watch" }).first().click();
+  await page.locator(".strip", { hasText: "watching wsn-shed" }).waitFor();
+  await page.getByRole("button", { name: "Stop" }).first().click();
+  await open("traffic?network=6541/wsn-hall");
+  await page.waitForFunction(() => document.querySelector(".toolbar select").value === "6541/wsn-hall");
 }
 
 /** What was decided is sent when the page is left, also within the ten seconds. */
@@ -74,5 +120,7 @@ export const tests = () => [
   { name: "lines: one is opened by a user", body: aLineIsReopened },
   { name: "inbox: a decision, taken back and made", body: aDeviceIsApproved },
   { name: "traffic: packets of motes", body: packetsAreShown },
+  { name: "traffic: the line that is up comes first", body: theLineThatIsUpComesFirst },
+  { name: "inbox: an ignored device is approved", body: anIgnoredDeviceIsApproved },
   { name: "inbox: a decision outlives the page", body: aDecisionOutlivesThePage },
 ];

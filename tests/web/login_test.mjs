@@ -26,4 +26,32 @@ async function rolesSeeWhatTheyMay({ page, island }) {
   await page.locator(".row", { hasText: "lamp-1" }).locator(".control").waitFor();
 }
 
-export const tests = () => [{ name: "login: each role sees what it may do", settings: lines, body: rolesSeeWhatTheyMay }];
+/** A session that ends leaves the view as it was behind the login: what was typed, the filter, and the chosen row. */
+async function aSessionEnds({ page, island }) {
+  const { tokens, url, endSessions } = await island.startGuarded();
+  await page.goto(`${url}#/devices/6541/dummy-rooms/living`);
+  await logIn(page, tokens.command);
+  const blind = page.locator(".row", { hasText: "blindPosition-1" });
+  await blind.locator("input[type=number]").fill("37");
+  await endSessions();
+  const dialog = page.locator("dialog");
+  await dialog.getByText("The session has ended.").waitFor();
+  await blind.waitFor();
+  assert.equal(await page.locator(".line-lost .row").count(), await page.locator(".row").count(), "values are not current");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("g");
+  await page.keyboard.press("o");
+  await logIn(page, "not-a-token");
+  await dialog.getByRole("alert").filter({ hasText: /\w/ }).waitFor();
+  await logIn(page, tokens.command);
+  await dialog.waitFor({ state: "detached" });
+  await page.locator(".shell.line-live").waitFor();
+  assert.equal(await blind.locator("input[type=number]").inputValue(), "37");
+  await blind.getByRole("button", { name: "Set" }).click();
+  await blind.locator(".outcome", { hasText: "set to 37" }).waitFor();
+}
+
+export const tests = () => [
+  { name: "login: each role sees what it may do", settings: lines, body: rolesSeeWhatTheyMay },
+  { name: "login: a session that ends keeps the view", settings: lines, body: aSessionEnds },
+];

@@ -57,7 +57,7 @@ async function run(browser, name, settings, body) {
     await session.page.screenshot({ path: join(screens, `failed-${name.replace(/\W+/g, "-")}.png`) }).catch(() => {});
     console.log(`FAILED: ${name}\n${error.stack}`);
   } finally {
-    await session.context.close();
+    await session.context.close().catch(() => {});
     await island.endOthers();
   }
 }
@@ -68,7 +68,13 @@ try {
   browser = await openBrowser(root, screens);
   for (const file of files) {
     const { tests } = await import(`./${file}_test.mjs`);
-    for (const test of tests(long)) await run(browser, test.name, test.settings ?? {}, test.body);
+    for (const test of tests(long)) {
+      await run(browser, test.name, test.settings ?? {}, test.body);
+      if (browser.runs()) continue;
+      // The test that it ended in has failed. The others have a browser of their own.
+      console.log(`the browser ended:\n${browser.lastWords()}`);
+      browser = await openBrowser(root, screens);
+    }
   }
 } catch (error) {
   failed++;

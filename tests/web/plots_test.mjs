@@ -145,7 +145,20 @@ async function historyThatFails({ page, open, island }) {
   await warning.waitFor();
 }
 
+/** A point that does not exist is named, in place of an empty axis; beside one that does, it has no value. */
+async function pointThatNeverWas({ page, open }) {
+  await open("plots?k=6541:proxy.dummy-rooms.attic.sensor.light-9");
+  await page.getByText("No such point: proxy.dummy-rooms.attic.sensor.light-9").waitFor();
+  assert.equal(await page.locator(".plot canvas").count(), 0);
+  await open(`plots?k=6541:proxy.dummy-rooms.attic.sensor.light-9,${temperature}`);
+  await page.locator(".plot canvas").first().waitFor();
+  await page.locator(".plot-legend tr", { hasText: "light-9" }).locator(".reading", { hasText: "no such point" }).waitFor();
+  await page.getByRole("button", { name: "Remove Bedroom" }).click();
+  await page.getByText(/^No such point/).waitFor();
+}
+
 export const tests = () => [
+  { name: "plots: a point that never was", body: pointThatNeverWas },
   {
     name: "plots: the history and what arrives are one curve",
     body: joinsHistoryAndLive,

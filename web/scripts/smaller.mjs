@@ -4,20 +4,27 @@ import { minify } from "terser";
 
 /** Texts that are used once go to their place, which the bundler does not do: 7 % of the script of the page, as it is sent. */
 export async function smaller(code) {
-  return (await minify(code, { module: true, compress: { passes: 3, keep_fargs: false, unsafe_arrows: true } })).code;
+  return (await minify(code, { module: true, ecma: 2020, compress: { passes: 3, keep_fargs: false, unsafe_arrows: true } })).code;
 }
 
-/** Other curves than straight and stepped ones, logarithmic scales, the legend, formats of dates, points of the cursor, changes of series. */
+/**
+ * Other curves than straight and stepped ones, logarithmic scales, scales without a range of their own, the legend,
+ * formats of dates, points of cursor and series, plots that move together, changes of series.
+ */
 const neverCalled = [
-  ...["bars", "monotoneCubic", "autoPadSide", "nullExpand"],
+  ...["bars", "monotoneCubic", "autoPadSide", "nullExpand", "_rangeNum"],
   ...["rangeLog", "rangeAsinh", "logAxisSplits", "asinhAxisSplits", "log10AxisValsFilt", "log2AxisValsFilt"],
   ...["initLegendRow", "setLegend", "syncLegend", "legendStroke", "legendFill"],
   ...["fmtDate", "tzDate", "timeAxisVals", "timeAxisVal", "timeAxisStamps", "timeSeriesVal"],
   ...["points", "initCursorPt", "cursorPointShow", "cursorPointFill", "cursorPointStroke", "cursorPointSize"],
+  ...["pub", "pubSync", "dblClick", "numSeriesVal", "seriesPointsShow"],
   ...["addSeries", "delSeries", "setSeries", "setFocus", "addBand", "setBand", "delBand"],
 ];
 
-/** What is the same in all plots of the page: series that share their times, linear scales, time to the right, no legend, no focus. */
+/**
+ * What is the same in all plots of the page: series that share their times, linear scales, time to the right, no legend,
+ * no focus, no other plot (`src`).
+ */
 const fixed = [
   [/const mode = (u|self)\.mode;/g, "const mode = 1;"],
   [/const showLegend = legend\.show;/, "const showLegend = false;"],
@@ -26,6 +33,15 @@ const fixed = [
   [/\b\w+\.distr +(==|>=) +(2|3|4|100)\b/g, "false"],
   [/\bscaleX\.ori == 0\b/g, "true"],
   [/\bscaleX\.ori == 1\b/g, "false"],
+  [/\bsrc != null\b/g, "false"],
+  [/\bsrc == null\b/g, "true"],
+  [/\be != null\b/g, "true"],
+  [/\bpubSync\(mouse.*\);/g, ""],
+  [/\bsyncKey != null\b/g, "false"],
+  [/\bshouldSetLegend \|\| cursorOnePt\b/g, "false"],
+  [/\bcursorOnePt\b(?! =)/g, "false"],
+  [/const sync = _sync\(syncKey\);|sync\.(un)?sub\(self\);|uPlot\.sync = _sync;/g, ""],
+  [/const _timeAxisStamps = \[[^]*?\n\t\];/, "const _timeAxisStamps = [];"],
 ];
 
 /** The source of uPlot without what the page does not use. It is one function that no bundler can shake. */

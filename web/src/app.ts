@@ -20,8 +20,8 @@ export const lostSince = signal(0);
 /** Until then the server merges updates, because this connection takes fewer than arrive; in ms of Date.now(). */
 export const mergedUntil = signal(0);
 export const server = signal<ServerInfo | null>(null);
-/** The server wants a token before it says anything. */
-export const loginNeeded = signal(false);
+/** The server wants a token: before it says anything, or because a session ended while the page was in use. */
+export const loginNeeded = signal<"" | "first" | "again">("");
 export const islands = signal<Component[]>([]);
 export const components = signal<Component[]>([]);
 /** The lists of islands and components have arrived. */
@@ -57,11 +57,9 @@ function lineChanged(state: LineState): void {
   if (state === "live") {
     lostSince.value = 0;
     announce(words.lineLive);
-    void learnServer();
-    connection.request({ do: "islands" }, greeted);
-    connection.request({ do: "components" });
-    for (const type of listeners.keys()) connection.request({ do: "listen", type });
-    feed.connected();
+    const learned = learnServer();
+    if (server.value?.tokens) void learned.then(greet);
+    else greet();
     return;
   }
   if (state === "lost") {
@@ -72,20 +70,38 @@ function lineChanged(state: LineState): void {
   }
 }
 
+/** Not while a token is needed: all would be refused. */
+function greet(): void {
+  if (loginNeeded.value || !connection.live) return;
+  connection.request({ do: "islands" }, greeted);
+  connection.request({ do: "components" });
+  for (const type of listeners.keys()) connection.request({ do: "listen", type });
+  feed.connected();
+}
+
 function greeted(answer: Answer): void {
-  if (answer.error?.code === "refused") loginNeeded.value = true;
+  if (answer.error?.code === "refused") needLogin();
+}
+
+/** What the page knows of the server stays: the view behind the login is as it was. */
+function needLogin(): void {
+  loginNeeded.value ||= server.value ? "again" : "first";
 }
 
 /** Learns who we are to the server, and whether it wants a token. */
 async function learnServer(): Promise<void> {
   try {
     const before = server.value?.release;
-    server.value = await askJson<ServerInfo>("");
-    if (before !== undefined && before !== server.value.release) notify(words.lineReleased, "waiting", reloading);
+    const now = await askJson<ServerInfo>("");
+    if (before !== undefined && before !== now.release) notify(words.lineReleased, "waiting", reloading);
     tellClock();
-    loginNeeded.value = server.value.tokens && (server.value.caller.role === "none" || server.value.caller.role === "");
+    if (now.tokens && ["none", ""].includes(now.caller.role)) return needLogin();
+    server.value = now;
+    if (!loginNeeded.value) return;
+    loginNeeded.value = "";
+    connection.restart();
   } catch (error) {
-    if (error instanceof RestError && (error.status === 401 || error.status === 403)) loginNeeded.value = true;
+    if (error instanceof RestError && (error.status === 401 || error.status === 403)) needLogin();
   }
 }
 
@@ -141,8 +157,7 @@ export function startApp(): void {
 /** Takes a token for the session cookie; throws RestError. */
 export async function login(token: string): Promise<void> {
   await askJson("/session", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ token }) });
-  loginNeeded.value = false;
-  connection.restart();
+  await learnServer();
 }
 
 /** Ends the session; the page asks for a token again. */
@@ -153,7 +168,8 @@ export async function logout(): Promise<void> {
     notify(words.loginNotEnded(error instanceof RestError ? error.message : String(error)), "bad");
     return;
   }
-  loginNeeded.value = true;
+  server.value = null;
+  loginNeeded.value = "first";
   connection.restart();
 }
 

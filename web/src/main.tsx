@@ -13,7 +13,8 @@ import { views } from "./views/views";
 function Page() {
   return (
     <>
-      {loginNeeded.value ? <Login /> : <Shell views={views} />}
+      {loginNeeded.value !== "first" && <Shell views={views} />}
+      {loginNeeded.value && <Login again={loginNeeded.value === "again"} />}
       <Search />
       <KeyboardHelp />
     </>

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Catalog } from "../src/core/catalog";
+import { Catalog, networkToShow } from "../src/core/catalog";
 import { readKey } from "../src/core/keys";
 import { Store } from "../src/core/store";
 
@@ -143,4 +143,16 @@ test("what histories say of themselves is known, also of other components than i
   assert.equal(catalog.networks.size, 0);
   store.release(failing);
   assert.equal(catalog.histories.size, 1);
+});
+
+test("of several networks the first whose line is up is shown, unless one is named", () => {
+  const { catalog, put } = setUp();
+  const lines = { a: "down", b: "up", c: "up" };
+  for (const [id, line] of Object.entries(lines)) put(`7:proxy.wsn-${id}.status`, JSON.stringify({ line }));
+  const networks = [...catalog.networks.values()];
+  assert.equal(networkToShow(networks, undefined)?.id, "wsn-b");
+  assert.equal(networkToShow(networks, "7/wsn-a")?.id, "wsn-a");
+  assert.equal(networkToShow(networks, "7/gone")?.id, "wsn-b");
+  assert.equal(networkToShow(networks.slice(0, 1), undefined)?.id, "wsn-a");
+  assert.equal(networkToShow([], undefined), undefined);
 });

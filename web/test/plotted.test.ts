@@ -83,3 +83,11 @@ test("a value is not known to have held while the device was away", () => {
   assert.ok(track.at(25)?.gap);
   assert.equal(track.at(28)?.value, 310);
 });
+
+test("a point is unknown while neither an island nor the history has anything of it", () => {
+  const { points, put } = setUp();
+  const [one] = points.of([path]);
+  assert.ok(one && points.isUnknown(one));
+  put("value", 10, "310");
+  assert.ok(!points.isUnknown(one));
+});

@@ -43,8 +43,8 @@ export class Device {
   status?: Tuple;
   description?: Tuple;
   readonly points = new Map<string, Point>();
-  private sorted: Point[] | null = null;
-  private main: Point | undefined;
+  #sorted: Point[] | null = null;
+  #main: Point | undefined;
 
   constructor(
     readonly owner: number,
@@ -86,16 +86,16 @@ export class Device {
 
   /** Sensors, actuators, properties, each in natural order. */
   get ordered(): Point[] {
-    this.sorted ??= [...this.points.values()].sort(
+    this.#sorted ??= [...this.points.values()].sort(
       (a, b) => kindOrder.indexOf(a.kind) - kindOrder.indexOf(b.kind) || compareNatural(a.id, b.id),
     );
-    return this.sorted;
+    return this.#sorted;
   }
 
   /** What stands for the device in a list: what people look for first; battery and the like only if there is no other. */
   get first(): Point | undefined {
-    this.main ??= [...this.ordered].sort((a, b) => rankOf(a) - rankOf(b))[0];
-    return this.main;
+    this.#main ??= [...this.ordered].sort((a, b) => rankOf(a) - rankOf(b))[0];
+    return this.#main;
   }
 
   /** The latest time at which one of its points was heard. */
@@ -109,8 +109,8 @@ export class Device {
 
   /** The points changed. */
   touch(): void {
-    this.sorted = null;
-    this.main = undefined;
+    this.#sorted = null;
+    this.#main = undefined;
   }
 }
 
@@ -165,6 +165,11 @@ export class Network {
   }
 }
 
+/** The one with this path, else the first whose line is up, else the first. */
+export function networkToShow(networks: Network[], path: string | undefined): Network | undefined {
+  return networks.find((one) => one.path === path) ?? networks.find(({ line }) => line === "up") ?? networks[0];
+}
+
 const islandKey = ".island";
 
 /** An island publishes its own id and name at PREFIX.island. */
@@ -191,13 +196,13 @@ export class Catalog {
   arrivals = 0;
 
   /** The prefixes of the islands, by owner. Other components, and other keys of an island, are none of its devices. */
-  private readonly prefixes = new Map<number, string>();
+  readonly #prefixes = new Map<number, string>();
 
   constructor(private readonly store: Store) {
     store.listen({
-      added: (tuple) => this.put(tuple, tuple),
-      changed: (tuple) => this.changed(tuple),
-      removed: (tuple) => this.removed(tuple),
+      added: (tuple) => this.#put(tuple, tuple),
+      changed: (tuple) => this.#changed(tuple),
+      removed: (tuple) => this.#removed(tuple),
     });
   }
 
@@ -205,53 +210,53 @@ export class Catalog {
     return this.devices.get(`${owner}/${network}/${id}`);
   }
 
-  private changed(tuple: Tuple): void {
-    if (namesIsland(tuple)) this.learnPrefix(tuple.owner, tuple.key.slice(0, -islandKey.length));
-    if (!tuple.key.endsWith(".description") || !this.isOfIsland(tuple)) return;
+  #changed(tuple: Tuple): void {
+    if (namesIsland(tuple)) this.#learnPrefix(tuple.owner, tuple.key.slice(0, -islandKey.length));
+    if (!tuple.key.endsWith(".description") || !this.#isOfIsland(tuple)) return;
     if (readKey(tuple.key).what === "device") this.structure++;
     else this.points++;
   }
 
-  private removed(tuple: Tuple): void {
-    this.put(tuple, undefined);
-    const prefix = this.prefixes.get(tuple.owner);
+  #removed(tuple: Tuple): void {
+    this.#put(tuple, undefined);
+    const prefix = this.#prefixes.get(tuple.owner);
     if (prefix === undefined || tuple.key !== prefix + islandKey) return;
-    this.putAllOf(tuple.owner, (other) => this.put(other, undefined));
-    this.prefixes.delete(tuple.owner);
+    this.#putAllOf(tuple.owner, (other) => this.#put(other, undefined));
+    this.#prefixes.delete(tuple.owner);
   }
 
-  private isOfIsland(tuple: Tuple): boolean {
-    const prefix = this.prefixes.get(tuple.owner);
+  #isOfIsland(tuple: Tuple): boolean {
+    const prefix = this.#prefixes.get(tuple.owner);
     return prefix !== undefined && tuple.key.startsWith(`${prefix}.`);
   }
 
   /** Takes what came before it. */
-  private learnPrefix(owner: number, prefix: string): void {
-    if (this.prefixes.has(owner)) return;
-    this.prefixes.set(owner, prefix);
-    this.putAllOf(owner, (tuple) => this.put(tuple, tuple));
+  #learnPrefix(owner: number, prefix: string): void {
+    if (this.#prefixes.has(owner)) return;
+    this.#prefixes.set(owner, prefix);
+    this.#putAllOf(owner, (tuple) => this.#put(tuple, tuple));
   }
 
-  private putAllOf(owner: number, put: (tuple: Tuple) => void): void {
+  #putAllOf(owner: number, put: (tuple: Tuple) => void): void {
     for (const tuple of this.store.tuples.values()) if (tuple.owner === owner) put(tuple);
   }
 
-  private put(tuple: Tuple, now: Tuple | undefined): void {
+  #put(tuple: Tuple, now: Tuple | undefined): void {
     if (tuple.key.endsWith(".history.status")) setOrDelete(this.histories, tuple.id, now);
-    if (!this.isOfIsland(tuple)) return;
+    if (!this.#isOfIsland(tuple)) return;
     const key = readKey(tuple.key);
     switch (key.what) {
       case "point":
-        this.putPoint(tuple.owner, key, now);
+        this.#putPoint(tuple.owner, key, now);
         break;
       case "device":
-        this.putDevice(tuple.owner, key, now);
+        this.#putDevice(tuple.owner, key, now);
         break;
       case "network":
-        if (key.leaf === "status") this.putNetwork(tuple.owner, key, (network) => (network.status = now));
+        if (key.leaf === "status") this.#putNetwork(tuple.owner, key, (network) => (network.status = now));
         break;
       case "counter":
-        if (key.leaf === "value") this.putNetwork(tuple.owner, key, (network) => setOrDelete(network.counters, key.name, now));
+        if (key.leaf === "value") this.#putNetwork(tuple.owner, key, (network) => setOrDelete(network.counters, key.name, now));
         break;
       case "waiting":
         setOrDelete(this.waiting, tuple.id, now);
@@ -265,8 +270,8 @@ export class Catalog {
     }
   }
 
-  private putPoint(owner: number, key: KeyMeaning & { what: "point" }, now: Tuple | undefined): void {
-    this.withDevice(owner, key, (device) => {
+  #putPoint(owner: number, key: KeyMeaning & { what: "point" }, now: Tuple | undefined): void {
+    this.#withDevice(owner, key, (device) => {
       const name = `${key.kind}.${key.point}`;
       const known = device.points.get(name);
       const point = known ?? new Point(device, key.kind, key.point);
@@ -279,14 +284,14 @@ export class Catalog {
     });
   }
 
-  private putDevice(owner: number, key: KeyMeaning & { what: "device" }, now: Tuple | undefined): void {
-    this.withDevice(owner, key, (device) => {
+  #putDevice(owner: number, key: KeyMeaning & { what: "device" }, now: Tuple | undefined): void {
+    this.#withDevice(owner, key, (device) => {
       if (key.leaf === "status") device.status = now;
       else device.description = now;
     });
   }
 
-  private withDevice(owner: number, key: { prefix: string; network: string; device: string }, change: (device: Device) => void): void {
+  #withDevice(owner: number, key: { prefix: string; network: string; device: string }, change: (device: Device) => void): void {
     const path = `${owner}/${key.network}/${key.device}`;
     const known = this.devices.get(path);
     const device = known ?? new Device(owner, key.prefix, key.network, key.device);
@@ -295,10 +300,10 @@ export class Catalog {
     if (empty === !known) return;
     this.structure++;
     setOrDelete(this.devices, path, empty ? undefined : device);
-    this.putNetwork(owner, key, (network) => (network.devices += empty ? -1 : 1));
+    this.#putNetwork(owner, key, (network) => (network.devices += empty ? -1 : 1));
   }
 
-  private putNetwork(owner: number, key: { prefix: string; network: string }, change: (network: Network) => void): void {
+  #putNetwork(owner: number, key: { prefix: string; network: string }, change: (network: Network) => void): void {
     const path = `${owner}/${key.network}`;
     const known = this.networks.get(path);
     const network = known ?? new Network(owner, key.prefix, key.network);

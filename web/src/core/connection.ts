@@ -35,14 +35,14 @@ const longestRetry = 750;
  * Requests of a lost line are answered with the code `unreachable`; the user decides whether to repeat them.
  */
 export class Connection {
-  private wire: Wire | null = null;
-  private state: LineState = "connecting";
-  private pending = new Map<number, { call: Call; follows: boolean }>();
-  private lastId = 0;
-  private attempts = 0;
-  private stopSilence = () => {};
-  private stopRetry = () => {};
-  private generation = 0;
+  #wire: Wire | null = null;
+  #state: LineState = "connecting";
+  #pending = new Map<number, { call: Call; follows: boolean }>();
+  #lastId = 0;
+  #attempts = 0;
+  #stopSilence = () => {};
+  #stopRetry = () => {};
+  #generation = 0;
 
   constructor(
     private readonly openWire: OpenWire,
@@ -51,83 +51,83 @@ export class Connection {
   ) {}
 
   get live(): boolean {
-    return this.state === "live";
+    return this.#state === "live";
   }
 
   start(): void {
-    this.stopRetry();
-    const generation = ++this.generation;
+    this.#stopRetry();
+    const generation = ++this.#generation;
     const current = (call: () => void) => {
-      if (generation === this.generation) call();
+      if (generation === this.#generation) call();
     };
-    this.watchSilence();
-    this.wire = this.openWire({
-      opened: () => current(() => this.opened()),
-      received: (text) => current(() => this.received(text)),
-      closed: () => current(() => this.lost()),
+    this.#watchSilence();
+    this.#wire = this.openWire({
+      opened: () => current(() => this.#opened()),
+      received: (text) => current(() => this.#received(text)),
+      closed: () => current(() => this.#lost()),
     });
   }
 
   /** Opens the line anew, at once: the caller changed. */
   restart(): void {
-    this.lost();
-    this.attempts = 0;
+    this.#lost();
+    this.#attempts = 0;
     this.start();
   }
 
   /** Sends a request; `call` gets its answer. With `follows`, also the states of the command until the final one. */
   request(fields: Record<string, unknown>, call: Call = () => {}, follows = false): void {
-    const id = ++this.lastId;
-    if (!this.live || !this.wire) {
+    const id = ++this.#lastId;
+    if (!this.live || !this.#wire) {
       call(unreachable(id));
       return;
     }
-    this.pending.set(id, { call, follows });
-    this.wire.send(JSON.stringify({ id, ...fields }));
+    this.#pending.set(id, { call, follows });
+    this.#wire.send(JSON.stringify({ id, ...fields }));
   }
 
-  private opened(): void {
-    this.attempts = 0;
-    this.watchSilence();
-    this.change("live");
+  #opened(): void {
+    this.#attempts = 0;
+    this.#watchSilence();
+    this.#change("live");
   }
 
-  private received(text: string): void {
-    this.watchSilence();
+  #received(text: string): void {
+    this.#watchSilence();
     const frame = parseFrame(text);
     if (!frame) return;
-    if (frame.id !== undefined && frame.s === undefined) this.answer(frame as Answer);
+    if (frame.id !== undefined && frame.s === undefined) this.#answer(frame as Answer);
     else this.events.frame(frame);
   }
 
-  private answer(answer: Answer): void {
-    const waiting = this.pending.get(answer.id);
+  #answer(answer: Answer): void {
+    const waiting = this.#pending.get(answer.id);
     if (!waiting) return;
-    if (answer.ok === false || answer.final || !waiting.follows) this.pending.delete(answer.id);
+    if (answer.ok === false || answer.final || !waiting.follows) this.#pending.delete(answer.id);
     waiting.call(answer);
   }
 
-  private watchSilence(): void {
-    this.stopSilence();
-    this.stopSilence = this.clock.after(silenceLimit, () => this.lost());
+  #watchSilence(): void {
+    this.#stopSilence();
+    this.#stopSilence = this.clock.after(silenceLimit, () => this.#lost());
   }
 
-  private lost(): void {
-    this.generation++;
-    this.stopSilence();
-    this.wire?.close();
-    this.wire = null;
-    this.change("lost");
-    const pending = [...this.pending];
-    this.pending.clear();
+  #lost(): void {
+    this.#generation++;
+    this.#stopSilence();
+    this.#wire?.close();
+    this.#wire = null;
+    this.#change("lost");
+    const pending = [...this.#pending];
+    this.#pending.clear();
     for (const [id, waiting] of pending) waiting.call(unreachable(id));
-    this.attempts++;
-    this.stopRetry = this.clock.after(Math.min(this.attempts * retryStep, longestRetry), () => this.start());
+    this.#attempts++;
+    this.#stopRetry = this.clock.after(Math.min(this.#attempts * retryStep, longestRetry), () => this.start());
   }
 
-  private change(state: LineState): void {
-    if (this.state === state) return;
-    this.state = state;
+  #change(state: LineState): void {
+    if (this.#state === state) return;
+    this.#state = state;
     this.events.state(state);
   }
 }

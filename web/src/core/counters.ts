@@ -51,16 +51,16 @@ const firstPeriod = 2;
 
 /** How much counters grow in a second, smoothed over some five samples. */
 export class CounterRates {
-  private readonly samples = new Map<string, Sample>();
+  readonly #samples = new Map<string, Sample>();
 
   /** Takes a sample of each; call it about once a second. `now` in seconds. */
   sample(tuples: Iterable<Tuple>, now: number): void {
     for (const tuple of tuples) {
       const value = Number(tuple.value);
       if (tuple.value === null || tuple.value === "" || Number.isNaN(value)) continue;
-      const before = this.samples.get(tuple.id);
+      const before = this.#samples.get(tuple.id);
       if (!before || value < before.value) {
-        this.samples.set(tuple.id, { value, time: now, rate: Number.NaN }); // the first one, or the island was started again
+        this.#samples.set(tuple.id, { value, time: now, rate: Number.NaN }); // the first one, or the island was started again
         continue;
       }
       if (now - before.time < (Number.isNaN(before.rate) ? firstPeriod : 0.5)) continue;
@@ -73,6 +73,6 @@ export class CounterRates {
 
   /** NaN until there are two samples. */
   of(tuple: Tuple | undefined): number {
-    return (tuple && this.samples.get(tuple.id)?.rate) ?? Number.NaN;
+    return (tuple && this.#samples.get(tuple.id)?.rate) ?? Number.NaN;
   }
 }

@@ -31,7 +31,7 @@ export interface DecisionCalls {
 
 /** Decisions of the user about waiting devices, held for a while so that they can be taken back, then sent. */
 export class Decisions {
-  private readonly open = new Map<Decision, () => void>();
+  readonly #open = new Map<Decision, () => void>();
 
   constructor(
     private readonly clock: Clock,
@@ -40,9 +40,9 @@ export class Decisions {
 
   decide(verb: Verb, devices: Iterable<string>, steps: Step[]): Decision {
     const decision = { verb, devices: new Set(devices), steps, until: this.clock.now() + graceTime };
-    this.open.set(
+    this.#open.set(
       decision,
-      this.clock.after(graceTime, () => this.send(decision)),
+      this.clock.after(graceTime, () => this.#send(decision)),
     );
     this.calls.changed();
     return decision;
@@ -51,41 +51,41 @@ export class Decisions {
   /** False if it is too late. */
   undo(decision: Decision): boolean {
     if (decision.until === 0) return false;
-    this.open.get(decision)?.();
-    const known = this.open.delete(decision);
+    this.#open.get(decision)?.();
+    const known = this.#open.delete(decision);
     this.calls.changed();
     return known;
   }
 
   /** The page is being left: all that was decided is sent now. */
   flush(): void {
-    for (const [decision, stop] of this.open) {
+    for (const [decision, stop] of this.#open) {
       if (decision.until === 0) continue;
       stop();
-      this.send(decision, true);
+      this.#send(decision, true);
     }
   }
 
   /** What was decided about a device and is not done yet. */
   of(device: string): Decision | undefined {
-    for (const decision of this.open.keys()) {
+    for (const decision of this.#open.keys()) {
       if (decision.devices.has(device)) return decision;
     }
     return undefined;
   }
 
   get pending(): Decision[] {
-    return [...this.open.keys()];
+    return [...this.#open.keys()];
   }
 
-  private send(decision: Decision, leaving = false): void {
+  #send(decision: Decision, leaving = false): void {
     decision.until = 0;
     const failures: { step: Step; answer: Answer }[] = [];
     let left = decision.steps.length;
     const answered = (step: Step, answer: Answer) => {
       if (answer.ok !== true) failures.push({ step, answer });
       if (--left > 0) return;
-      this.open.delete(decision);
+      this.#open.delete(decision);
       this.calls.ended(decision, failures);
       this.calls.changed();
     };

@@ -72,9 +72,9 @@ export class Subscription {
  * the page is hidden.
  */
 export class Feed {
-  private wanted = new Map<string, Subscription>();
-  private numbered = new Map<number, Subscription>();
-  private hidden = false;
+  #wanted = new Map<string, Subscription>();
+  #numbered = new Map<number, Subscription>();
+  #hidden = false;
 
   constructor(
     private readonly store: Store,
@@ -86,11 +86,11 @@ export class Feed {
   /** The subscription for `want`; call `drop` once when it is not needed any more. */
   want(want: Want): Subscription {
     const name = JSON.stringify([want.pattern, want.full ?? false, want.min ?? 0, want.active ?? false, want.brief ?? false]);
-    let subscription = this.wanted.get(name);
+    let subscription = this.#wanted.get(name);
     if (!subscription) {
       subscription = new Subscription(want, this.store);
-      this.wanted.set(name, subscription);
-      this.subscribe(subscription);
+      this.#wanted.set(name, subscription);
+      this.#subscribe(subscription);
     }
     subscription.stopLinger();
     subscription.users++;
@@ -101,40 +101,40 @@ export class Feed {
     if (--subscription.users > 0) return;
     // Demand ends at once: it costs battery.
     const { active, brief } = subscription.want;
-    subscription.stopLinger = this.clock.after(active || brief ? 0 : linger, () => this.end(subscription));
+    subscription.stopLinger = this.clock.after(active || brief ? 0 : linger, () => this.#end(subscription));
   }
 
   /** Asks again for what failed. */
   retry(): void {
-    for (const subscription of this.wanted.values()) {
-      if (subscription.state === "failed") this.subscribe(subscription);
+    for (const subscription of this.#wanted.values()) {
+      if (subscription.state === "failed") this.#subscribe(subscription);
     }
   }
 
   /** Every subscription that exists. */
   get subscriptions(): Iterable<Subscription> {
-    return this.wanted.values();
+    return this.#wanted.values();
   }
 
   connected(): void {
-    if (this.hidden) return;
-    for (const subscription of this.wanted.values()) this.subscribe(subscription);
+    if (this.#hidden) return;
+    for (const subscription of this.#wanted.values()) this.#subscribe(subscription);
   }
 
   disconnected(): void {
-    this.numbered.clear();
-    for (const subscription of this.wanted.values()) subscription.interrupt();
+    this.#numbered.clear();
+    for (const subscription of this.#wanted.values()) subscription.interrupt();
     this.dirty();
   }
 
   hide(hidden: boolean): void {
-    if (this.hidden === hidden) return;
-    this.hidden = hidden;
+    if (this.#hidden === hidden) return;
+    this.#hidden = hidden;
     if (!hidden) {
       this.connected();
       return;
     }
-    for (const subscription of this.wanted.values()) {
+    for (const subscription of this.#wanted.values()) {
       if (subscription.number !== null) this.line().request({ do: "unsubscribe", subscription: subscription.number });
     }
     this.disconnected();
@@ -142,7 +142,7 @@ export class Feed {
 
   take(frame: Frame): void {
     if (frame.s === undefined) return;
-    const subscription = this.numbered.get(frame.s);
+    const subscription = this.#numbered.get(frame.s);
     if (!subscription) return;
     subscription.held.take({ ...frame, s: frame.s });
     if (frame.snapshot !== undefined) subscription.snapshots.add(frame.snapshot);
@@ -150,21 +150,21 @@ export class Feed {
     this.dirty();
   }
 
-  private subscribe(subscription: Subscription): void {
-    if (!this.line().live || this.hidden || subscription.number !== null) return;
+  #subscribe(subscription: Subscription): void {
+    if (!this.line().live || this.#hidden || subscription.number !== null) return;
     const { pattern, full, min, active } = subscription.want;
     const fields: Record<string, unknown> = { do: "subscribe", pattern, min: min ?? 50 };
     if (full) fields.full = true;
     if (active) fields.active = true;
     else fields.passive = true;
     const turn = ++subscription.turn;
-    this.line().request(fields, (answer) => this.answered(subscription, turn, answer));
+    this.line().request(fields, (answer) => this.#answered(subscription, turn, answer));
   }
 
-  private answered(subscription: Subscription, turn: number, answer: Answer): void {
+  #answered(subscription: Subscription, turn: number, answer: Answer): void {
     const late = turn !== subscription.turn;
     if (answer.ok !== true || answer.subscription === undefined) {
-      if (!late && answer.error?.code !== "unreachable") this.fail(subscription, answer.error ?? { code: "failed", text: "" });
+      if (!late && answer.error?.code !== "unreachable") this.#fail(subscription, answer.error ?? { code: "failed", text: "" });
       return;
     }
     if (late) {
@@ -174,33 +174,33 @@ export class Feed {
     subscription.number = answer.subscription;
     subscription.state = "loading";
     subscription.error = null;
-    this.numbered.set(answer.subscription, subscription);
-    subscription.stopPatience = this.clock.after(patience, () => this.dropAbsent(subscription));
+    this.#numbered.set(answer.subscription, subscription);
+    subscription.stopPatience = this.clock.after(patience, () => this.#dropAbsent(subscription));
     this.dirty();
   }
 
-  private fail(subscription: Subscription, error: FrameError): void {
+  #fail(subscription: Subscription, error: FrameError): void {
     subscription.state = "failed";
     subscription.error = error;
     if (error.code === "busy") {
       const { turn } = subscription;
-      this.clock.after(busyPause, () => turn === subscription.turn && this.subscribe(subscription));
+      this.clock.after(busyPause, () => turn === subscription.turn && this.#subscribe(subscription));
     }
     this.dirty();
   }
 
-  private dropAbsent(subscription: Subscription): void {
+  #dropAbsent(subscription: Subscription): void {
     subscription.held.dropOld((tuple: Tuple) => !subscription.snapshots.has(tuple.owner));
   }
 
-  private end(subscription: Subscription): void {
+  #end(subscription: Subscription): void {
     subscription.turn++;
     subscription.stopPatience();
-    for (const [name, other] of this.wanted) {
-      if (other === subscription) this.wanted.delete(name);
+    for (const [name, other] of this.#wanted) {
+      if (other === subscription) this.#wanted.delete(name);
     }
     if (subscription.number !== null) {
-      this.numbered.delete(subscription.number);
+      this.#numbered.delete(subscription.number);
       this.line().request({ do: "unsubscribe", subscription: subscription.number });
     }
     subscription.held.clear();

@@ -31,30 +31,30 @@ export class LogBook {
   version = 0;
   /** Lines taken so far, also those that are not kept any more. */
   taken = 0;
-  private readonly seen = new Map<number, Seen>();
+  readonly #seen = new Map<number, Seen>();
 
   /** Takes what a tuple says now: those lines that are new. */
   take(owner: number, list: unknown, reading = false): void {
     const lines = (Array.isArray(list) ? list : []).flatMap((line) => parse(owner, line));
     const newest = lines[lines.length - 1];
     if (!newest) return;
-    const seen = this.seen.get(owner) ?? { number: 0, time: 0, session: 0 };
+    const seen = this.#seen.get(owner) ?? { number: 0, time: 0, session: 0 };
     const restarted = newest.number < seen.number || (newest.number === seen.number && newest.time > seen.time);
     const before = restarted ? 0 : seen.number;
     const session = seen.session + (restarted ? 1 : 0);
     const fresh = lines.filter((line) => line.number > before);
     if (fresh.length === 0) return;
-    this.seen.set(owner, { number: newest.number, time: newest.time, session });
+    this.#seen.set(owner, { number: newest.number, time: newest.time, session });
     let last = before;
     for (const line of fresh) {
       line.id = `${owner}/${session}/${line.number}`;
       line.missed = last > 0 ? line.number - last - 1 : 0;
       last = line.number;
     }
-    this.add(fresh, reading);
+    this.#add(fresh, reading);
   }
 
-  private add(fresh: LogLine[], reading: boolean): void {
+  #add(fresh: LogLine[], reading: boolean): void {
     const inOrder = (this.lines[this.lines.length - 1]?.time ?? 0) <= (fresh[0]?.time ?? 0);
     const lines = [...this.lines, ...fresh];
     if (!inOrder) lines.sort((a, b) => a.time - b.time); // stable: lines of one island stay in order

@@ -17,53 +17,53 @@ export class FrozenOrder<T> {
   version = 0;
   /** How many rows would move, come or go by a refresh, as counted last. */
   outdated = 0;
-  private frozen = false;
-  private name: string | null = null;
-  private structure = -1;
-  private members = new Set<T>();
+  #frozen = false;
+  #name: string | null = null;
+  #structure = -1;
+  #members = new Set<T>();
 
   /** `structure` changes when `all` has other members, or their constant columns changed. Counts what is out of date. */
   update(all: Iterable<T>, structure: number, spec: OrderSpec<T>): void {
-    const same = this.name === spec.name;
-    if (same && this.structure === structure && (this.frozen || !spec.complete)) return;
-    if (same && this.frozen) {
+    const same = this.#name === spec.name;
+    if (same && this.#structure === structure && (this.#frozen || !spec.complete)) return;
+    if (same && this.#frozen) {
       const rows = [...all];
-      this.patch(rows, spec);
+      this.#patch(rows, spec);
       this.count(rows, spec);
     } else {
       this.refresh(all, spec);
     }
-    this.frozen = spec.complete || (same && this.frozen);
-    this.name = spec.name;
-    this.structure = structure;
+    this.#frozen = spec.complete || (same && this.#frozen);
+    this.#name = spec.name;
+    this.#structure = structure;
   }
 
   /** Takes filter and order anew. */
   refresh(all: Iterable<T>, spec: OrderSpec<T>): void {
-    this.take(sorted(all, spec));
+    this.#take(sorted(all, spec));
     this.outdated = 0;
   }
 
   /** Counts what is out of date. */
   count(all: Iterable<T>, spec: OrderSpec<T>): void {
-    if (!this.frozen) return;
+    if (!this.#frozen) return;
     const places = new Map(sorted(all, spec).map((row, index) => [row, index]));
     const kept = this.rows.flatMap((row) => places.get(row) ?? []);
     this.outdated = this.rows.length + places.size - kept.length - longestRise(kept);
   }
 
   /** Rows that went go, new ones come at the end, all others stay. */
-  private patch(all: Iterable<T>, spec: OrderSpec<T>): void {
+  #patch(all: Iterable<T>, spec: OrderSpec<T>): void {
     const present = new Set(all);
     const rows = this.rows.filter((row) => present.has(row));
-    const added = [...present].filter((row) => !this.members.has(row) && spec.keep(row)).sort(spec.compare);
+    const added = [...present].filter((row) => !this.#members.has(row) && spec.keep(row)).sort(spec.compare);
     if (rows.length === this.rows.length && added.length === 0) return;
-    this.take([...rows, ...added]);
+    this.#take([...rows, ...added]);
   }
 
-  private take(rows: T[]): void {
+  #take(rows: T[]): void {
     this.rows = rows;
-    this.members = new Set(rows);
+    this.#members = new Set(rows);
     this.version++;
   }
 }

@@ -2,9 +2,9 @@ import type { Clock } from "./clock";
 
 /** Writes at once, then at most once in each pause; the last text is always written. */
 export class Paced {
-  private next = Number.NEGATIVE_INFINITY;
-  private waiting: string | null = null;
-  private stop = () => {};
+  #next = Number.NEGATIVE_INFINITY;
+  #waiting: string | null = null;
+  #stop = () => {};
 
   constructor(
     private readonly clock: Clock,
@@ -14,24 +14,24 @@ export class Paced {
 
   put(text: string): void {
     this.drop();
-    this.waiting = text;
-    const wait = this.next - this.clock.now();
-    if (wait > 0) this.stop = this.clock.after(wait, () => this.flush());
+    this.#waiting = text;
+    const wait = this.#next - this.clock.now();
+    if (wait > 0) this.#stop = this.clock.after(wait, () => this.flush());
     else this.flush();
   }
 
   /** Writes now what waits. */
   flush(): void {
-    const text = this.waiting;
+    const text = this.#waiting;
     this.drop();
     if (text === null) return;
-    this.next = this.clock.now() + this.pause;
+    this.#next = this.clock.now() + this.pause;
     this.write(text);
   }
 
   /** Forgets what waits. */
   drop(): void {
-    this.stop();
-    this.waiting = null;
+    this.#stop();
+    this.#waiting = null;
   }
 }

@@ -2,20 +2,20 @@ const usual = 5;
 
 /** How many seconds commands may wait for their line or device. Only the device whose page is shown may have its own choice. */
 export class Patience {
-  private device = "";
-  private chosen = usual;
+  #device = "";
+  #chosen = usual;
 
   of(device: string): number {
-    return device === this.device ? this.chosen : usual;
+    return device === this.#device ? this.#chosen : usual;
   }
 
   choose(device: string, seconds: number): void {
-    this.device = device;
-    this.chosen = seconds;
+    this.#device = device;
+    this.#chosen = seconds;
   }
 
   /** The page of the device was left. */
   forget(device: string): void {
-    if (device === this.device) this.device = "";
+    if (device === this.#device) this.#device = "";
   }
 }

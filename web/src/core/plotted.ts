@@ -25,7 +25,7 @@ function kindOf(point: Point | undefined, value: string): "number" | "state" {
 
 /** The points of a plot. Each keeps its track as long as it is plotted, whatever becomes of subscriptions and other points. */
 export class PlottedPoints {
-  private kept = new Map<string, Plotted>();
+  #kept = new Map<string, Plotted>();
 
   constructor(
     private readonly catalog: Catalog,
@@ -34,20 +34,20 @@ export class PlottedPoints {
   ) {}
 
   of(paths: string[]): Plotted[] {
-    const plotted = paths.map((path) => this.kept.get(path) ?? { path, track: new Track("state"), words: [], unit: "", seen: 0 });
-    this.kept = new Map(plotted.map((one) => [one.path, one]));
+    const plotted = paths.map((path) => this.#kept.get(path) ?? { path, track: new Track("state"), words: [], unit: "", seen: 0 });
+    this.#kept = new Map(plotted.map((one) => [one.path, one]));
     this.describe();
     return plotted;
   }
 
   /** Takes what descriptions say by now: they may come after values. */
   describe(): void {
-    for (const one of this.kept.values()) this.describeOne(one);
+    for (const one of this.#kept.values()) this.#describeOne(one);
   }
 
-  private describeOne(one: Plotted): void {
+  #describeOne(one: Plotted): void {
     const { path, track } = one;
-    const point = this.pointAt(path);
+    const point = this.#pointAt(path);
     const known = point?.description !== undefined;
     const value = this.store.get(`${path}.value`)?.value ?? "";
     if (known || (track.empty && value !== "")) track.kind = kindOf(point, value);
@@ -57,7 +57,7 @@ export class PlottedPoints {
     if (words.length > 0) one.words = words;
   }
 
-  private pointAt(path: string): Point | undefined {
+  #pointAt(path: string): Point | undefined {
     const [owner = "", key = ""] = path.split(":", 2);
     const [, network = "", device = "", kind = "", id = ""] = key.split(".");
     return this.catalog.device(Number(owner), network, device)?.points.get(`${kind}.${id}`);
@@ -80,15 +80,20 @@ export class PlottedPoints {
     }
   }
 
+  /** Neither an island nor what was read of the history knows it. */
+  isUnknown({ path, point, track }: Plotted): boolean {
+    return !point && track.empty && !this.store.get(`${path}.value`);
+  }
+
   /** What is not known at present ends where it was known last. */
   endUnknown(): void {
-    for (const one of this.kept.values()) {
-      if (this.isKnown(one.path)) one.seen = this.now();
+    for (const one of this.#kept.values()) {
+      if (this.#isKnown(one.path)) one.seen = this.now();
       else one.track.lose(one.seen);
     }
   }
 
-  private isKnown(path: string): boolean {
+  #isKnown(path: string): boolean {
     const value = this.store.get(`${path}.value`);
     const quality = text(this.store.get(`${path}.status`)?.json.quality);
     return value?.present === true && value.value !== "" && goodQualities.has(quality);
@@ -96,6 +101,6 @@ export class PlottedPoints {
 
   /** From now on, the page hears nothing of them. */
   lose(): void {
-    for (const { track } of this.kept.values()) track.lose(this.now());
+    for (const { track } of this.#kept.values()) track.lose(this.now());
   }
 }

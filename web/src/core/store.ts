@@ -15,8 +15,8 @@ export class Tuple {
   size = 0;
   /** How many subscriptions hold it. */
   holders = 0;
-  private parsedFrom: string | null = null;
-  private parsed: unknown = null;
+  #parsedFrom: string | null = null;
+  #parsed: unknown = null;
 
   constructor(
     readonly id: string, // OWNER:KEY
@@ -32,11 +32,11 @@ export class Tuple {
 
   /** The value as JSON; undefined if it is none. */
   get jsonValue(): unknown {
-    if (this.parsedFrom !== this.value) {
-      this.parsedFrom = this.value;
-      this.parsed = parseJson(this.value);
+    if (this.#parsedFrom !== this.value) {
+      this.#parsedFrom = this.value;
+      this.#parsed = parseJson(this.value);
     }
-    return this.parsed;
+    return this.#parsed;
   }
 }
 
@@ -57,70 +57,70 @@ export interface StoreListener {
 
 /** The tuples that one subscription holds, by the numbers of the server. */
 export class Held {
-  private numbers = new Map<number, Tuple>();
+  #numbers = new Map<number, Tuple>();
   /** Tuples from before the line was lost that the server has not sent again. */
-  private old = new Set<Tuple>();
+  #old = new Set<Tuple>();
 
   constructor(private readonly store: Store) {}
 
   get size(): number {
-    return this.numbers.size;
+    return this.#numbers.size;
   }
 
   get tuples(): Iterable<Tuple> {
-    return this.numbers.values();
+    return this.#numbers.values();
   }
 
   /** Forgets the numbers, but keeps the tuples until `snapshot` shows which remain. */
   restart(): void {
-    for (const tuple of this.numbers.values()) this.old.add(tuple);
-    this.numbers.clear();
+    for (const tuple of this.#numbers.values()) this.#old.add(tuple);
+    this.#numbers.clear();
   }
 
   take(delivery: Delivery): void {
-    for (const [number, name] of Object.entries(delivery.k ?? {})) this.introduce(Number(number), name);
+    for (const [number, name] of Object.entries(delivery.k ?? {})) this.#introduce(Number(number), name);
     for (const [number, value, sequence, time, extra] of delivery.set ?? []) {
-      const tuple = this.numbers.get(number);
+      const tuple = this.#numbers.get(number);
       if (tuple) this.store.set(tuple, value, sequence, time, extra);
     }
-    for (const [number] of delivery.gone ?? []) this.remove(number);
+    for (const [number] of delivery.gone ?? []) this.#remove(number);
     if (delivery.snapshot !== undefined) this.dropOld((tuple) => tuple.owner === delivery.snapshot);
-    for (const owner of delivery.absent ?? []) this.mark(owner, false);
-    for (const owner of delivery.present ?? []) this.mark(owner, true);
+    for (const owner of delivery.absent ?? []) this.#mark(owner, false);
+    for (const owner of delivery.present ?? []) this.#mark(owner, true);
   }
 
   /** Drops tuples from before the line was lost. */
   dropOld(which: (tuple: Tuple) => boolean): void {
-    for (const tuple of this.old) {
+    for (const tuple of this.#old) {
       if (!which(tuple)) continue;
-      this.old.delete(tuple);
+      this.#old.delete(tuple);
       this.store.release(tuple);
     }
   }
 
   clear(): void {
     this.dropOld(() => true);
-    for (const tuple of this.numbers.values()) this.store.release(tuple);
-    this.numbers.clear();
+    for (const tuple of this.#numbers.values()) this.store.release(tuple);
+    this.#numbers.clear();
   }
 
-  private introduce(number: number, name: string): void {
-    this.remove(number);
+  #introduce(number: number, name: string): void {
+    this.#remove(number);
     const tuple = this.store.hold(name);
     if (!tuple) return;
-    if (this.old.delete(tuple)) this.store.release(tuple);
-    this.numbers.set(number, tuple);
+    if (this.#old.delete(tuple)) this.store.release(tuple);
+    this.#numbers.set(number, tuple);
   }
 
-  private remove(number: number): void {
-    const tuple = this.numbers.get(number);
+  #remove(number: number): void {
+    const tuple = this.#numbers.get(number);
     if (!tuple) return;
-    this.numbers.delete(number);
+    this.#numbers.delete(number);
     this.store.release(tuple);
   }
 
-  private mark(owner: number, present: boolean): void {
-    for (const tuple of this.numbers.values()) {
+  #mark(owner: number, present: boolean): void {
+    for (const tuple of this.#numbers.values()) {
       if (tuple.owner === owner) this.store.mark(tuple, present);
     }
   }
@@ -129,7 +129,7 @@ export class Held {
 /** All tuples of all subscriptions, each once. */
 export class Store {
   readonly tuples = new Map<string, Tuple>();
-  private listeners: StoreListener[] = [];
+  #listeners: StoreListener[] = [];
 
   /** `dirty` is called for each change; it asks for a redraw. */
   constructor(private readonly dirty: () => void) {}
@@ -139,10 +139,10 @@ export class Store {
   }
 
   listen(listener: StoreListener): () => void {
-    this.listeners.push(listener);
+    this.#listeners.push(listener);
     for (const tuple of this.tuples.values()) listener.added?.(tuple);
     return () => {
-      this.listeners = this.listeners.filter((other) => other !== listener);
+      this.#listeners = this.#listeners.filter((other) => other !== listener);
     };
   }
 
@@ -155,7 +155,7 @@ export class Store {
       if (colon < 1 || !Number.isInteger(owner)) return null;
       tuple = new Tuple(name, owner, name.slice(colon + 1));
       this.tuples.set(name, tuple);
-      for (const listener of this.listeners) listener.added?.(tuple);
+      for (const listener of this.#listeners) listener.added?.(tuple);
       this.dirty();
     }
     tuple.holders++;
@@ -165,7 +165,7 @@ export class Store {
   release(tuple: Tuple): void {
     if (--tuple.holders > 0) return;
     this.tuples.delete(tuple.id);
-    for (const listener of this.listeners) listener.removed?.(tuple);
+    for (const listener of this.#listeners) listener.removed?.(tuple);
     this.dirty();
   }
 
@@ -175,7 +175,7 @@ export class Store {
     tuple.time = time;
     tuple.size = extra?.size ?? 0;
     if (extra) describe(tuple, extra);
-    for (const listener of this.listeners) listener.changed?.(tuple);
+    for (const listener of this.#listeners) listener.changed?.(tuple);
     this.dirty();
   }
 

@@ -63,54 +63,54 @@ const resolution = 0.001;
 const most = 6000;
 
 export class Track {
-  private samples: Sample[] = [];
-  private ticks: Tick[] = [];
+  #samples: Sample[] = [];
+  #ticks: Tick[] = [];
   /** Seconds of a bucket: live values within one are drawn as one. */
   width = 0;
   /** Where the answer of the history ended. */
-  private known = 0;
+  #known = 0;
 
   constructor(public kind: "number" | "state") {}
 
   get empty(): boolean {
-    return this.samples.length === 0;
+    return this.#samples.length === 0;
   }
 
   /** Takes what the history answered for `[.., to)`; what arrived since stays. */
   fill(past: PastSeries, to: number, width: number): void {
     const samples = samplesOf(past, width).sort((a, b) => a.t - b.t || Number(a.gap) - Number(b.gap));
     const last = samples[samples.length - 1]?.t ?? Number.NEGATIVE_INFINITY;
-    const newer = this.samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last + resolution));
-    this.samples = [...samples, ...newer];
+    const newer = this.#samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last + resolution));
+    this.#samples = [...samples, ...newer];
     this.width = width;
-    this.known = to;
+    this.#known = to;
   }
 
   /** Takes the commands of the past; those that arrived stay. */
   fillTicks(past: PastSeries): void {
     const ticks = samplesOf(past, 0).flatMap(({ gap, t, text }) => (gap || text === "" ? [] : [{ t, text }]));
     const last = ticks[ticks.length - 1]?.t ?? 0;
-    this.ticks = [...ticks, ...this.ticks.filter(({ t }) => t > last)];
+    this.#ticks = [...ticks, ...this.#ticks.filter(({ t }) => t > last)];
   }
 
   command(t: number, text: string): void {
-    const last = this.ticks[this.ticks.length - 1];
-    if (text !== "" && (!last || t > last.t)) this.ticks.push({ t, text });
+    const last = this.#ticks[this.#ticks.length - 1];
+    if (text !== "" && (!last || t > last.t)) this.#ticks.push({ t, text });
   }
 
   /** A value arrived. Values older than the newest one are known already. */
   add(t: number, text: string): void {
-    const last = this.samples[this.samples.length - 1];
+    const last = this.#samples[this.#samples.length - 1];
     if (text === "" || (last && (last.gap ? t < last.t : t <= last.t + resolution))) return;
     const sample = sampleAt(t, text);
-    if (last && this.folds(last, sample)) fold(last, sample);
-    else this.samples.push(sample);
-    if (this.samples.length > most) this.thin();
+    if (last && this.#folds(last, sample)) fold(last, sample);
+    else this.#samples.push(sample);
+    if (this.#samples.length > most) this.#thin();
   }
 
   /** Draws two neighbours of the older half as one; of states, the oldest go. */
-  private thin(): void {
-    const older = this.samples.splice(0, most / 2);
+  #thin(): void {
+    const older = this.#samples.splice(0, most / 2);
     if (this.kind !== "number") return;
     const kept: Sample[] = [];
     for (let index = 0; index < older.length; index += 2) {
@@ -119,42 +119,42 @@ export class Track {
       if (one && next && !one.gap && !next.gap) fold(one, next);
       else if (next) kept.push(next);
     }
-    this.samples.unshift(...kept);
+    this.#samples.unshift(...kept);
   }
 
   /** From now on the value is not known. */
   lose(t: number): void {
-    const last = this.samples[this.samples.length - 1];
+    const last = this.#samples[this.#samples.length - 1];
     if (!last || last.gap) return;
-    this.samples.push(gapAt(Math.max(t, last.t)));
+    this.#samples.push(gapAt(Math.max(t, last.t)));
   }
 
   /** The last value is known to hold since `since`: if that was before the gap, there was none. */
   resume(since: number): void {
-    const last = this.samples[this.samples.length - 1];
-    if (last?.gap && since <= last.t) this.samples.pop();
+    const last = this.#samples[this.#samples.length - 1];
+    if (last?.gap && since <= last.t) this.#samples.pop();
   }
 
-  private folds(last: Sample, next: Sample): boolean {
-    if (this.kind !== "number" || last.gap || this.width <= 0 || last.t < this.known) return false;
+  #folds(last: Sample, next: Sample): boolean {
+    if (this.kind !== "number" || last.gap || this.width <= 0 || last.t < this.#known) return false;
     return Math.floor(last.t / this.width) === Math.floor(next.t / this.width);
   }
 
   /** The sample in force at `t`; undefined before the first one. */
   at(t: number): Sample | undefined {
     let low = 0;
-    let high = this.samples.length;
+    let high = this.#samples.length;
     while (low < high) {
       const middle = (low + high) >> 1;
-      if ((this.samples[middle]?.t ?? 0) <= t) low = middle + 1;
+      if ((this.#samples[middle]?.t ?? 0) <= t) low = middle + 1;
       else high = middle;
     }
-    return this.samples[low - 1];
+    return this.#samples[low - 1];
   }
 
   /** The commands within `[from, to]`. */
   ticksIn(from: number, to: number): Tick[] {
-    return this.ticks.filter(({ t }) => t >= from && t <= to);
+    return this.#ticks.filter(({ t }) => t >= from && t <= to);
   }
 
   /** The curve of `[from, to]`, with one sample before it; the last value holds until `now`. */
@@ -169,7 +169,7 @@ export class Track {
       drawn.high.push(sample ? sample.high : null);
     };
     let before: Sample | undefined;
-    for (const sample of this.shown(from, to)) {
+    for (const sample of this.#shown(from, to)) {
       if (!sample.gap) {
         if (!Number.isNaN(sample.value)) put(sample.t, sample);
       } else {
@@ -179,7 +179,7 @@ export class Track {
       before = sample;
     }
     const end = Math.min(to, now);
-    if (before && !before.gap && end > before.t && before === this.samples[this.samples.length - 1] && !Number.isNaN(before.value))
+    if (before && !before.gap && end > before.t && before === this.#samples[this.#samples.length - 1] && !Number.isNaN(before.value))
       put(end, flat(before));
     return drawn;
   }
@@ -188,7 +188,7 @@ export class Track {
   spans(from: number, to: number, now: number): Span[] {
     const spans: Span[] = [];
     const end = Math.min(to, now);
-    for (const { t, gap, text } of this.shown(from, to)) {
+    for (const { t, gap, text } of this.#shown(from, to)) {
       const start = Math.max(t, from);
       if (spans[spans.length - 1]?.from === start) spans.pop(); // it lasted no time
       const last = spans[spans.length - 1];
@@ -203,17 +203,17 @@ export class Track {
   /** Times, values and words within `[from, to]`, for a file; what held at its beginning is there, too. */
   within(from: number, to: number): Sample[] {
     const before = this.at(from);
-    const samples = this.samples.filter(({ t }) => t >= from && t <= to);
+    const samples = this.#samples.filter(({ t }) => t >= from && t <= to);
     return before && !before.gap && before.t < from ? [{ ...before, t: from }, ...samples] : samples;
   }
 
-  private shown(from: number, to: number): Sample[] {
+  #shown(from: number, to: number): Sample[] {
     const first = this.at(from);
-    const start = first ? this.samples.lastIndexOf(first) : 0;
-    let end = this.samples.length;
-    while (end > start && (this.samples[end - 1]?.t ?? 0) > to) end--;
+    const start = first ? this.#samples.lastIndexOf(first) : 0;
+    let end = this.#samples.length;
+    while (end > start && (this.#samples[end - 1]?.t ?? 0) > to) end--;
     // One beyond, so that the line goes on to the edge.
-    return this.samples.slice(start, this.kind === "number" ? end + 1 : end);
+    return this.#samples.slice(start, this.kind === "number" ? end + 1 : end);
   }
 }
 

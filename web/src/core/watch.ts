@@ -32,13 +32,13 @@ export class Watch {
   passing: Passing[] = [];
   /** The last time in which it saw nothing, though the user did not stop it: seconds since 1970. */
   missed: { from: number; to: number } | null = null;
-  private incoming: Passing[] = [];
-  private lastId = 0;
-  private renewed = 0;
+  #incoming: Passing[] = [];
+  #lastId = 0;
+  #renewed = 0;
   /** When the line was lost; 0 while it is up. */
-  private lost = 0;
-  private stops: (() => void)[] = [];
-  private stopRenewal = () => {};
+  #lost = 0;
+  #stops: (() => void)[] = [];
+  #stopRenewal = () => {};
 
   constructor(
     private readonly owner: number,
@@ -51,12 +51,12 @@ export class Watch {
   start(): void {
     if (this.running) return;
     this.running = true;
-    this.renewed = this.clock.now();
-    this.lost = this.ports.live() ? 0 : this.renewed;
+    this.#renewed = this.clock.now();
+    this.#lost = this.ports.live() ? 0 : this.#renewed;
     this.missed = null;
-    this.stops = [
-      this.ports.listen(types[this.kind].message, (message) => this.took(message)),
-      this.ports.listen(types[this.kind].reply, (message) => this.replied(message)),
+    this.#stops = [
+      this.ports.listen(types[this.kind].message, (message) => this.#took(message)),
+      this.ports.listen(types[this.kind].reply, (message) => this.#replied(message)),
     ];
     this.renew();
     this.ports.changed();
@@ -64,69 +64,69 @@ export class Watch {
 
   stop(): void {
     this.running = false;
-    this.stopRenewal();
-    for (const stop of this.stops.splice(0)) stop();
+    this.#stopRenewal();
+    for (const stop of this.#stops.splice(0)) stop();
     this.ports.changed();
   }
 
   /** The line to the server is lost: nothing arrives until the next renewal. */
   interrupt(): void {
-    if (this.running) this.lost ||= this.clock.now();
+    if (this.running) this.#lost ||= this.clock.now();
   }
 
   /** Asks the network to go on: at once after a reconnection, and before its lease ends; not while the page is hidden. */
   renew(): void {
     if (!this.running) return;
-    this.stopRenewal();
-    this.stopRenewal = this.clock.after(renewal, () => this.renew());
+    this.#stopRenewal();
+    this.#stopRenewal = this.clock.after(renewal, () => this.renew());
     if (this.ports.hidden()) {
-      if (this.clock.now() - this.renewed > lease * 1000) this.end(() => this.ports.ended());
+      if (this.clock.now() - this.#renewed > lease * 1000) this.#end(() => this.ports.ended());
       return;
     }
     if (!this.ports.live()) return;
-    this.noteMissed();
-    this.renewed = this.clock.now();
-    this.ports.send({ id: watcher, do: "monitor", seconds: lease }, (why) => this.end(() => this.ports.refused(why)));
+    this.#noteMissed();
+    this.#renewed = this.clock.now();
+    this.ports.send({ id: watcher, do: "monitor", seconds: lease }, (why) => this.#end(() => this.ports.refused(why)));
   }
 
   /** A page that sleeps renews too late; then, and without a line, traffic has passed unseen. */
-  private noteMissed(): void {
+  #noteMissed(): void {
     const now = this.clock.now();
-    const leaseEnds = this.renewed + lease * 1000;
-    const from = Math.min(this.lost || leaseEnds, leaseEnds);
+    const leaseEnds = this.#renewed + lease * 1000;
+    const from = Math.min(this.#lost || leaseEnds, leaseEnds);
     if (from < now) this.missed = { from: from / 1000, to: now / 1000 };
-    this.lost = 0;
+    this.#lost = 0;
   }
 
-  private end(say: () => void): void {
+  #end(say: () => void): void {
     if (!this.running) return;
     this.stop();
     say();
   }
 
-  private isFrom(message: Message): boolean {
+  #isFrom(message: Message): boolean {
     return message.from === this.owner && (!message.network || message.network === this.network);
   }
 
-  private took(message: Message): void {
-    if (!this.isFrom(message)) return;
-    const one = readPassing(this.kind, message.value ?? "", ++this.lastId);
+  #took(message: Message): void {
+    if (!this.#isFrom(message)) return;
+    const one = readPassing(this.kind, message.value ?? "", ++this.#lastId);
     if (!one) return;
-    if (this.incoming.length === 0) this.clock.after(batch, () => this.show());
-    this.incoming.push(one);
+    if (this.#incoming.length === 0) this.clock.after(batch, () => this.#show());
+    this.#incoming.push(one);
   }
 
-  private show(): void {
-    this.passing = [...this.passing, ...this.incoming].slice(-(this.reading ? keptWhileReading : kept));
-    this.incoming = [];
+  #show(): void {
+    this.passing = [...this.passing, ...this.#incoming].slice(-(this.reading ? keptWhileReading : kept));
+    this.#incoming = [];
     this.ports.changed();
   }
 
-  private replied(message: Message): void {
-    const reply = this.isFrom(message) ? replyOf(message) : null;
+  #replied(message: Message): void {
+    const reply = this.#isFrom(message) ? replyOf(message) : null;
     if (reply?.id !== watcher) return;
     if (reply.ok === true) this.up = reply.line !== false;
-    else this.end(() => this.ports.refused(String(reply.why ?? "")));
+    else this.#end(() => this.ports.refused(String(reply.why ?? "")));
     this.ports.changed();
   }
 }

@@ -1,6 +1,19 @@
 import { signal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, mayBe, mergedUntil, server, wokenSensors } from "../app";
+import {
+  active,
+  chooseIsland,
+  chosenIsland,
+  islands,
+  line,
+  loginNeeded,
+  logout,
+  lostSince,
+  mayBe,
+  mergedUntil,
+  server,
+  wokenSensors,
+} from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { second } from "../core/redraw";
@@ -169,7 +182,7 @@ export function Shell({ views }: { views: View[] }) {
   }, [view]);
   if (!view) return null;
   return (
-    <div class={`shell line-${line.value}`}>
+    <div class={`shell line-${loginNeeded.value ? "lost" : line.value}`}>
       <button type="button" class="skip" onClick={() => main.current?.focus()}>
         {words.skip}
       </button>

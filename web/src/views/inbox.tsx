@@ -8,7 +8,7 @@ import { useOrder } from "../core/hooks";
 import { answerOf, type Decided, type InboxList, listsOf } from "../core/inbox_list";
 import { redraw, second, useFrame } from "../core/redraw";
 import { askJson, type RestError } from "../core/rest";
-import { type Route, setQuery } from "../core/router";
+import { hrefTo, hrefToList, rememberList, type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
 import { FilterField } from "../parts/fields";
@@ -20,7 +20,8 @@ import { compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import * as text from "../words/inbox";
 import * as devicesText from "../words/devices";
 import * as words from "../words/frame";
-import { inboxColumns, nameOf, searchedOf } from "./inbox_columns";
+import { inboxColumns, isIgnored, nameOf, searchedOf } from "./inbox_columns";
+import { useIgnored } from "./inbox_ignored";
 import { inboxesOf, PatternForm } from "./inbox_pattern";
 import type { View } from "./views";
 
@@ -59,14 +60,16 @@ function undo(decision: Decision): void {
   if (!decisions.undo(decision)) notify(text.tooLate, "waiting");
 }
 
-/** Decides about devices one by one. */
+/** Decides about devices one by one. An ignored one has no tuple of its own: its inbox takes its address. */
 function decide(verb: Verb, tuples: Tuple[]): void {
   if (tuples.length === 0) return;
-  const keys = tuples.map(({ id }) => id);
   decisions.decide(
     verb,
-    keys,
-    keys.map((key) => ({ key, value: verb })),
+    tuples.map(({ id }) => id),
+    tuples.map((tuple) => {
+      const name = nameOf(tuple);
+      return isIgnored(tuple) ? { key: tuple.id.slice(0, -name.length - 1), value: `${verb} ${name}` } : { key: tuple.id, value: verb };
+    }),
   );
 }
 
@@ -85,6 +88,11 @@ function Inbox({ route }: { route: Route }) {
     { pattern: `${owner}:*.inbox`, min: 250 },
   ]);
   const { q = "", sort = "name" } = route.query;
+  const island = chosenIsland();
+  const ignoring = route.parts[0] === "ignored";
+  const ignored = useIgnored(inboxesOf(island), ignoring);
+  const all = ignoring ? ignored.devices : [...catalog.waiting.values()];
+  const version = ignoring ? ignored.version : catalog.arrivals;
   const [chosen, setChosen] = useState<ReadonlySet<string>>(new Set());
   const toggle = (tuple: Tuple) => {
     const next = new Set(chosen);
@@ -92,30 +100,34 @@ function Inbox({ route }: { route: Route }) {
     setChosen(next);
   };
   const mayDecide = mayBe("admin");
-  const columns = useMemo(() => inboxColumns({ chosen, toggle, decide, undo, decisions, mayDecide }), [chosen, mayDecide]);
-  const island = chosenIsland();
-  const order = useOrder(() => catalog.waiting.values(), catalog.arrivals, {
+  const columns = useMemo(
+    () => inboxColumns({ chosen, toggle, decide, undo, decisions, mayDecide, ignoring }),
+    [chosen, mayDecide, ignoring],
+  );
+  const state = ignoring ? ignored.state : loadingOf(feeds);
+  const order = useOrder(() => all, version, {
     name: JSON.stringify([q, sort, island]),
     keep: (tuple) => (!island || tuple.owner === island) && (q === "" || matches(q, searchedOf(tuple))),
     compare: compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))),
     live: columns.some((column) => column.live && column.id === sort.replace(/^-/, "")),
-    complete: loadingOf(feeds) === "ready",
+    complete: state === "ready",
   });
   const rows = order.rows;
   const tableRows = useMemo(() => rows.map((row) => ({ row })), [rows]);
   const height = phone.value ? (mayDecide ? 156 : 92) : 44;
   const heightOf = useMemo(() => () => height, [height]);
-  useEffect(() => setChosen(new Set([...chosen].filter((id) => catalog.waiting.has(id)))), [catalog.waiting.size]);
+  useEffect(() => setChosen(new Set(all.map(({ id }) => id).filter((id) => chosen.has(id)))), [all.length]);
   const picked = rows.filter(({ id }) => chosen.has(id));
   const decidePicked = (verb: Verb) => {
     decide(verb, picked);
     setChosen(new Set());
   };
+  if (!ignoring) rememberList("inbox", route.query);
   if (noIslands() && catalog.waiting.size === 0) return <NoIsland />;
   return (
     <section class="view inbox">
       <div class="toolbar">
-        <h1>{text.title}</h1>
+        <h1>{ignoring ? text.ignoredTitle : text.title}</h1>
         <FilterField value={q} />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         {mayDecide && rows.length > 0 && (
@@ -128,25 +140,28 @@ function Inbox({ route }: { route: Route }) {
             <button type="button" class="primary" onClick={() => decidePicked("approve")}>
               {text.approveMany(picked.length)}
             </button>
-            <button type="button" onClick={() => decidePicked("ignore")}>
-              {text.ignoreMany(picked.length)}
-            </button>
+            {!ignoring && (
+              <button type="button" onClick={() => decidePicked("ignore")}>
+                {text.ignoreMany(picked.length)}
+              </button>
+            )}
           </>
         )}
-        <span class="count">{words.tableShown(rows.length, catalog.waiting.size)}</span>
+        <OtherList ignoring={ignoring} />
+        <span class="count">{words.tableShown(rows.length, all.length)}</span>
         <Outdated order={order} />
       </div>
       <Pending />
-      {mayDecide && <PatternForm waiting={catalog.waiting.values()} ignored={countIn("ignored")} decisions={decisions} />}
-      <Loaded state={loadingOf(feeds)} empty={rows.length === 0 && <NobodyWaits filtered={catalog.waiting.size > 0 && q !== ""} />}>
+      {mayDecide && !ignoring && <PatternForm waiting={catalog.waiting.values()} ignored={countIn("ignored")} decisions={decisions} />}
+      <Loaded state={state} empty={rows.length === 0 && <Nothing all={all.length} filtered={q !== ""} ignoring={ignoring} />}>
         <Table
-          label={text.title}
+          label={ignoring ? text.ignoredTitle : text.title}
           columns={columns}
           rows={tableRows}
           rowsVersion={rows}
           heightOf={heightOf}
           nameOf={({ id }) => id}
-          place={`inbox ${q} ${sort}`}
+          place={`inbox ${ignoring} ${q} ${sort}`}
           sorting={{ by: sort, set: (by) => setQuery({ sort: by === "name" ? "" : by }) }}
           marked={({ id }) => chosen.has(id)}
           keys={
@@ -155,7 +170,7 @@ function Inbox({ route }: { route: Route }) {
                   x: { what: devicesText.select, run: toggle },
                   " ": { what: devicesText.select, run: toggle },
                   y: { what: text.approve, run: (tuple) => decide("approve", [tuple]) },
-                  e: { what: text.ignore, run: (tuple) => decide("ignore", [tuple]) },
+                  ...(ignoring ? {} : { e: { what: text.ignore, run: (tuple: Tuple) => decide("ignore", [tuple]) } }),
                   u: { what: text.undo, run: undoLast },
                 }
               : undefined
@@ -195,21 +210,26 @@ function Pending() {
   );
 }
 
-function NobodyWaits({ filtered }: { filtered: boolean }) {
+/** From what waits to what is ignored, and back. */
+function OtherList({ ignoring }: { ignoring: boolean }) {
   const ignored = countIn("ignored");
-  if (filtered) {
-    return <NoneMatch title={text.filtered(catalog.waiting.size)} />;
+  if (ignoring) return <a href={hrefToList("inbox")}>{text.waiting(countIn("count"))}</a>;
+  return ignored > 0 ? <a href={hrefTo("inbox", ["ignored"])}>{text.ignored(ignored)}</a> : null;
+}
+
+function Nothing({ all, filtered, ignoring }: { all: number; filtered: boolean; ignoring: boolean }) {
+  if (all > 0 && filtered) return <NoneMatch title={text.filtered(all)} />;
+  if (ignoring) {
+    return (
+      <Empty title={text.noneIgnored}>
+        <OtherList ignoring />
+      </Empty>
+    );
   }
   return (
-    <Empty title={text.none(ignored)}>
+    <Empty title={text.none}>
+      <OtherList ignoring={false} />
       <p>{text.noneText}</p>
-      {ignored > 0 && mayBe("admin") && (
-        <p>
-          <button type="button" onClick={() => document.querySelector<HTMLElement>(".pattern input")?.focus()}>
-            {text.backFromIgnored}
-          </button>
-        </p>
-      )}
       {inboxesOf(chosenIsland()).length === 0 && <p>{text.noInbox}</p>}
     </Empty>
   );

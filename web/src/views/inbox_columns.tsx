@@ -15,6 +15,11 @@ export function nameOf(tuple: Tuple): string {
   return tuple.key.split(".").slice(2).join(".");
 }
 
+/** It is of the list of ignored devices, not one that waits. */
+export function isIgnored(tuple: Tuple): boolean {
+  return tuple.json.by !== undefined;
+}
+
 /** What the row says first. */
 export function shownNameOf(tuple: Tuple): string {
   return textOf(tuple.json.name) || nameOf(tuple);
@@ -45,10 +50,12 @@ interface Use {
   undo(decision: Decision): void;
   decisions: Decisions;
   mayDecide: boolean;
+  /** The list is that of ignored devices. */
+  ignoring: boolean;
 }
 
 export function inboxColumns(use: Use): Column<Tuple>[] {
-  const { mayDecide } = use;
+  const { mayDecide, ignoring } = use;
   const about = (tuple: Tuple, member: string) => textOf(tuple.json[member]);
   const by = (member: string) => (a: Tuple, b: Tuple) => compareNatural(about(a, member), about(b, member));
   const columns: Column<Tuple>[] = [
@@ -84,11 +91,11 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
     },
     {
       id: "why",
-      title: text.why,
+      title: ignoring ? text.ignoredBy : text.why,
       width: "minmax(160px,1.4fr)",
       phone: "fourth",
       compare: by("why"),
-      cell: (tuple) => <span title={about(tuple, "why")}>{about(tuple, "why") || "–"}</span>,
+      cell: (tuple) => <span title={whyOf(tuple)}>{whyOf(tuple) || "–"}</span>,
     },
     {
       id: "since",
@@ -102,6 +109,10 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
     { id: "decision", title: text.decision, width: "196px", phone: "third", cell: (tuple) => <Deciding tuple={tuple} use={use} /> },
   ];
   return mayDecide ? columns : columns.filter(({ id }) => id !== "chosen" && id !== "decision");
+}
+
+function whyOf({ json }: Tuple): string {
+  return [textOf(json.by), textOf(json.why)].filter(Boolean).join(": ");
 }
 
 function Pick({ tuple, use }: { tuple: Tuple; use: Use }) {
@@ -159,9 +170,11 @@ function Deciding({ tuple, use }: { tuple: Tuple; use: Use }) {
       >
         {text.approve}
       </button>
-      <button type="button" class="small" aria-label={`${text.ignore} ${name}`} onClick={uses(() => use.decide("ignore", [tuple]))}>
-        {text.ignore}
-      </button>
+      {!use.ignoring && (
+        <button type="button" class="small" aria-label={`${text.ignore} ${name}`} onClick={uses(() => use.decide("ignore", [tuple]))}>
+          {text.ignore}
+        </button>
+      )}
     </span>
   );
 }

@@ -29,7 +29,7 @@ export function NextAttempt({ network }: { network: Network }) {
 /** The last `reopen` that this page sent, by the path of its network. */
 const reopened = new Map<string, Outcome>();
 
-function reopen({ path, id }: Network): void {
+function reopen({ path, owner, prefix, id }: Network): void {
   let outcome = begin("reopen", 0);
   const show = () => {
     reopened.set(path, outcome);
@@ -37,7 +37,7 @@ function reopen({ path, id }: Network): void {
   };
   show();
   connection.request(
-    { do: "set", key: `${path}.property.line.command`, value: "reopen" },
+    { do: "set", key: `${owner}:${prefix}.${id}.property.line.command`, value: "reopen" },
     (answer) => {
       outcome = advance(outcome, answer, 0);
       if (outcome.final) announce(text.reopened(id, outcome.state, outcome.reason));

@@ -30,6 +30,7 @@ function bandOf({ track }: Plotted, sample: Sample | undefined): string {
 
 interface Props {
   plotted: Plotted[];
+  unknown: Plotted[];
   /** Time of the crosshair, or the end of what is shown. */
   at: number;
   bounds: Bounds;
@@ -38,7 +39,7 @@ interface Props {
 }
 
 /** The points, with what they were at the crosshair. */
-export function PlotLegend({ plotted, at, bounds, crossed, onRemove }: Props) {
+export function PlotLegend({ plotted, unknown, at, bounds, crossed, onRemove }: Props) {
   const near = (bounds.to - bounds.from) / 100;
   return (
     <div class="plot-legend">
@@ -68,7 +69,7 @@ export function PlotLegend({ plotted, at, bounds, crossed, onRemove }: Props) {
                   {one.point ? <a href={hrefTo("devices", one.point.device.path.split("/"))}>{nameOf(one)}</a> : nameOf(one)}
                   {one.point && <span class="muted">{one.point.device.network}</span>}
                 </th>
-                <td class="reading">{readingOf(one, sample)}</td>
+                <td class="reading">{unknown.includes(one) ? text.noPoint : readingOf(one, sample)}</td>
                 <td class="muted">{bandOf(one, sample)}</td>
                 <td class="muted">
                   {tick ? text.commanded(tick.text, formatTime(tick.t)) : ticks.length > 0 ? text.count(ticks.length) : ""}

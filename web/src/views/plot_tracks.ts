@@ -20,8 +20,16 @@ const busyPause = 1000;
 /** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
 const redrawPause = 200;
 
+interface Tracks {
+  plotted: Plotted[];
+  /** Those that do not exist, neither now nor in the past that is shown. */
+  unknown: Plotted[];
+  past: Past;
+  retry(): void;
+}
+
 /** The points with their past, kept up to date: history and subscription joined. */
-export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted[]; past: Past; retry(): void } {
+export function useTracks(paths: string[], range: TimeRange): Tracks {
   const name = paths.join();
   const feeds = useFeeds(paths.map((path) => ({ pattern: `${path}.*`, min: 250 })));
   const sensors = paths.filter((path) => path.includes(".sensor."));
@@ -38,7 +46,8 @@ export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted
   points.describe();
   useLive(points, plotted, ready);
   const { past, retry } = usePast(points, plotted, range, ready);
-  return { plotted, past, retry };
+  const answered = ready && server.value !== null && past === (server.value.history ? "ready" : "none");
+  return { plotted, unknown: answered ? plotted.filter((one) => points.isUnknown(one)) : [], past, retry };
 }
 
 /** Tuples of the points as they change; ends of knowledge once a second. */

@@ -90,7 +90,7 @@ interface PlotProps {
 function Plot({ route, paths, choose, onPick }: PlotProps) {
   void second.value; // the live edge moves
   const { range, set, back } = useRange(route);
-  const { plotted, past, retry } = useTracks(paths, range);
+  const { plotted, unknown, past, retry } = useTracks(paths, range);
   const [at, setAt] = useState(0);
   const [box, setBox] = useState({ left: 0, width: 0 });
   const present = serverNow();
@@ -117,32 +117,39 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
       <PlotToolbar range={range} bounds={steady} at={crossed ? at : 0} onRange={set} onBack={back} onPick={onPick} onSave={save} />
       <PastState past={past} retry={retry} />
       <NotWritten />
-      <div
-        class="plot"
-        tabIndex={0}
-        role="slider"
-        aria-label={text.label(plotted.map(nameOf).join(", "), formatTime(steady.from), formatTime(steady.to))}
-        aria-roledescription={text.role}
-        aria-valuemin={0}
-        aria-valuemax={Math.round(steady.to)}
-        aria-valuenow={crossed ? Math.round(at) : 0}
-        aria-valuetext={crossed ? said : text.noCrosshair}
-        onKeyDown={keys}
-      >
-        <PlotCanvas
-          plotted={plotted}
-          bounds={steady}
-          now={present}
-          at={crossed ? at : 0}
-          onAt={setAt}
-          onZoom={(from, to) => set({ span: 0, from, to })}
-          onBack={back}
-          onBox={(left, width) => setBox((known) => (known.left === left && known.width === width ? known : { left, width }))}
-        />
-        <PlotLanes plotted={plotted} bounds={steady} now={present} left={box.left} width={box.width} at={crossed ? at : 0} onAt={setAt} />
-      </div>
+      {unknown.length === plotted.length ? (
+        <Empty title={text.unknown(unknown.map(nameOf).join(", "))}>
+          <p>{text.unknownText}</p>
+        </Empty>
+      ) : (
+        <div
+          class="plot"
+          tabIndex={0}
+          role="slider"
+          aria-label={text.label(plotted.map(nameOf).join(", "), formatTime(steady.from), formatTime(steady.to))}
+          aria-roledescription={text.role}
+          aria-valuemin={0}
+          aria-valuemax={Math.round(steady.to)}
+          aria-valuenow={crossed ? Math.round(at) : 0}
+          aria-valuetext={crossed ? said : text.noCrosshair}
+          onKeyDown={keys}
+        >
+          <PlotCanvas
+            plotted={plotted}
+            bounds={steady}
+            now={present}
+            at={crossed ? at : 0}
+            onAt={setAt}
+            onZoom={(from, to) => set({ span: 0, from, to })}
+            onBack={back}
+            onBox={(left, width) => setBox((known) => (known.left === left && known.width === width ? known : { left, width }))}
+          />
+          <PlotLanes plotted={plotted} bounds={steady} now={present} left={box.left} width={box.width} at={crossed ? at : 0} onAt={setAt} />
+        </div>
+      )}
       <PlotLegend
         plotted={plotted}
+        unknown={unknown}
         at={crossed ? at : Math.min(present, steady.to)}
         bounds={steady}
         crossed={crossed}

@@ -1,6 +1,6 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
-import type { Network } from "../core/catalog";
+import { type Network, networkToShow } from "../core/catalog";
 import { formatFullTime, formatTime, hexDump, prettyJson } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { useFrame } from "../core/redraw";
@@ -27,16 +27,21 @@ import type { View } from "./views";
 function Traffic({ route }: { route: Route }) {
   useFrame();
   const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.*.property.*.value`, min: 1000 }]);
+  const opened = useRef<string | undefined>(undefined);
   const island = chosenIsland();
   const networks = [...catalog.networks.values()]
     .filter((network) => (!island || network.owner === island) && kindOf(network) !== null)
     .sort((a, b) => compareNatural(a.path, b.path));
-  const network = networks.find(({ path }) => path === route.query.network) ?? networks[0];
+  const state = loadingOf([...baseFeeds, ...feeds]);
+  const path = route.query.network ?? opened.current;
+  // Which line is up is known when all networks are; then the view stays with its choice.
+  const network = state === "loading" && !networks.some((one) => one.path === path) ? undefined : networkToShow(networks, path);
+  if (network) opened.current = network.path;
   const kind = network && kindOf(network);
   if (noIslands()) return <NoIsland />;
   return (
     <section class="view traffic">
-      <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} whole />}>
+      <Loaded state={network ? "ready" : state} empty={!network && <Empty title={text.none} whole />}>
         {network && kind && <Monitor key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
       </Loaded>
     </section>

@@ -32,6 +32,7 @@ export const lineMerged = "connected, updates merged";
 export const lineSlow = "Updates are merged: this connection takes fewer than arrive.";
 export const lineEventsLost = (count: number) => `${many(count, "event was", "events were")} lost: this connection is too slow.`;
 export const loginText = "This server wants a token. It is in the file of tokens on the server.";
+export const loginAgain = "The session has ended. What you typed is kept.";
 export const loginField = "Token";
 export const loginButton = "Log in";
 export const loginNotEnded = (why: string) => `The session is not ended: ${why}.`;

@@ -17,11 +17,15 @@ export const selectAll = (count: number) => `Select all ${count.toLocaleString()
 export const selectNone = "Clear selection";
 export const has = (kind: "sensors" | "actuators" | "properties", count: number) =>
   many(count, { sensors: "sensor", actuators: "actuator", properties: "property" }[kind], kind);
-export const ignoredToo = (count: number) => (count > 0 ? ` ${count.toLocaleString()} ${count === 1 ? "is" : "are"} ignored.` : "");
-export const none = (ignored: number) => `No device waits.${ignoredToo(ignored)}`;
+export const ignored = (count: number) => `${count.toLocaleString()} ${count === 1 ? "is" : "are"} ignored`;
+export const ignoredToo = (count: number) => (count > 0 ? ` ${ignored(count)}.` : "");
+export const waiting = (count: number) => `${count.toLocaleString()} ${count === 1 ? "waits" : "wait"}`;
+export const ignoredTitle = "Ignored devices";
+export const ignoredBy = "Ignored by";
+export const noneIgnored = "No device is ignored.";
+export const none = "No device waits.";
 export const noneText = "A device waits here when the configuration says discovery: {new-devices: ask}, or when the island cannot list it.";
 export const noInbox = "No island shows its inbox.";
-export const backFromIgnored = "Approve an ignored device";
 export const filtered = (all: number) => `None of ${many(all, "waiting device")} matches.`;
 export const pattern = "By pattern";
 export const patternHint = "NETWORK.DEVICE; * is any text, ? one character. The exact address of an ignored device approves it again.";

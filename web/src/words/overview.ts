@@ -1,6 +1,6 @@
 // Texts of the overview.
 import { many } from "../core/text";
-import { ignoredToo } from "./inbox";
+import { ignoredToo, none } from "./inbox";
 
 export const title = "Overview";
 export const island = "Island";
@@ -18,7 +18,7 @@ export const all = "All";
 export const commands = "Commands that failed";
 export const noneFailing = "The last command of every actuator and property ended well.";
 export const inbox = "Inbox";
-export { none as noneWaiting } from "./inbox";
+export const noneWaiting = (ignored: number) => none + ignoredToo(ignored);
 export const waiting = (waiting: number, ignored: number) =>
   `${many(waiting, "device waits", "devices wait")} for a decision.${ignoredToo(ignored)}`;
 export const decide = "Decide";
