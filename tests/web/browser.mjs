@@ -9,15 +9,11 @@ export async function openBrowser(root, screens) {
   const require = createRequire(join(root, "web/package.json"));
   const { chromium } = require("playwright-core");
   const axe = require.resolve("axe-core/axe.min.js");
-  const said = [];
-  const logger = { isEnabled: (name) => name === "browser", log: (_name, _severity, message) => said.push(String(message)) };
-  const browser = await chromium.launch({ executablePath: program, args: flags, logger });
+  const browser = await chromium.launch({ executablePath: program, args: flags });
   return {
     axe,
     close: () => browser.close(),
     runs: () => browser.isConnected(),
-    /** Its last words: what it wrote, and by which code or signal it ended. */
-    lastWords: () => said.slice(-10).join("\n"),
     session: (island, settings) => openPage(browser, island, settings, screens),
   };
 }

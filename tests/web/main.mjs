@@ -72,7 +72,7 @@ try {
       await run(browser, test.name, test.settings ?? {}, test.body);
       if (browser.runs()) continue;
       // The test that it ended in has failed. The others have a browser of their own.
-      console.log(`the browser ended:\n${browser.lastWords()}`);
+      console.log("the browser ended; with DEBUG=pw:browser it says why");
       browser = await openBrowser(root, screens);
     }
   }
