@@ -38,6 +38,7 @@ struct History::Impl {
   void start();
   void write();
   void reported(Keeper::Report report);
+  void put_in_log(const Keeper::Report& report);
   void warn();
   void subscribe();
   void observe(const tuples::Event& event);
@@ -93,6 +94,16 @@ void History::Impl::reported(Keeper::Report report) {
   counters.failures += report.failures;
   counters.bytes = report.bytes;
   reason = std::move(report.reason);
+  put_in_log(report);
+  intake.limit(kMostWaiting - std::min(report.waiting, kMostWaiting));
+  warn();
+  if (!report.opened || std::exchange(opened, true)) return;
+  intake.seed(report.series);
+  log.unlimited().info(fmt::format("{}: {} series", path, report.series.size()));
+  subscribe();
+}
+
+void History::Impl::put_in_log(const Keeper::Report& report) {
   for (const auto& [level, text] : report.log) {
     if (level == base::LogLevel::kError) {
       log.error(text, text);
@@ -102,12 +113,6 @@ void History::Impl::reported(Keeper::Report report) {
       log.info(text, text);
     }
   }
-  intake.limit(kMostWaiting - std::min(report.waiting, kMostWaiting));
-  warn();
-  if (!report.opened || std::exchange(opened, true)) return;
-  intake.seed(report.series);
-  log.unlimited().info(fmt::format("{}: {} series", path, report.series.size()));
-  subscribe();
 }
 
 /// Says what is not kept.
@@ -158,9 +163,13 @@ History::~History() {
   const auto at = impl.now();
   auto batch = std::make_shared<Batch>(impl.intake.take(at.wall));
   impl.keeper->end();
+  Keeper::Report last;
   impl.context.worker->run(
-      [keeper = impl.keeper, batch, at] { std::ignore = keeper->finish(std::move(*batch), at.steady, at.wall); });
+      [keeper = impl.keeper, batch, at, &last] { last = keeper->finish(std::move(*batch), at.steady, at.wall); });
   impl.context.worker.reset();
+  impl.put_in_log(last);
+  if (last.unwritten == 0) return;
+  impl.log.unlimited().error(fmt::format("{}: {} points are lost: {}", impl.path, last.unwritten, last.reason));
 }
 
 void History::follow(TupleSpace& space) {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "sqlite/interruption.h"
 #include "sqlite/versions.h"
 
 namespace rubicon::history {
@@ -67,13 +68,13 @@ bool is_no_database(const std::string& path) {
   return !found.empty() && found != kBegin;
 }
 
-Result<void> verify(sqlite::OpenFile& file, bool thorough, const sqlite::Interruption::Ends& ends) {
+Result<void> verify(sqlite::OpenFile& file, bool thorough, const std::stop_token& stop) {
   const auto header = sqlite::read_header(file.database, format());
   if (!header) return fail(header.error());
   if (auto done = sqlite::tune_reader(file.database); !done) return done;
   if (header->fresh) return create(file);
   if (thorough) {
-    const sqlite::Interruption interruption(file.database, ends);
+    const sqlite::Interruption interruption(file.database, {}, stop, sqlite::Interruption::kCheckSteps);
     if (auto done = sqlite::check_soundness(file.database); !done) return done;
   }
   if (file.read_only) return {};
@@ -84,12 +85,12 @@ Result<void> verify(sqlite::OpenFile& file, bool thorough, const sqlite::Interru
 }  // namespace
 
 Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough, bool create,
-                                           const sqlite::Interruption::Ends& ends) {
+                                           const std::stop_token& stop) {
   if (is_no_database(path))
     return fail(ErrorCode::kRefused, fmt::format("{} {}: is not an SQLite database", kNoun, path));
   auto file = sqlite::open_file(kNoun, path, use, create && use == sqlite::FileUse::kOwn);
   if (!file) return file;
-  if (auto done = verify(*file, thorough, ends); !done) return fail(done.error());
+  if (auto done = verify(*file, thorough, stop); !done) return fail(done.error());
   return file;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <stop_token>
 #include <string>
 
-#include "sqlite/interruption.h"
 #include "sqlite/own_database.h"
 
 namespace rubicon::history {
@@ -14,8 +14,8 @@ inline constexpr std::int64_t kApplicationId = 0x52626e48;
 
 /// Opens a file whose header and tables were checked; the whole file if `thorough`. kOwn creates it if `create`. Errors
 /// as those of sqlite::open_file; kInvalid: a damaged database; kRefused: no database, one of another program, or of a
-/// newer version; kExpired: `ends` ended it. What is refused is left as it is.
+/// newer version; kExpired: `stop` ended it. What is refused is left as it is.
 Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough, bool create,
-                                           const sqlite::Interruption::Ends& ends = {});
+                                           const std::stop_token& stop = {});
 
 }  // namespace rubicon::history

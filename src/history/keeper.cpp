@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 #include <tuple>
 
 #include "history/history_file.h"
@@ -45,6 +46,22 @@ Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
     slots_[slot] = declaration;
   }
   if (!batch.empty()) waiting_.push_back(std::move(batch));
+  try {
+    work_due(now, wall);
+  } catch (const std::bad_alloc&) {
+    close();  // what the store knows may differ from the file now
+    failed({ErrorCode::kBusy, fmt::format("history {}: there is not enough memory", path_)});
+  }
+  for (const auto& one : waiting_) {
+    report_.waiting += one.bytes();
+    report_.unwritten += one.size();
+  }
+  report_.reason = reason_;
+  report_.bytes = bytes_;
+  return std::move(report_);
+}
+
+void Keeper::work_due(SteadyTime now, WallTime wall) {
   const bool tries = now >= try_again_;
   if (tries) {
     if (!store_) try_open(wall);
@@ -52,27 +69,21 @@ Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
   }
   // Also after a failure: what retention removes is room on a full disk.
   if (store_ && (tries || reason_.empty())) maintain(now, wall);
-  for (const auto& one : waiting_) report_.waiting += one.bytes();
-  report_.reason = reason_;
-  report_.bytes = bytes_;
-  return std::move(report_);
 }
 
 Keeper::Report Keeper::finish(Batch batch, SteadyTime now, WallTime wall) {
   if (!store_ && waiting_.empty() && batch.empty()) return {};
   try_again_ = now;
-  if (!store_) {
-    now_ = now;
-    try_open(wall, Check::kHeader);
-  }
+  check_ = Check::kHeader;
   auto report = work(std::move(batch), now, wall);
-  if (store_) std::ignore = store_->sync();
+  if (!store_) return report;
+  if (auto done = store_->sync(); !done) report.log.emplace_back(base::LogLevel::kWarning, done.error().text);
   return report;
 }
 
-Result<std::unique_ptr<Store>> Keeper::open_store(Check check) const {
-  if (check == Check::kHeader) return Store::open(path_, sqlite::FileUse::kOwn, false);
-  return Store::open(path_, sqlite::FileUse::kOwn, true, true, [this] { return ending(); });
+Result<std::unique_ptr<Store>> Keeper::open_store() const {
+  if (check_ == Check::kHeader) return Store::open(path_, sqlite::FileUse::kOwn, false);
+  return Store::open(path_, sqlite::FileUse::kOwn, true, true, ending());
 }
 
 void Keeper::close() {
@@ -80,13 +91,13 @@ void Keeper::close() {
   store_.reset();
 }
 
-void Keeper::try_open(WallTime wall, Check check) {
-  auto opened = open_store(check);
+void Keeper::try_open(WallTime wall) {
+  auto opened = open_store();
   std::error_code ignored;
   if (!opened && opened.error().code == ErrorCode::kInvalid && std::filesystem::is_regular_file(path_, ignored)) {
     note(base::LogLevel::kError, opened.error().text);
     set_aside(wall);
-    opened = open_store(check);
+    opened = open_store();
   }
   if (!opened) return failed(opened.error());
   if ((*opened)->read_only())
@@ -100,7 +111,7 @@ void Keeper::try_open(WallTime wall, Check check) {
   if (!slots_.empty()) {
     Batch again{wall, {}, {}, {}};
     for (Slot slot = 0; slot < slots_.size(); ++slot) again.declared.emplace_back(slot, slots_[slot]);
-    waiting_.insert(waiting_.begin(), std::move(again));
+    waiting_.push_front(std::move(again));
   }
 }
 
@@ -138,22 +149,19 @@ void Keeper::write_waiting(WallTime wall) {
 /// Writes the batches that wait, until one fails; also if all were dropped.
 Result<void> Keeper::write_in_order() {
   Result<void> done;
-  auto next = waiting_.begin();
-  for (; next != waiting_.end(); ++next) {
-    auto one = store_->write(*next);
-    if (one) {
-      done = one;
-      report_.points += next->size();
+  for (; !waiting_.empty(); waiting_.pop_front()) {
+    const auto& next = waiting_.front();
+    done = store_->write(next);
+    if (done) {
+      report_.points += next.size();
       unsynced_ = true;
       continue;
     }
-    done = std::move(one);
     const auto code = done.error().code;
     if (code != ErrorCode::kOutOfRange && code != ErrorCode::kDuplicate) break;  // another time, perhaps
-    report_.dropped += next->size();
-    note(base::LogLevel::kError, fmt::format("{}; {} points are dropped", done.error().text, next->size()));
+    report_.dropped += next.size();
+    note(base::LogLevel::kError, fmt::format("{}; {} points are dropped", done.error().text, next.size()));
   }
-  waiting_.erase(waiting_.begin(), next);
   return done;
 }
 
@@ -161,7 +169,7 @@ void Keeper::failed(const Error& error) {
   ++report_.failures;
   pause_ = std::clamp<Duration>(2 * pause_, kFirstPause, kLongestPause);
   try_again_ = now_ + pause_;
-  if (std::exchange(reason_, error.text) != error.text)
+  if (std::exchange(reason_, error.text) != error.text && !ending().stop_requested())
     note(base::LogLevel::kError, error.text + "; points wait until it can be written");
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,7 @@ class Keeper {
     std::uint64_t points = 0;    ///< written since the last report
     std::uint64_t dropped = 0;   ///< since the last report: points that the file does not take
     std::size_t waiting = 0;     ///< bytes of what could not be written yet
+    std::size_t unwritten = 0;   ///< points of what could not be written yet
     std::uint64_t failures = 0;  ///< since the last report
     std::string reason{};        ///< why nothing can be written; empty = all is written
     std::uint64_t bytes = 0;     ///< of the file
@@ -40,11 +42,11 @@ class Keeper {
   /// Writes a batch and does what is due. `now` and `wall` are those of the loop.
   Report work(Batch batch, SteadyTime now, WallTime wall);
   /// Writes the last batch and what waits, also in a pause after a failure, and waits for the disk. The file is not
-  /// checked for that: the next start does it.
+  /// checked for that: the next start does it. What still waits in the report is lost.
   Report finish(Batch batch, SteadyTime now, WallTime wall);
   /// Only finish() follows: the check of the file, and a question, end early. May be called from any thread.
-  void end() { ending_ = true; }
-  bool ending() const { return ending_; }
+  void end() { ending_.request_stop(); }
+  std::stop_token ending() const { return ending_.get_token(); }
 
   /// nullptr while the file is not open; `why` says why.
   Store* store() { return store_.get(); }
@@ -52,8 +54,9 @@ class Keeper {
 
  private:
   enum class Check { kWhole, kHeader };
-  void try_open(WallTime wall, Check check = Check::kWhole);
-  Result<std::unique_ptr<Store>> open_store(Check check) const;
+  void work_due(SteadyTime now, WallTime wall);
+  void try_open(WallTime wall);
+  Result<std::unique_ptr<Store>> open_store() const;
   void close();
   void set_aside(WallTime wall);
   void write_waiting(WallTime wall);
@@ -65,11 +68,12 @@ class Keeper {
   std::string path_;
   RetentionRules rules_;
   FreeSpace free_;
-  std::atomic<bool> ending_{false};
+  std::stop_source ending_;
   std::unique_ptr<Store> store_;
   std::unique_ptr<Retention> retention_;
   std::vector<Declaration> slots_;  ///< what the source declared, for a new file
-  std::vector<Batch> waiting_;
+  std::deque<Batch> waiting_;
+  Check check_ = Check::kWhole;  ///< of a file that is opened
   Report report_;
   std::string reason_;
   SteadyTime now_{}, try_again_{}, sync_{}, measure_{};

@@ -31,10 +31,11 @@ struct Job {
     if (!store) return fail(keeper->why());
     const auto end = clock() + Questions::kLongest;
     bool is_late = false;
-    const sqlite::Interruption bound(store->database(), [&] {
+    const auto ends = [&] {
       is_late = is_late || clock() >= end;
-      return is_late || cancelled || keeper->ending();
-    });
+      return is_late || cancelled;
+    };
+    const sqlite::Interruption bound(store->database(), ends, keeper->ending());
     try {
       auto result = work(*store);
       if (!result && is_late) return fail(late());

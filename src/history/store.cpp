@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <tuple>
 
 #include "base/assert.h"
 #include "history/buckets.h"
 #include "history/history_file.h"
 #include "history/store_sql.h"
+#include "sqlite/interruption.h"
 
 namespace rubicon::history {
 
@@ -48,11 +50,11 @@ struct Store::Writing {
 };
 
 Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::FileUse use, bool thorough, bool create,
-                                           const sqlite::Interruption::Ends& ends) {
-  auto file = open_history_file(path, use, thorough, create, ends);
+                                           const std::stop_token& stop) {
+  auto file = open_history_file(path, use, thorough, create, stop);
   if (!file) return fail(file.error());
   std::unique_ptr<Store> store(new Store(std::move(*file)));
-  const sqlite::Interruption interruption(store->file_.database, ends);
+  const sqlite::Interruption interruption(store->file_.database, {}, stop);
   if (auto done = store->prepare(); !done) return fail(done.error());
   return store;
 }
@@ -147,7 +149,12 @@ std::optional<SeriesRow> Store::find(const SeriesName& name) const {
 
 Result<void> Store::transact(const std::function<Result<void>()>& work) {
   if (auto done = file_.database.run("BEGIN IMMEDIATE", "beginning to write"); !done) return done;
-  auto done = work();
+  Result<void> done;
+  try {
+    done = work();
+  } catch (const std::bad_alloc&) {
+    done = fail(ErrorCode::kBusy, fmt::format("{} {}: writing: there is not enough memory", kNoun, path()));
+  }
   if (done) done = file_.database.run("COMMIT", "writing");
   // SQLite has already undone it if the disk is full.
   if (!done && file_.database.in_transaction()) std::ignore = file_.database.run("ROLLBACK", "rolling back");

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,6 @@
 #include "history/block_codec.h"
 #include "history/open_points.h"
 #include "rubicon/key.hpp"
-#include "sqlite/interruption.h"
 #include "sqlite/own_database.h"
 
 namespace rubicon::history {
@@ -35,7 +35,7 @@ class Store {
   /// Errors of open_history_file(). A writer marks a gap in each series that was observed when the one before it ended.
   /// A reader sees the file as it is now, as long as it has it open.
   static Result<std::unique_ptr<Store>> open(const std::string& path, sqlite::FileUse use, bool thorough,
-                                             bool create = true, const sqlite::Interruption::Ends& ends = {});
+                                             bool create = true, const std::stop_token& stop = {});
 
   struct Series {
     Declaration declaration;
@@ -73,7 +73,7 @@ class Store {
   /// A number that stays with the file.
   Result<std::optional<std::int64_t>> meta(const char* name);
   Result<void> put_meta(const char* name, std::int64_t value);
-  /// Does `work` in a transaction.
+  /// Does `work` in a transaction. kBusy: there is not enough memory.
   Result<void> transact(const std::function<Result<void>()>& work);
 
  private:

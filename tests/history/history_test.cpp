@@ -210,6 +210,23 @@ TEST_F(HistoryTest, TriesAgainWhenItCannotOpenTheFile) {
   EXPECT_GE(count(), 10U);
 }
 
+TEST_F(HistoryTest, LogsThePointsThatItCouldNotWriteAtTheEnd) {
+  open();
+  run(10);
+  history_.reset();
+  EXPECT_FALSE(log_.contains("are lost"));
+  open();
+  run(10);
+  sqlite3* other = nullptr;
+  ASSERT_EQ(::sqlite3_open((folder_ / "h").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(::sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  set("17");
+  scheduler_.run_ready();
+  history_.reset();
+  ::sqlite3_close(other);
+  EXPECT_TRUE(log_.contains("1 points are lost: history " + folder_ / "h"));
+}
+
 TEST_F(HistoryTest, SetsADamagedFileAside) {
   open();
   run(10);

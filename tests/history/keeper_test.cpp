@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <new>
 
 #include "history/history_support.h"
 
@@ -29,6 +30,16 @@ class KeeperTest : public testing::Test {
   Keeper& keeper() {
     if (!keeper_) keeper_ = std::make_unique<Keeper>(folder_ / "h", rules_, [this](const auto&) { return free_; });
     return *keeper_;
+  }
+  /// An index without the rows of its table, which is found when a row changes.
+  void make_damage_that_the_check_does_not_find() {
+    auto& database = keeper().store()->database();
+    ::sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+    ASSERT_TRUE(
+        database.run("CREATE INDEX one ON series(unit) WHERE id<0; PRAGMA writable_schema=ON;"
+                     "UPDATE sqlite_schema SET sql='CREATE INDEX one ON series(unit)' WHERE name='one'",
+                     "test"));
+    keeper_.reset();
   }
   std::size_t set_aside() {
     std::size_t count = 0;
@@ -73,14 +84,7 @@ TEST_F(KeeperTest, DropsABatchThatASoundFileDoesNotTake) {
 
 TEST_F(KeeperTest, SetsAFileAsideWhoseDamageTheCheckDoesNotFind) {
   work({{kBegin, 1}});
-  // An index without the rows of its table, which is found when a row changes.
-  auto& database = keeper().store()->database();
-  ::sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
-  ASSERT_TRUE(
-      database.run("CREATE INDEX one ON series(unit) WHERE id<0; PRAGMA writable_schema=ON;"
-                   "UPDATE sqlite_schema SET sql='CREATE INDEX one ON series(unit)' WHERE name='one'",
-                   "test"));
-  keeper_.reset();
+  make_damage_that_the_check_does_not_find();
   EXPECT_EQ(work({{kBegin + 1, 2}}).reason, "");
   auto changed = batch({{kBegin + 2, 3}});
   changed.declared[0].second.unit = "K";
@@ -108,6 +112,36 @@ TEST_F(KeeperTest, EndsTheCheckOfTheFileAndStillWritesTheLastBatch) {
   EXPECT_EQ(report.points, 2U);
   keeper_.reset();
   EXPECT_EQ(points_of(*opened(folder_ / "h"), "other"), (Points{{kBegin + 1, 2}}));
+}
+
+TEST_F(KeeperTest, WritesTheLastBatchAlsoWhenItFindsDamage) {
+  work({{kBegin, 1}});
+  make_damage_that_the_check_does_not_find();
+  work({{kBegin + 1, 2}});
+  auto last = batch({{kBegin + 2, 3}});
+  last.declared[0].second.unit = "K";
+  keeper().end();
+  const auto report = keeper().finish(last, now_, wall_now());
+  EXPECT_EQ(report.reason, "");
+  EXPECT_EQ(report.unwritten, 0U);
+  EXPECT_EQ(set_aside(), 1U);
+  EXPECT_EQ(points_of(*keeper().store(), kKept), (Points{{kBegin + 2, 3}}));
+}
+
+TEST_F(KeeperTest, GoesOnAfterATimeWithoutMemory) {
+  work({{kBegin, 1}});
+  bool is_scarce = true;
+  keeper_ = std::make_unique<Keeper>(folder_ / "h", rules_, [&](const auto&) -> std::optional<std::uint64_t> {
+    if (is_scarce) throw std::bad_alloc();
+    return std::nullopt;
+  });
+  const auto failing = work({{kBegin + 1, 2}});
+  EXPECT_NE(failing.reason.find("not enough memory"), std::string::npos) << failing.reason;
+  EXPECT_EQ(failing.failures, 1U);
+  is_scarce = false;
+  EXPECT_EQ(work({{kBegin + 2, 3}}, minutes(1)).reason, "");
+  EXPECT_EQ(values_of(*keeper().store(), kKept), (Points{{kBegin, 1}, {kBegin + 1, 2}, {kBegin + 2, 3}}));
+  EXPECT_EQ(set_aside(), 0U);
 }
 
 TEST_F(KeeperTest, DoesNotOpenAFileAtTheEndIfNothingWaits) {

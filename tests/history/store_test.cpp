@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <new>
 #include <random>
 #include <set>
 
@@ -272,6 +273,15 @@ TEST(Store, KeepsABatchWholeOrNotAtAll) {
   ASSERT_TRUE(again) << again.error().text;
   EXPECT_EQ(points_of(*store, "other.value"), (Points{{kBegin, 5}}));
   EXPECT_EQ(points_of(*store, kKey), (Points{{kBegin, 1}}));
+}
+
+TEST(Store, EndsATransactionForWhichThereIsNotEnoughMemory) {
+  Folder folder;
+  auto store = opened(folder / "h");
+  const auto failing = store->transact([]() -> Result<void> { throw std::bad_alloc(); });
+  ASSERT_FALSE(failing);
+  EXPECT_EQ(failing.error().code, ErrorCode::kBusy);
+  EXPECT_FALSE(store->database().in_transaction());
 }
 
 TEST(Store, TakesLittleSpaceForSlowSeries) {
