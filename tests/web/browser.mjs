@@ -54,6 +54,19 @@ export async function settled(page) {
   await page.waitForFunction(() => !document.querySelector(".skeleton"));
 }
 
+/** Goes on by Tab until what has this name has the focus. */
+export async function tabTo(page, name) {
+  for (let step = 0; step < 60; step++) {
+    await page.keyboard.press("Tab");
+    const at = await page.evaluate(() => {
+      const { ariaLabel, placeholder, textContent } = document.activeElement;
+      return ariaLabel ?? (placeholder || textContent.trim());
+    });
+    if (at === name) return;
+  }
+  throw new Error(`${name} is not reached`);
+}
+
 /** The views of the rail, as they are; those that a narrow screen keeps behind `More`, too. */
 export async function viewsOf(page) {
   const more = page.locator("nav.rail > button");

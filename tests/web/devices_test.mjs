@@ -5,7 +5,7 @@ const names = (page) => page.locator(".list-rows .device-name").allTextContents(
 
 async function filteredToNothing({ page, open }) {
   await open("devices?q=nosuchdevice");
-  await page.getByText(/^None of \d+ devices matches/).waitFor();
+  await page.getByText("No device matches.").waitFor();
   await page.getByRole("button", { name: "Clear filter" }).click();
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   assert.ok(!page.url().includes("nosuchdevice"));

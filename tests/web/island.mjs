@@ -69,10 +69,10 @@ export class Island {
     this.#beside("rubicon-proxy", ["run", configuration]);
   }
 
-  /** An island that plays a table: a value each second, but for five seconds in which its sensor falls silent. */
+  /** An island that plays a table: a value each second, but for five of twenty seconds, in which its sensor falls silent. */
   async startTape() {
     const table = join(this.folder, "tape.csv");
-    const seconds = Array.from({ length: 900 }, (_, second) => second).filter((second) => second < 4 || second >= 9);
+    const seconds = Array.from({ length: 900 }, (_, second) => second).filter((second) => second % 20 < 4 || second % 20 >= 9);
     await writeFile(table, `time,air\n${seconds.map((second) => `${second},${20 + second / 10}\n`).join("")}`);
     const configuration = join(this.folder, "tape.yaml");
     const tape = `{type: log, format: csv, file: tape.csv, time: {column: time, unit: s}, deadline: 2s, map: {room: {name: Tape room, columns: {air: {sensor: temperature-1}}}}}`;

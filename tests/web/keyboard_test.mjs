@@ -1,5 +1,5 @@
 import assert from "node:assert/strict";
-import { viewsOf } from "./browser.mjs";
+import { tabTo, viewsOf } from "./browser.mjs";
 
 async function press(page, keys) {
   for (const key of keys.split(" ")) await page.keyboard.press(key);
@@ -133,19 +133,6 @@ async function treeRowsAreInSight({ page, open }) {
   await inSight("dummy-rooms");
   await open("tuples/6541:proxy.wsn-hall.status");
   await inSight("status");
-}
-
-/** Goes on by Tab until what has this name has the focus. */
-async function tabTo(page, name) {
-  for (let step = 0; step < 60; step++) {
-    await page.keyboard.press("Tab");
-    const at = await page.evaluate(() => {
-      const { ariaLabel, placeholder, textContent } = document.activeElement;
-      return ariaLabel ?? (placeholder || textContent.trim());
-    });
-    if (at === name) return;
-  }
-  assert.fail(`${name} is not reached`);
 }
 
 /** The work of log, settings and tuples; other views have tests of their own by keys. */

@@ -21,7 +21,8 @@ async function aLineIsReopened({ page, open, island }) {
   await panel.locator(".outcome .state", { hasText: "failed" }).waitFor();
   await panel.locator(".outcome", { hasText: "19202" }).waitFor();
   island.startMotes();
-  await button.waitFor({ state: "detached" });
+  await panel.locator("header .state", { hasText: "up" }).waitFor();
+  assert.equal(await button.count(), 0);
 }
 
 /** A decision can be taken back for ten seconds; then the device is listed. */

@@ -23,16 +23,22 @@ async function heals({ page, open, island }) {
 
 /** Rows keep their place over a reconnection. */
 async function keepsThePlace({ page, open, island }) {
+  let snapshots = 0;
+  page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => (snapshots += "snapshot" in JSON.parse(payload) ? 1 : 0)));
   await open("tuples?q=proxy.dummy-rooms");
   const list = page.locator(".list");
   await page.locator("[role=option]").nth(20).waitFor();
   await list.evaluate((element) => (element.scrollTop = 600));
   await page.waitForFunction(() => document.querySelector(".list").scrollTop === 600);
+  const before = snapshots;
+  assert.ok(before > 0);
   await island.kill();
   await page.locator(".shell.line-lost").waitFor();
   await island.start();
   await page.locator(".shell.line-live").waitFor();
-  await page.waitForTimeout(1000); // snapshots arrive
+  while (snapshots < 2 * before) await page.waitForTimeout(50); // all subscriptions have their snapshots again
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await page.locator("[role=option]").nth(20).waitFor();
   assert.equal(await list.evaluate((element) => element.scrollTop), 600);
 }
 

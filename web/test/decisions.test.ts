@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { type Decision, Decisions, graceTime, matchesPattern, type Step } from "../src/core/decisions";
 import type { Answer } from "../src/core/frames";
-import { answerOf, listsOf, longestList } from "../src/core/inbox_list";
+import { answerOf, listsOf, longestList, sizeOf } from "../src/core/inbox_list";
 import { TestClock } from "./support";
 
 function inbox() {
@@ -102,6 +102,15 @@ test("lists are no longer than the server takes", () => {
     listsOf(steps).map((list) => list.steps.length),
     [longestList, 1],
   );
+});
+
+test("the size of lists is that of their bytes as they are sent", () => {
+  const lists = listsOf([
+    { key: "1:proxy.inbox.wsn-1.7", value: "approve" },
+    { key: "2:proxy.inbox.wsn-1.Küche", value: "ignore" },
+  ]);
+  assert.equal(sizeOf(lists), '{"island":1,"approve":["wsn-1.7"]}'.length + '{"island":2,"ignore":["wsn-1.Kueche"]}'.length);
+  assert.equal(sizeOf([]), 0);
 });
 
 test("what the server did with a name is the answer to its step", () => {

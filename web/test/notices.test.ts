@@ -19,7 +19,7 @@ test("what went wrong, and what asks for something, stays until it is closed", (
   const calls = caught(() => {
     notify("saved", "good");
     notify("the network refuses", "bad");
-    notify("another release", "waiting", { label: "Load anew", run: () => undefined });
+    notify("another release", "waiting", { label: "Reload the page", run: () => undefined });
   });
   for (const call of calls) call();
   assert.deepEqual(

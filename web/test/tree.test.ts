@@ -61,6 +61,9 @@ test("a large island is never asked for everything", () => {
     ["7:proxy.wsn.12.**"],
   );
   assert.ok(patterns(true).every((pattern) => pattern !== "7:**"));
+  // What belongs to no device, but nothing as long as a point.
+  for (const own of ["*", "*.*", "*.*.*", "*.*.*.*", "*.*.*.*.*"]) assert.ok(patterns(true).includes(`7:${own}`), own);
+  assert.ok(!patterns(true).includes("7:*.*.*.*.*.*"));
   const many = Array.from({ length: 1000 }, (_, index) => `7:proxy.wsn.${index}`);
   assert.ok(wantsOf("7", many, true).length < 120);
 });

@@ -186,7 +186,7 @@ export class Catalog {
   readonly waiting = new Map<string, Tuple>();
   /** What each inbox says of itself, by OWNER:KEY. */
   readonly inboxes = new Map<string, Tuple>();
-  /** What each history says of itself, by OWNER:KEY; those of other components than islands, too. */
+  /** What each history says of itself, by OWNER:KEY; any component may publish such a tuple. */
   readonly histories = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
   structure = 0;

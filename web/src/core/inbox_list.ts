@@ -46,6 +46,11 @@ export function listsOf(steps: Step[]): InboxList[] {
   return lists;
 }
 
+/** Bytes of these requests. */
+export function sizeOf(lists: InboxList[]): number {
+  return lists.reduce((sum, { body }) => sum + new Blob([JSON.stringify(body)]).size, 0);
+}
+
 /** The answer of one name, in the form of the answer to a set. */
 export function answerOf(decided: Decided | undefined): Answer {
   return { id: 0, ok: decided?.state === "applied", error: decided?.error };

@@ -9,11 +9,11 @@ function wholeOf(pattern: string): Want {
 
 /**
  * What the tree needs of an owner. A large island is never asked for everything: its own tuples, those of its networks, and what is
- * below the devices that are open; the devices are known by their descriptions.
+ * below the devices that are open; the devices are known by their descriptions. Points have six parts.
  */
 export function wantsOf(owner: string, open: Iterable<string>, large: boolean): Want[] {
   if (!large) return [wholeOf(`${owner}:**`)];
-  const own = ["*", "*.*", "*.*.*", "*.*.property.**", "*.inbox.**", "*.recorder.**"].map((keys) => wholeOf(`${owner}:${keys}`));
+  const own = ["*", "*.*", "*.*.*", "*.*.*.*", "*.*.*.*.*"].map((keys) => wholeOf(`${owner}:${keys}`));
   const devices = [...open].filter((path) => isDevice(path, owner)).slice(-mostBranches);
   return [...own, ...devices.map((path) => wholeOf(`${path}.**`))];
 }

@@ -162,7 +162,7 @@ function NoDevices({ filtered }: { filtered: boolean }) {
       </Empty>
     );
   }
-  return <NoneMatch title={text.filtered(catalog.devices.size)} clear={{ q: "", network: "", type: "", quality: "", island: "" }} />;
+  return <NoneMatch title={text.filtered} clear={{ q: "", network: "", type: "", quality: "", island: "" }} />;
 }
 
 export const devicesView: View = {

@@ -5,7 +5,7 @@ import { browserClock } from "../core/clock";
 import { type Decision, Decisions, type Step, type Verb } from "../core/decisions";
 import type { Answer } from "../core/frames";
 import { useOrder } from "../core/hooks";
-import { answerOf, type Decided, type InboxList, listsOf } from "../core/inbox_list";
+import { answerOf, type Decided, type InboxList, listsOf, sizeOf } from "../core/inbox_list";
 import { redraw, second, useFrame } from "../core/redraw";
 import { askJson, type RestError } from "../core/rest";
 import { hrefTo, hrefToList, rememberList, type Route, setQuery } from "../core/router";
@@ -27,10 +27,15 @@ import type { View } from "./views";
 
 type Answered = (step: Step, answer: Answer) => void;
 
-/** Requests that outlive the page may carry 64 KiB together: so many names. */
-const mostLeaving = 1500;
+/** Requests that outlive the page may carry so many bytes together. */
+const mostKept = 65_536;
+let kept = 0;
 
-async function sendList({ body, steps }: InboxList, call: Answered, keepalive: boolean): Promise<void> {
+async function sendList(list: InboxList, call: Answered): Promise<void> {
+  const { body, steps } = list;
+  const size = sizeOf([list]);
+  const keepalive = kept + size <= mostKept;
+  if (keepalive) kept += size;
   try {
     const init = { method: "POST", body: JSON.stringify(body), keepalive };
     const { decisions } = await askJson<{ decisions: Decided[] }>("/inbox", init);
@@ -38,6 +43,8 @@ async function sendList({ body, steps }: InboxList, call: Answered, keepalive: b
   } catch (error) {
     const { code, message } = error as RestError;
     for (const step of steps) call(step, { id: 0, ok: false, error: { code, text: message } });
+  } finally {
+    if (keepalive) kept -= size;
   }
 }
 
@@ -46,7 +53,7 @@ export const decisions = new Decisions(browserClock, {
   send(steps, call, leaving) {
     const [only] = steps;
     if (only && steps.length === 1 && !leaving) connection.request({ do: "set", ...only }, (answer) => call(only, answer));
-    else for (const list of listsOf(steps)) void sendList(list, call, leaving && steps.length <= mostLeaving);
+    else for (const list of listsOf(steps)) void sendList(list, call);
   },
   changed: redraw,
   ended(decision, failures) {
@@ -218,7 +225,7 @@ function OtherList({ ignoring }: { ignoring: boolean }) {
 }
 
 function Nothing({ all, filtered, ignoring }: { all: number; filtered: boolean; ignoring: boolean }) {
-  if (all > 0 && filtered) return <NoneMatch title={text.filtered(all)} />;
+  if (all > 0 && filtered) return <NoneMatch title={devicesText.filtered} />;
   if (ignoring) {
     return (
       <Empty title={text.noneIgnored}>
@@ -236,6 +243,10 @@ function Nothing({ all, filtered, ignoring }: { all: number; filtered: boolean; 
 }
 
 addEventListener("pagehide", () => decisions.flush());
+// The browser asks whether to leave: not all that was decided would arrive.
+addEventListener("beforeunload", (event) => {
+  if (sizeOf(decisions.pending.flatMap(({ steps }) => listsOf(steps))) > mostKept) event.preventDefault();
+});
 
 export const inboxView: View = {
   id: "inbox",

@@ -182,7 +182,7 @@ function NoLines({ all }: { all: number }) {
       </Empty>
     );
   }
-  return <NoneMatch title={text.filtered(all)} clear={{ q: "", level: "" }} />;
+  return <NoneMatch title={text.filtered} clear={{ q: "", level: "" }} />;
 }
 
 export const logView: View = { id: "log", title: text.title, key: "l", icon: "log", show: (route) => <Log route={route} /> };

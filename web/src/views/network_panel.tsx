@@ -47,7 +47,7 @@ function reopen({ path, owner, prefix, id }: Network): void {
   );
 }
 
-/** Tries now to open a line that is down, and shows what came of it until the line is up. */
+/** Tries now to open a line that is down or refused, and shows what came of it until the line is up. */
 function Reopening({ network }: { network: Network }) {
   const { path, line } = network;
   const outcome = reopened.get(path);
@@ -55,9 +55,11 @@ function Reopening({ network }: { network: Network }) {
   if (!mayBe("admin") || line === "up") return null;
   return (
     <p class="actions">
-      <button type="button" disabled={outcome?.final === false} onClick={() => reopen(network)}>
-        {text.reopen}
-      </button>
+      {/^(down|refused)$/.test(line) && (
+        <button type="button" disabled={outcome?.final === false} onClick={() => reopen(network)}>
+          {text.reopen}
+        </button>
+      )}
       {outcome && (
         <span class="outcome">
           <State word={outcome.state} tone={toneOf(outcome.state)} /> {outcome.reason}

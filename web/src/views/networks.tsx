@@ -222,7 +222,7 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
       </Empty>
     );
   }
-  return <NoneMatch title={text.filtered(catalog.networks.size)} clear={{ q: "", island: "" }} />;
+  return <NoneMatch title={text.filtered} clear={{ q: "", island: "" }} />;
 }
 
 export const networksView: View = {

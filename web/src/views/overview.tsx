@@ -1,6 +1,19 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, line, type Loading, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
+import {
+  baseFeeds,
+  catalog,
+  chosenIsland,
+  islands,
+  line,
+  type Loading,
+  loadingOf,
+  noIslands,
+  ownerPattern,
+  server,
+  store,
+  useFeeds,
+} from "../app";
 import { type Device, number, text as textOf } from "../core/catalog";
 import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
@@ -40,7 +53,7 @@ function Overview() {
       <h1>{text.title}</h1>
       <Loaded state={state} empty={state === "loading" && catalog.devices.size === 0}>
         <Islands />
-        <NotWritten />
+        <NotWritten owners={[...islands.value, server.value]} />
         <div class="cards">
           <Lines state={state} />
           <Gone state={state} />

@@ -116,7 +116,7 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
     <>
       <PlotToolbar range={range} bounds={steady} at={crossed ? at : 0} onRange={set} onBack={back} onPick={onPick} onSave={save} />
       <PastState past={past} retry={retry} />
-      <NotWritten />
+      <NotWritten owners={[server.value]} />
       {unknown.length === plotted.length ? (
         <Empty title={text.unknown(unknown.map(nameOf).join(", "))}>
           <p>{text.unknownText}</p>

@@ -139,7 +139,7 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
       {whole === null && !error ? (
         <Skeleton rows={12} />
       ) : lines.length === 0 || whole === "" ? (
-        <Empty title={whole ? text.filtered((whole.match(/\n/g) ?? []).length) : text.empty}>
+        <Empty title={whole ? text.filtered : text.empty}>
           {whole && (
             <button type="button" onClick={() => setQuery({ q: "" })}>
               {words.tableClear}

@@ -168,7 +168,7 @@ function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
 
 function Nothing({ monitor, filtered, maySend }: { monitor: Watch; filtered: number; maySend: boolean }) {
   if (filtered > 0) {
-    return <NoneMatch title={text.filtered(filtered)} />;
+    return <NoneMatch title={text.filtered} />;
   }
   if (monitor.running) return <Empty title={text.waiting} />;
   return (

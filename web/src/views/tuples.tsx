@@ -213,7 +213,7 @@ function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen
   }, [search, island, store.tuples.size]);
   if (found.length > 0)
     return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], queryOfNow())} />;
-  return <NoneMatch title={text.filtered(store.tuples.size)} />;
+  return <NoneMatch title={text.filtered} />;
 }
 
 export const tuplesView: View = { id: "tuples", title: text.title, key: "t", icon: "tuples", show: (route) => <Tuples route={route} /> };

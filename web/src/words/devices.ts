@@ -9,7 +9,7 @@ export const none = "No device has joined.";
 export const noneCompared = "None of these devices is there.";
 export const noneText = (islands: number) =>
   `${many(islands, "island is", "islands are")} here. A device is listed as soon as it announces itself.`;
-export const filtered = (all: number) => `None of ${many(all, "device")} matches.`;
+export const filtered = "No device matches.";
 export const group = "Group";
 export const groups = { none: "none", network: "by network", place: "by place", type: "by type" };
 export const anyNetwork = "Any network";

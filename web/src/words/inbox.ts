@@ -26,7 +26,6 @@ export const noneIgnored = "No device is ignored.";
 export const none = "No device waits.";
 export const noneText = "A device waits here when the configuration says discovery: {new-devices: ask}, or when the island cannot list it.";
 export const noInbox = "No island shows its inbox.";
-export const filtered = (all: number) => `None of ${many(all, "waiting device")} matches.`;
 export const pattern = "By pattern";
 export const patternHint = "NETWORK.DEVICE; * is any text, ? one character. The exact address of an ignored device approves it again.";
 export const matching = (count: number) => `${many(count, "waiting device matches", "waiting devices match")}.`;

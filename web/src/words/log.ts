@@ -20,4 +20,4 @@ export const none = "No line yet.";
 export const noneText = (kept: number) =>
   `The last hundred lines of each island are shown, and up to ${kept.toLocaleString()} as they are written.`;
 export const notRead = (island: number, why: string) => `The log of ${island} cannot be read. ${why}`;
-export const filtered = (all: number) => `None of ${many(all, "line")} matches.`;
+export const filtered = "No line matches.";

@@ -7,7 +7,7 @@ export const none = "No island has a network.";
 export const noneText = "Networks are in the configuration of the island. One of each kind:";
 export const example =
   "networks:\n  wsn-1: {type: wsn, source: serial@/dev/ttyUSB0:telosb}\n  knx-hall: {type: knx, host: 192.168.1.20}\n  zigbee: {type: zigbee, broker: 127.0.0.1:1883}";
-export const filtered = (all: number) => `None of ${many(all, "network")} matches.`;
+export const filtered = "No network matches.";
 export const noSuch = (path: string) => `There is no network ${path}.`;
 export const line = "Line";
 export const network = "Network";

@@ -7,7 +7,7 @@ export const noCrosshair = "no crosshair";
 export const notLoaded = "The part of the page that draws plots could not be loaded.";
 export const label = (names: string, from: string, to: string) =>
   `${names}, ${from} to ${to}. Arrows move the crosshair, plus and minus zoom.`;
-export const notWritten = "History is not written: ";
+export const notWritten = (whose: string, why: string) => `The history of ${whose} is not written: ${why}`;
 export const none = "No point is chosen.";
 export const noneText = (most: number) => `Choose up to ${most} points. Numbers are drawn as curves, states as bands, commands as ticks.`;
 export const pick = "Choose points";

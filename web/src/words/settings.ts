@@ -4,7 +4,7 @@ import { many } from "../core/text";
 export const title = "Settings";
 export const none = "No island shows its configuration.";
 export const empty = "The configuration is empty.";
-export const filtered = (all: number) => `None of ${many(all, "line")} matches.`;
+export const filtered = "No line matches.";
 export const inForce = (island: string) => `Configuration in force of ${island}`;
 export const check = "Check the file";
 export const checkTitle = "Reads the file again and shows what a reload would change. Changes nothing.";

@@ -1,5 +1,4 @@
 // Texts of traffic.
-import { many } from "../core/text";
 
 export const title = "Traffic";
 export const network = "Network";
@@ -24,7 +23,7 @@ export const mayNot = "Your role does not permit watching: that needs the role c
 export const waiting = "Nothing has passed yet.";
 export const ended = "Watching ended: the page was hidden.";
 export const refused = (why: string) => `The network refuses: ${why}`;
-export const filtered = (all: number) => `None of ${many(all, "line")} matches.`;
+export const filtered = "No line matches.";
 export const time = "Time";
 export const direction = "Direction";
 export const inwards = "in";

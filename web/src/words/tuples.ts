@@ -8,7 +8,7 @@ export const filter = "Key or value";
 export const order = "Order";
 export const orders = { key: "by key", rate: "by rate" };
 export const none = "No component is there.";
-export const filtered = (all: number) => `None of ${many(all, "tuple")} matches.`;
+export const filtered = "No tuple matches.";
 export const searchedPartly = (most: number) =>
   `Of islands with more than ${most.toLocaleString()} devices, the search knows names, states and what is open in the tree.`;
 export const count = (count: number) => many(count, "tuple");
