@@ -11,6 +11,7 @@ const files = process.env.RUBICON_PAGE_FILES;
 const guarded = "127.0.0.1:8643";
 const alone = "127.0.0.1:8644";
 const example = "127.0.0.1:8645";
+const unwritten = "127.0.0.1:8646";
 const examples = fileURLToPath(new URL("../../examples", import.meta.url));
 export const publisher = 70_000;
 
@@ -67,6 +68,18 @@ export class Island {
       `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}${others}}\n`,
     );
     this.#beside("rubicon-proxy", ["run", configuration]);
+  }
+
+  /** An island that says that its history fails, with a page of its own; the address of the page. */
+  async startUnwritten(reason) {
+    const url = `http://${unwritten}/`;
+    const configuration = join(this.folder, "unwritten.yaml");
+    await writeFile(configuration, "island: {id: 6544, name: attic}\n");
+    const web = `web={listen: "${unwritten}"${files ? `, files: "${files}"` : ""}}`;
+    const status = `attic.history.status=${JSON.stringify({ state: "failing", reason })}`;
+    this.#beside("rubicon-proxy", ["run", configuration, "--set", web, "--tuple", status]);
+    while (!(await answers(url))) await pause();
+    return url;
   }
 
   /** An island that plays a table: a value each second, but for five of twenty seconds, in which its sensor falls silent. */

@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { tabTo } from "./browser.mjs";
 
 /** A line that is not up is on the overview with its reason, until it is up; what waits then is counted there. */
 async function aLineComesUp({ page, open, island }) {
@@ -116,7 +117,29 @@ async function packetsAreShown({ page, open, island }) {
   await page.getByRole("button", { name: "Stop" }).first().click();
 }
 
+/** Traffic is watched and left by keys: by its own key, and by its button. */
+async function trafficByKeys({ page, open, island }) {
+  island.startMotes();
+  await open("overview");
+  for (const key of ["g", "m"]) await page.keyboard.press(key);
+  const button = (name) => page.locator(".toolbar").getByRole("button", { name, exact: true });
+  const watching = page.locator(".strip", { hasText: "watching wsn-hall" });
+  await button("Watch").waitFor();
+  await page.keyboard.press("w");
+  await watching.waitFor();
+  await page.keyboard.press("w");
+  await watching.waitFor({ state: "detached" });
+  await tabTo(page, "Watch");
+  await page.keyboard.press("Enter");
+  await watching.waitFor();
+  await page.locator(".toolbar button:focus", { hasText: "Stop" }).waitFor();
+  await page.keyboard.press("Enter");
+  await watching.waitFor({ state: "detached" });
+  await button("Watch").waitFor();
+}
+
 export const tests = () => [
+  { name: "traffic: by keys", body: trafficByKeys },
   { name: "lines: one is down and comes up", body: aLineComesUp },
   { name: "lines: one is opened by a user", body: aLineIsReopened },
   { name: "inbox: a decision, taken back and made", body: aDeviceIsApproved },

@@ -22,6 +22,7 @@ const files = [
   "replay",
   "hostile",
   "lines",
+  "leaving",
   "settings",
   "log",
   "islands",

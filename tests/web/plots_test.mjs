@@ -135,13 +135,23 @@ async function gapsAreGaps({ page, open, island }) {
   assert.deepEqual([...said], ["value 0", "gap 1", "value 2"]);
 }
 
-/** A history that cannot be written is named where its curves are, and on the overview. */
+/** A history that cannot be written is named on the overview, and where its curves are; what other components say of one is not. */
 async function historyThatFails({ page, open, island }) {
-  island.publish("web.history.status", '{"state":"failing","reason":"no space left on the disk"}');
-  const warning = page.getByText("History is not written: no space left on the disk");
+  const reason = "no space left on the disk";
+  const own = await island.startUnwritten(reason);
+  const other = `${publisher}:web.history.status`;
+  island.publish("web.history.status", '{"state":"failing","reason":"as anybody may say"}');
+  await open(`tuples/${other}`);
+  await page.locator(".panel .content", { hasText: "as anybody may say" }).waitFor();
+  const warning = page.getByText(`The history of attic is not written: ${reason}`);
+  const warnings = page.getByText("is not written");
   await open("overview");
   await warning.waitFor();
+  assert.equal(await warnings.count(), 1);
   await open(`plots?k=${temperature}`);
+  await page.locator(".plot canvas").first().waitFor();
+  assert.equal(await warnings.count(), 0);
+  await page.goto(`${own}#/plots?k=${temperature}`);
   await warning.waitFor();
 }
 

@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { server } from "../app";
+import { islands, server } from "../app";
 import { csvOf } from "../core/csv";
 import { formatTime, zoneName } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
@@ -116,7 +116,8 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
     <>
       <PlotToolbar range={range} bounds={steady} at={crossed ? at : 0} onRange={set} onBack={back} onPick={onPick} onSave={save} />
       <PastState past={past} retry={retry} />
-      <NotWritten owners={[server.value]} />
+      {/* The page of an island has the name of the island. */}
+      <NotWritten owners={[server.value, ...islands.value.filter(({ name }) => name === server.value?.name)]} />
       {unknown.length === plotted.length ? (
         <Empty title={text.unknown(unknown.map(nameOf).join(", "))}>
           <p>{text.unknownText}</p>
