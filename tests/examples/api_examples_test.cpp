@@ -51,7 +51,7 @@ print(json.dumps(command(6541, lamp, "purple")))
   EXPECT_GT(printed[0].size(), 1U) << "several pages";
   EXPECT_EQ(printed[1]["state"], "confirmed") << printed[1];
   EXPECT_EQ(printed[2]["state"], "refused");
-  EXPECT_EQ(printed[2]["error"]["code"], "out-of-range") << printed[2];
+  EXPECT_EQ(printed[2]["error"]["code"], "invalid") << printed[2];
 }
 
 }  // namespace

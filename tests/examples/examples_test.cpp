@@ -144,13 +144,15 @@ const char* reason_not_to_run(const Example& example) {
   return nullptr;
 }
 
-/// `./run` builds first and then runs this. Islands run in a domain of their own, motes and SALAD on another port:
-/// those of the example are the demo's.
+/// `./run` builds first and then runs this. Islands run in a domain of their own, motes, SALAD and pages on another
+/// port: those of the example are the demo's. Answers of curl end as lines do.
 std::string runnable(const std::string& line, std::size_t domain) {
   if (line.starts_with("motes-simulator --motes")) return "motes-simulator --port 19303" + line.substr(15);
   if (line.starts_with("salad-simulator ")) return line + " --listen 19000";
   if (line.starts_with("knx-simulator ")) return line.substr(0, line.find(" --listen")) + " --listen 19671";
-  if (line.starts_with("curl ")) return "curl --silent --show-error --fail-with-body" + line.substr(4);
+  if (line.starts_with("curl ")) return R"(curl --silent --show-error --fail-with-body -w '\n')" + line.substr(4);
+  if (line.starts_with("rubicon web") && line.find("--listen") == line.npos)
+    return "rubicon web --listen 127.0.0.1:18642" + line.substr(11);
   if (line.starts_with("zigbee-simulator ")) return line + " --base other";  // the demo's bridge is on that broker
   auto command = line;
   if (line.starts_with("./run")) {
