@@ -42,7 +42,10 @@ void CommandKey::show() {
   std::ignore = place_.space.set(key_.status(), shown_, kJson);
 }
 
+/// One that takes time is alone: the outcome of the last command is that of the one under way.
 tuples::SetDecision CommandKey::decide(const tuples::RemoteSet& set) {
+  if (calls_.begin && (is_under_way_ || !waiting_.empty()))
+    return tuples::SetDecision::refused({ErrorCode::kBusy, "the same command is under way, wait for its outcome"});
   if (waiting_.size() >= kMostWaiting)
     return tuples::SetDecision::refused({ErrorCode::kBusy, "too many commands wait to be carried out"});
   if (auto good = calls_.check(set.value); !good) return tuples::SetDecision::refused(std::move(good.error()));
@@ -57,12 +60,12 @@ void CommandKey::run_next() {
   waiting_.pop_front();
   if (!waiting_.empty()) next_.request();
   ++begun_;
-  patience_.cancel();
   const auto done = calls_.begin ? begin(now.text) : calls_.run(now.text);
   last_ = {{}, std::move(now.commander), std::move(now.text), {}, {}, {}, {}};
   if (!done || !calls_.begin) return end(done);
+  is_under_way_ = true;
   patience_ = place_.scheduler.after(calls_.longest, [this] {
-    ++begun_;
+    is_under_way_ = false;
     set_state("timed-out", "there is no outcome yet");
   });
   set_state("sent", {}, calls_.longest);
@@ -70,11 +73,12 @@ void CommandKey::run_next() {
 
 Result<void> CommandKey::begin(const std::string& text) {
   return calls_.begin(text, lifetime_.guard([this, number = begun_](const Result<void>& outcome) {
-    if (number == begun_) end(outcome);
+    if (is_under_way_ && number == begun_) end(outcome);
   }));
 }
 
 void CommandKey::end(const Result<void>& outcome) {
+  is_under_way_ = false;
   patience_.cancel();
   if (outcome) return set_state("confirmed", {});
   set_state(outcome.error().code == ErrorCode::kIo ? "failed" : "refused", outcome.error().text);

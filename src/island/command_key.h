@@ -33,7 +33,8 @@ class CommandKey {
     /// The other members of the status; may be empty.
     std::function<nlohmann::ordered_json()> status{};
     /// In place of `run`, for commands that take time: without an error the command is *sent* until `ended` is called
-    /// (in a later turn), or ends as *timed-out* after `longest`.
+    /// (in a later turn), or ends as *timed-out* after `longest`. Until then the reply to further ones is an error
+    /// (busy), and the status stays that of the one under way.
     std::function<Result<void>(const std::string& text, Ended ended)> begin{};
     Duration longest{0};
   };
@@ -69,6 +70,7 @@ class CommandKey {
   std::deque<Waiting> waiting_;
   std::optional<model::CommandStatus> last_;
   std::uint64_t begun_ = 0;  ///< commands that were carried out or begun: the outcome of an earlier one is dropped
+  bool is_under_way_ = false;
   Timer patience_;
   std::string shown_;
   tuples::Handle policy_;

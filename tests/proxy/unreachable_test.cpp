@@ -5,13 +5,13 @@
 namespace rubicon::proxy {
 namespace {
 
-const std::string kDevice = "proxy.hall.7";
-const std::string kGlowPoint = kDevice + ".sensor.glow-1";
+const std::string kSilentLamp = "proxy.hall.7";
+const std::string kSilentGlow = kSilentLamp + ".sensor.glow-1";
 
 class FoundUnreachable : public Commands {
  protected:
-  std::string status() const { return json(kDevice + ".status")["status"]; }
-  std::string reason() const { return json(kDevice + ".status")["reason"]; }
+  std::string status() const { return json(kSilentLamp + ".status")["status"]; }
+  std::string reason() const { return json(kSilentLamp + ".status")["reason"]; }
 };
 
 TEST_F(FoundUnreachable, ADeviceIsUnreachableAtOnceWithTheReasonOfItsNetwork) {
@@ -22,9 +22,9 @@ TEST_F(FoundUnreachable, ADeviceIsUnreachableAtOnceWithTheReasonOfItsNetwork) {
   say("7", model::Unreachable{"no answer to 3 pings"});
   EXPECT_EQ(status(), "unreachable");
   EXPECT_EQ(reason(), "no answer to 3 pings");
-  EXPECT_GT(json(kDevice + ".status")["since"].get<double>(), base::to_seconds(before) + 4);
-  EXPECT_EQ(quality(kGlowPoint), "device-offline");
-  EXPECT_EQ(text(kGlowPoint + ".value"), "1.5");
+  EXPECT_GT(json(kSilentLamp + ".status")["since"].get<double>(), base::to_seconds(before) + 4);
+  EXPECT_EQ(quality(kSilentGlow), "device-offline");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "1.5");
   time.run_for(300ms);
   EXPECT_EQ(text("proxy.hall.devices"), "[]");
 }
@@ -69,24 +69,24 @@ TEST_F(FoundUnreachable, ADeviceThatWasNotHeardYetIsUnreachableToo) {
 TEST_F(FoundUnreachable, ANewReasonReplacesTheOldOneAndARepeatedOneChangesNothing) {
   begin();
   say("7", model::Unreachable{"gone"});
-  const auto since = json(kDevice + ".status")["since"];
+  const auto since = json(kSilentLamp + ".status")["since"];
   time.run_for(5s);
   int published = 0;
   const auto ears =
-      space->subscribe({kIsland, kDevice + ".status"}, {.passive = true}, [&](const Event&) { ++published; });
+      space->subscribe({kIsland, kSilentLamp + ".status"}, {.passive = true}, [&](const Event&) { ++published; });
   time.run_ready();
   published = 0;
   say("7", model::Unreachable{"gone"});
   EXPECT_EQ(published, 0);
   say("7", model::Unreachable{"removed from its socket"});
   EXPECT_EQ(reason(), "removed from its socket");
-  EXPECT_EQ(json(kDevice + ".status")["since"], since);
+  EXPECT_EQ(json(kSilentLamp + ".status")["since"], since);
 }
 
 TEST_F(FoundUnreachable, OfADeviceThatIsNotListedChangesNothing) {
   start();
   say("7", model::Unreachable{"gone"});
-  EXPECT_FALSE(exists(kDevice + ".status"));
+  EXPECT_FALSE(exists(kSilentLamp + ".status"));
   EXPECT_EQ(log.lines.size(), 0U);
 }
 
@@ -138,7 +138,7 @@ class Repeated : public Commands {
   void repeat(Value value, WallTime when = {}, const PointId& point = sensor(kGlow)) {
     say("7", model::Updates{{{point, std::move(value), when}}, false});
   }
-  double user_time(const std::string& point = kGlowPoint) const {
+  double user_time(const std::string& point = kSilentGlow) const {
     const auto tuple = space->get(kIsland, point + ".value");
     return tuple ? base::to_seconds(tuple->user_time) : -1;
   }
@@ -151,14 +151,14 @@ TEST_F(Repeated, AValueThatTheNetworkRemembersIsStoredWithItsTimeAndNoSignOfLife
   join("7", message);
   const auto when = time.wall_now() - 24h;
   repeat(12.5, when);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "12.5");
-  EXPECT_EQ(quality(kGlowPoint), "stored");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "12.5");
+  EXPECT_EQ(quality(kSilentGlow), "stored");
   EXPECT_EQ(user_time(), base::to_seconds(when));
-  EXPECT_EQ(json(kGlowPoint + ".status")["heard"], 0);
-  EXPECT_EQ(json(kDevice + ".status")["status"], "unknown");
+  EXPECT_EQ(json(kSilentGlow + ".status")["heard"], 0);
+  EXPECT_EQ(json(kSilentLamp + ".status")["status"], "unknown");
   say("7", model::Unreachable{"gone"});
   repeat(13.5, when + 1s);
-  EXPECT_EQ(json(kDevice + ".status")["status"], "unreachable");
+  EXPECT_EQ(json(kSilentLamp + ".status")["status"], "unreachable");
 }
 
 TEST_F(Repeated, ANewerValueStays) {
@@ -168,11 +168,11 @@ TEST_F(Repeated, ANewerValueStays) {
   repeat(12.5, now - 1s);
   repeat(12.5, now);
   repeat(12.5);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "20");
-  EXPECT_EQ(quality(kGlowPoint), "good");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "20");
+  EXPECT_EQ(quality(kSilentGlow), "good");
   repeat(12.5, now + 1s);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "12.5");
-  EXPECT_EQ(quality(kGlowPoint), "stored");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "12.5");
+  EXPECT_EQ(quality(kSilentGlow), "stored");
 }
 
 TEST_F(Repeated, AReadingWithoutATimeIsDatedByItsArrival) {
@@ -180,9 +180,9 @@ TEST_F(Repeated, AReadingWithoutATimeIsDatedByItsArrival) {
   report("7", sensor(kGlow), 20.0);
   const auto heard = time.wall_now();
   repeat(12.5, heard - 1s);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "20");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "20");
   repeat(12.5, heard + 1s);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "12.5");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "12.5");
 }
 
 TEST_F(Repeated, TheSameValueStaysGood) {
@@ -190,7 +190,7 @@ TEST_F(Repeated, TheSameValueStaysGood) {
   const auto now = time.wall_now();
   report("7", sensor(kGlow), 20.0, now);
   repeat(20.0, now + 1s);
-  EXPECT_EQ(quality(kGlowPoint), "good");
+  EXPECT_EQ(quality(kSilentGlow), "good");
   EXPECT_EQ(user_time(), base::to_seconds(now));
 }
 
@@ -201,14 +201,14 @@ TEST_F(Repeated, AfterARestartTheNewerOfFileAndNetworkIsShown) {
   report("7", sensor(kGlow), 20.0, now);
   time.run_for(20s);
   restart();
-  ASSERT_EQ(quality(kGlowPoint), "stored");
+  ASSERT_EQ(quality(kSilentGlow), "stored");
   repeat(12.5, now - 1h);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "20");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "20");
   repeat(12.5, now + 1s);
-  EXPECT_EQ(text(kGlowPoint + ".value"), "12.5");
-  EXPECT_EQ(quality(kGlowPoint), "stored");
+  EXPECT_EQ(text(kSilentGlow + ".value"), "12.5");
+  EXPECT_EQ(quality(kSilentGlow), "stored");
   report("7", sensor(kGlow), 12.5, now + 2s);
-  EXPECT_EQ(quality(kGlowPoint), "good");
+  EXPECT_EQ(quality(kSilentGlow), "good");
 }
 
 TEST_F(Repeated, ConfirmsNoCommand) {
@@ -224,8 +224,8 @@ TEST_F(Repeated, WhatFitsNoPointIsIgnored) {
   repeat(std::string("bright"), time.wall_now());
   repeat({}, time.wall_now());
   repeat(1.0, time.wall_now(), sensor(kGlow, "9"));
-  EXPECT_EQ(quality(kGlowPoint), "unknown");
-  EXPECT_FALSE(exists(kDevice + ".sensor.glow-9.value"));
+  EXPECT_EQ(quality(kSilentGlow), "unknown");
+  EXPECT_FALSE(exists(kSilentLamp + ".sensor.glow-9.value"));
 }
 
 }  // namespace

@@ -78,13 +78,34 @@ TEST_F(LineOfANetwork, OneThatIsBeingOpenedIsNotOpenedTwice) {
   command("reopen");
   EXPECT_EQ(outcome()["state"], "sent");
   EXPECT_GT(outcome()["until"], 0);
-  command("reopen");
-  EXPECT_EQ(outcome()["state"], "refused");
-  EXPECT_EQ(outcome()["reason"], "the line is being opened");
+  const auto first = outcome();
+  const auto second = command("reopen");
+  EXPECT_EQ(second.verdict, tuples::Verdict::kRefused);
+  EXPECT_EQ(second.code, ErrorCode::kBusy);
+  EXPECT_THAT(second.text, HasSubstr("is under way"));
+  EXPECT_EQ(outcome(), first) << "the second one must not take the outcome from the first";
   devices_of(1).host().failed({ErrorCode::kIo, "no answer"});
   scheduler.run_ready();
-  EXPECT_EQ(outcome()["reason"], "the line is being opened")
-      << "the outcome of the first one is not that of the second";
+  EXPECT_EQ(outcome()["state"], "failed");
+  EXPECT_EQ(outcome()["reason"], "no answer");
+  EXPECT_EQ(outcome()["request"], first["request"]);
+}
+
+TEST_F(LineOfANetwork, OfTwoInOneTurnOneIsCarriedOut) {
+  lose_line();
+  devices_of(1).silent = true;
+  command("reopen", 0ms);
+  EXPECT_EQ(command("reopen").code, ErrorCode::kBusy);
+  EXPECT_EQ(outcome()["state"], "sent");
+}
+
+TEST_F(LineOfANetwork, AfterAnAttemptThatFailedTheNextOneMayBegin) {
+  lose_line();
+  EXPECT_EQ(command("reopen").verdict, tuples::Verdict::kApplied);
+  EXPECT_EQ(outcome()["state"], "failed");
+  devices_of(1).cable = true;
+  EXPECT_EQ(command("reopen").verdict, tuples::Verdict::kApplied);
+  EXPECT_EQ(outcome()["state"], "confirmed");
 }
 
 TEST_F(LineOfANetwork, OneThatStaysSilentIsSentThenTimedOut) {

@@ -133,5 +133,21 @@ TEST(HouseRules, TheCoverageTableOfD14NamesTestsThatExist) {
   EXPECT_GE(named, 15U);
 }
 
+TEST(HouseRules, TheCoverageTableOfD14NamesBrowserTestsThatExist) {
+  std::set<std::string> tests;
+  static const std::regex kTest(R"re(name: "([a-z]+: [^"]+)")re");
+  for (const auto& file : files_below("tests/web", {".mjs"})) {
+    for (std::sregex_iterator it(file.text.begin(), file.text.end(), kTest), end; it != end; ++it)
+      tests.insert((*it)[1].str());
+  }
+  static const std::regex kNamed("`([a-z]+: [^`]+)`");
+  const auto table = read_text(root_folder() / "docs/d1.4.md");
+  std::size_t named = 0;
+  for (std::sregex_iterator it(table.begin(), table.end(), kNamed), end; it != end; ++it, ++named) {
+    EXPECT_TRUE(tests.contains((*it)[1].str())) << "docs/d1.4.md names " << (*it)[1] << ", no such test";
+  }
+  EXPECT_GE(named, 8U);
+}
+
 }  // namespace
 }  // namespace rubicon::structure

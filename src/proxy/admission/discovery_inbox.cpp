@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <tuple>
+#include <utility>
 
 #include "base/glob.h"
 #include "model/json_members.h"
@@ -105,6 +106,7 @@ DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announce
   entry->why = std::move(why);
   count(*entry, true);
   state == InboxState::kIgnoredByRule ? void(by_rule_.insert(device)) : void(by_rule_.erase(device));
+  index_hidden(device, *entry);
   if (entry->ignored()) hide(*entry);
   if (!entry->ignored() && !(same && shown)) show(device, *entry);
   if (!same || shown == entry->key.empty()) publish_soon_.request();
@@ -150,6 +152,7 @@ std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& devi
   count(found->second, false);
   hide(found->second);
   by_rule_.erase(device);
+  drop_hidden_keys(device, found->second);
   auto entry = std::move(found->second);
   entries_.erase(found);
   publish_soon_.request();
@@ -170,11 +173,25 @@ std::vector<DeviceName> DiscoveryInbox::devices() const {
   return found;
 }
 
+/// `<network>.<address>`; both may contain dots.
+const DeviceName* DiscoveryInbox::with_address(const std::string& text) const {
+  for (auto dot = text.find('.'); dot != text.npos; dot = text.find('.', dot + 1)) {
+    const auto found = entries_.find({text.substr(0, dot), text.substr(dot + 1)});
+    if (found != entries_.end()) return &found->first;
+  }
+  return nullptr;
+}
+
+/// Users see keys: another device may have the text of a key as its address.
 std::vector<DeviceName> DiscoveryInbox::matching(const std::string& pattern) const {
+  if (const auto shown = keys_.find(pattern); shown != keys_.end()) return {shown->second};
+  if (const auto* device = with_address(pattern)) return {*device};
+  const auto wildcard = pattern.find_first_of("*?");
+  if (wildcard == pattern.npos) return {};
+  const auto beginning = pattern.substr(0, wildcard);
   std::vector<DeviceName> found;
-  for (const auto& [device, entry] : entries_) {
-    if (pattern == fmt::format("{}.{}", device.network, device.address)) return {device};
-    if (!entry.ignored() && base::glob_matches(pattern, entry.key)) found.push_back(device);
+  for (auto at = keys_.lower_bound(beginning); at != keys_.end() && at->first.starts_with(beginning); ++at) {
+    if (base::glob_matches(pattern, at->first)) found.push_back(at->second);
   }
   return found;
 }
@@ -182,11 +199,24 @@ std::vector<DeviceName> DiscoveryInbox::matching(const std::string& pattern) con
 std::vector<DeviceName> DiscoveryInbox::with_key(const std::string& key) const {
   if (const auto shown = keys_.find(key); shown != keys_.end()) return {shown->second};
   std::vector<DeviceName> found;
-  for (const auto& [device, entry] : entries_) {
-    if (!entry.ignored()) continue;
-    if (key == key_of(device) || key == key_with_id(device, entry)) found.push_back(device);
-  }
+  for (auto at = hidden_keys_.lower_bound({key, {}}); at != hidden_keys_.end() && at->first == key; ++at)
+    found.push_back(at->second);
   return found;
+}
+
+/// The ids of the configuration are those in force: a reload puts each entry again.
+void DiscoveryInbox::index_hidden(const DeviceName& device, Entry& entry) {
+  drop_hidden_keys(device, entry);
+  if (!entry.ignored()) return;
+  entry.hidden_key = key_with_id(device, entry);
+  hidden_keys_.emplace(key_of(device), device);
+  hidden_keys_.emplace(entry.hidden_key, device);
+}
+
+void DiscoveryInbox::drop_hidden_keys(const DeviceName& device, Entry& entry) {
+  if (entry.hidden_key.empty()) return;
+  hidden_keys_.erase({key_of(device), device});
+  hidden_keys_.erase({std::exchange(entry.hidden_key, {}), device});
 }
 
 /// The key that the device would have with its configured id or that of its Join.
@@ -212,7 +242,7 @@ void DiscoveryInbox::publish_ignored() {
   Tree list = Tree::array();
   for (const auto& [device, entry] : entries_) {
     if (list.size() >= kMaxIgnoredListed) break;
-    if (entry.ignored()) list.push_back(describe_ignored(device, entry, key_with_id(device, entry)));
+    if (entry.ignored()) list.push_back(describe_ignored(device, entry, entry.hidden_key));
   }
   auto text = model::dump(Tree{{"count", counters_.ignored}, {"devices", std::move(list)}});
   if (text == shown_ignored_) return;

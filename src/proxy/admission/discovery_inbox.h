@@ -38,7 +38,8 @@ class DiscoveryInbox {
     InboxState state = InboxState::kIgnoredByRule;
     std::string why;  ///< reason of the state
     WallTime since{};
-    std::string key;  ///< network and device part of its tuple's key; empty = not published
+    std::string key;         ///< network and device part of its tuple's key; empty = not published
+    std::string hidden_key;  ///< while it is ignored: what `key` would be with its configured id or that of its Join
 
     bool ignored() const { return state == InboxState::kIgnoredByRule || state == InboxState::kIgnoredByUser; }
   };
@@ -59,8 +60,8 @@ class DiscoveryInbox {
   void drop_network(const std::string& network);
 
   std::vector<DeviceName> devices() const;
-  /// The published devices whose key fits the glob `<network>.<device>`; or the one with exactly this network and
-  /// address, ignored or not.
+  /// The device published with this key; else the one with exactly this network and address, ignored or not; else the
+  /// published ones whose key fits the glob `<network>.<device>`.
   std::vector<DeviceName> matching(const std::string& pattern) const;
   /// The device published with this key; else the ignored ones that would have it, by address or configured id.
   std::vector<DeviceName> with_key(const std::string& key) const;
@@ -77,11 +78,16 @@ class DiscoveryInbox {
   void publish();
   void publish_ignored();
   std::string key_with_id(const DeviceName& device, const Entry& entry) const;
+  const DeviceName* with_address(const std::string& text) const;
+  void index_hidden(const DeviceName& device, Entry& entry);
+  void drop_hidden_keys(const DeviceName& device, Entry& entry);
 
   ProxyContext& context_;
   std::map<DeviceName, Entry> entries_;
   std::set<DeviceName> by_rule_;            ///< those ignored by rule
   std::map<std::string, DeviceName> keys_;  ///< published keys
+  /// Of ignored devices: the keys that they would have by address and by id.
+  std::set<std::pair<std::string, DeviceName>> hidden_keys_;
   Counters counters_;
   std::string shown_ignored_;
   base::PacedCall publish_soon_, publish_ignored_soon_;

@@ -34,4 +34,14 @@ nlohmann::ordered_json components_json(const TupleSpace& space, bool islands_onl
   return list;
 }
 
+bool IslandPrefixes::fit(OwnerId owner, std::string_view key) {
+  if (!model::is_island(owner)) return false;
+  const auto [at, is_new] = beginnings_.try_emplace(owner);
+  if (is_new) {
+    const auto about = model::summary_from_json(space_.summary(owner)).value_or(Summary{});
+    if (!about.prefix.empty()) at->second = about.prefix + ".";
+  }
+  return !at->second.empty() && key.starts_with(at->second);
+}
+
 }  // namespace rubicon::web::api

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "client/tuple_query.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
+#include "web/api/components.h"
 #include "web/api/members.h"
 #include "web/api/page_of.h"
 #include "web/api/put_exchange.h"
@@ -24,6 +26,8 @@ using Tree = nlohmann::ordered_json;
 
 constexpr Duration kInboxPatience = std::chrono::seconds(3);
 constexpr const char* kExpectedName = "NETWORK.DEVICE, also with * and ?";
+/// Names without wildcards that count as one command: the island finds them without a search.
+constexpr std::size_t kNamesOfACommand = 50;
 
 const std::string& any_inbox() {
   static const auto kKey = model::IslandKey{"*"}.inbox();
@@ -87,6 +91,14 @@ struct Order {
   std::vector<Decision> decisions;
   bool is_list = false;
   std::optional<OwnerId> island;
+
+  /// In commands.
+  double cost() const {
+    double sum = 0;
+    for (const auto& [word, which] : decisions)
+      sum += which.find_first_of("*?") == which.npos ? 1.0 / kNamesOfACommand : 1.0;
+    return sum;
+  }
 };
 
 Result<Order> read_order(std::string_view body) {
@@ -133,11 +145,15 @@ class InboxOrder final : public Exchange {
       : context_(context), order_(std::move(order)), respond_(std::move(respond)) {
     inboxes_ = std::make_unique<client::TupleQuery>(
         context.scheduler, context.space, context.peers, Pattern{order_.island, any_inbox()},
-        [this](const std::vector<client::Tuple>& inboxes) { found(inboxes); }, kInboxPatience);
+        [this](const std::vector<client::Tuple>& tuples) { found(tuples); }, kInboxPatience);
   }
 
  private:
-  void found(const std::vector<client::Tuple>& inboxes) {
+  void found(const std::vector<client::Tuple>& tuples) {
+    IslandPrefixes prefixes(context_.space);
+    std::vector<client::Tuple> inboxes;
+    std::copy_if(tuples.begin(), tuples.end(), std::back_inserter(inboxes),
+                 [&prefixes](const auto& one) { return prefixes.fit(one.owner, one.key); });
     if (inboxes.empty()) return end(error_response({ErrorCode::kNotFound, "no island has an inbox"}));
     if (inboxes.size() == 1) return decide(inboxes.front());
     std::set<std::uint32_t> islands;
@@ -222,14 +238,18 @@ std::unique_ptr<Exchange> list_inbox(Call& call) {
   const model::IslandKey any{"*"};
   const std::vector<Pattern> patterns{
       {std::nullopt, any.inbox("*.*")}, {std::nullopt, any.inbox("ignored")}, {std::nullopt, any_inbox()}};
-  return call.read(patterns, [range, request = call.request](const std::vector<client::Tuple>& tuples) {
-    Inboxes inboxes;
-    for (const auto& tuple : tuples) inboxes.add(tuple);
-    auto page = page_of("devices", std::move(inboxes.entries), request, range, name_of_entry, entry_json);
-    page["waiting"] = inboxes.waiting;
-    page["ignored"] = inboxes.ignored;
-    return json_response(page);
-  });
+  return call.read(
+      patterns, [&space = call.context.space, range, request = call.request](const std::vector<client::Tuple>& tuples) {
+        IslandPrefixes prefixes(space);
+        Inboxes inboxes;
+        for (const auto& tuple : tuples) {
+          if (prefixes.fit(tuple.owner, tuple.key)) inboxes.add(tuple);
+        }
+        auto page = page_of("devices", std::move(inboxes.entries), request, range, name_of_entry, entry_json);
+        page["waiting"] = inboxes.waiting;
+        page["ignored"] = inboxes.ignored;
+        return json_response(page);
+      });
 }
 
 std::unique_ptr<Exchange> decide_inbox(Call& call) {
@@ -243,6 +263,7 @@ std::unique_ptr<Exchange> decide_inbox(Call& call) {
   if (!context.commands.take(call.caller_name(), context.scheduler.now()))
     return call.refuse(
         {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
+  context.commands.charge(call.caller_name(), context.scheduler.now(), std::max(0.0, order->cost() - 1));
   return std::make_unique<InboxOrder>(context, std::move(*order), call.respond);
 }
 

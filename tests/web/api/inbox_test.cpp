@@ -107,5 +107,48 @@ TEST_F(InboxOfTheApi, AThousandAreDecidedByOneRequest) {
   EXPECT_THAT(many.body, HasSubstr("a list of 1 to 1000"));
 }
 
+TEST_F(InboxOfTheApi, OnlyIslandsHaveInboxes) {
+  start_island(1, "}\ndiscovery: {new-devices: ask");
+  devices_of(1).say("7", lamp());
+  auto& stranger = component(70001);
+  for (const auto* key : {"proxy.inbox", "other.inbox"}) ASSERT_TRUE(stranger.set(key, R"({"count":5,"ignored":6})"));
+  ASSERT_TRUE(stranger.set("proxy.inbox.scripted-1.8", R"({"key":"scripted-1.8"})"));
+  scheduler.run_for(1s);
+  const auto inbox = get("/api/v1/inbox");
+  EXPECT_EQ(inbox["devices"].size(), 1U) << inbox;
+  EXPECT_EQ(inbox["waiting"], 1);
+  EXPECT_EQ(inbox["ignored"], 0);
+  const auto approved = ask("POST", "/api/v1/inbox", R"({"approve":"scripted-1.7"})");
+  EXPECT_EQ(approved.status, 200U) << approved.body;
+}
+
+TEST_F(InboxOfTheApi, ManyPatternsUseUpTheAllowanceOfCommands) {
+  start_island(1, "}\ndiscovery: {new-devices: ask");
+  scheduler.run_for(1s);
+  const Json patterns(std::vector<std::string>(200, "*.nosuch"));
+  const auto busy = [this] { return ask("POST", "/api/v1/inbox", R"({"approve":"scripted-1.1"})").status == 429U; };
+  EXPECT_EQ(ask("POST", "/api/v1/inbox", Json{{"approve", patterns}}.dump()).status, 404U);
+  EXPECT_TRUE(busy());
+  scheduler.run_for(2s);
+  EXPECT_TRUE(busy()) << "200 patterns are the commands of four seconds";
+  scheduler.run_for(2s);
+  EXPECT_FALSE(busy());
+}
+
+TEST_F(InboxOfTheApi, AThousandNamesCountAsTwentyCommands) {
+  start_island(1, "}\ndiscovery: {new-devices: ask");
+  scheduler.run_for(1s);
+  Json names = Json::array();
+  for (int i = 1; i <= 1000; ++i) names.push_back("scripted-1." + std::to_string(i));
+  const auto request = request_of("POST", "/api/v1/inbox", Json{{"approve", names}}.dump());
+  std::vector<unsigned> answers;
+  std::vector<std::unique_ptr<Exchange>> open;
+  for (int i = 0; i < 4; ++i)
+    open.push_back(site().handle(request, [&](const Response& answer) { answers.push_back(answer.status); }));
+  EXPECT_EQ(answers, std::vector{429U}) << "of four at once the last one is refused";
+  scheduler.run_for(1s);
+  EXPECT_EQ(answers, (std::vector{429U, 404U, 404U, 404U}));
+}
+
 }  // namespace
 }  // namespace rubicon::web::api
