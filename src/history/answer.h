@@ -91,11 +91,12 @@ struct SeriesAnswer {
   SeriesName name;
   SeriesKind kind = SeriesKind::kNumber;
   std::string unit{};
-  std::vector<std::string> words{};     ///< of the kind kWords: word number n is words[n]
-  std::optional<NumberValue> before{};  ///< the value in force at the beginning, unless that was in a gap
-  std::vector<Bucket> buckets{};        ///< those with values, by time
-  std::vector<Gap> gaps{};              ///< within the question, by time
-  std::vector<TextValue> texts{};       ///< of the kind kText, the newest ones, by time; at most `buckets`
+  std::vector<std::string> words{};        ///< of the kind kWords: word number n is words[n]
+  std::optional<NumberValue> before{};     ///< the value in force at the beginning, unless that was in a gap
+  std::optional<TextValue> text_before{};  ///< the same, of the kind kText
+  std::vector<Bucket> buckets{};           ///< those with values, by time
+  std::vector<Gap> gaps{};                 ///< within the question, by time
+  std::vector<TextValue> texts{};          ///< of the kind kText, the newest ones, by time; at most `buckets`
 };
 
 struct Answer {

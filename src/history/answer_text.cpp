@@ -71,14 +71,19 @@ void append_series(const SeriesAnswer& series, std::string& out) {
     append_number(series.before->value, out);
     out += ']';
   }
+  const auto append_text = [&](const TextValue& text) {
+    out += '[';
+    append_seconds(text.time, out);
+    out += ',';
+    append_json(text.text, out);
+    out += ']';
+  };
+  if (series.text_before) {
+    out += ",\"before\":";
+    append_text(*series.text_before);
+  }
   if (series.kind == SeriesKind::kText) {
-    append_list("texts", series.texts, out, [&](const TextValue& text) {
-      out += '[';
-      append_seconds(text.time, out);
-      out += ',';
-      append_json(text.text, out);
-      out += ']';
-    });
+    append_list("texts", series.texts, out, append_text);
   } else {
     append_buckets(series, out);
   }

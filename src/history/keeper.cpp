@@ -131,6 +131,7 @@ void Keeper::write_waiting(WallTime wall) {
     if (done || done.error().code != ErrorCode::kInvalid) break;
     note(base::LogLevel::kError, done.error().text);
     // Opening it checks it. The check does not find all damage (https://www.sqlite.org/pragma.html, "quick_check").
+    if (is_checked && !store_->database().damaged()) break;
     if (is_checked) {
       set_aside(wall);
     } else {

@@ -191,9 +191,22 @@ Result<void> collect(Store& store, SeriesRow row, const Grid& grid, SeriesAnswer
   return done;
 }
 
+Result<void> find_text_before(Store& store, SeriesRow row, const Grid& grid, SeriesAnswer& out) {
+  auto statement = store.database().prepare(
+      "SELECT time,value FROM text WHERE series=? AND time<? ORDER BY time DESC LIMIT 1", kReading);
+  if (!statement) return fail(statement.error());
+  Query query(*statement);
+  const auto there = query.integer(row).integer(grid.from).next();
+  if (!there) return fail(there.error());
+  if (!*there || query.text_at(1).empty()) return {};
+  out.text_before = TextValue{from_milliseconds(query.integer_at(0)), std::string(query.text_at(1))};
+  return {};
+}
+
 /// The newest ones first, as many as were asked for and as `budget` (bytes) has room for.
 Result<void> collect_texts(Store& store, SeriesRow row, const Grid& grid, std::size_t most, std::size_t& budget,
                            SeriesAnswer& out) {
+  if (auto done = find_text_before(store, row, grid, out); !done) return done;
   auto statement = store.database().prepare(
       "SELECT time,value FROM text WHERE series=? AND time>=? AND time<? ORDER BY time DESC LIMIT ?", kReading);
   if (!statement) return fail(statement.error());

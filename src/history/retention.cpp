@@ -28,6 +28,12 @@ constexpr std::size_t kSeriesAtOnce = 100;
 constexpr int kBlocksAtOnce = 50;
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min() / 4;
 constexpr const char* kDoing = "removing what is old";
+// The newest text of a series stays, because it is in force; an empty one begins a gap.
+constexpr const char* kFirstText =
+    "SELECT time FROM text WHERE series=?1 AND (value='' OR time<(SELECT max(time) FROM text WHERE series=?1)) ORDER "
+    "BY time LIMIT 1";
+constexpr const char* kRemoveTexts =
+    "DELETE FROM text WHERE series=?1 AND time<?2 AND (value='' OR time<(SELECT max(time) FROM text WHERE series=?1))";
 
 }  // namespace
 
@@ -108,7 +114,7 @@ Result<std::string> Retention::shrink(const std::string& why) {
   const auto hours = rules_.hours ? milliseconds(*rules_.hours) : kForEverHours;
   const std::array parts{
       Part{"points", "SELECT until FROM block WHERE series=? ORDER BY start LIMIT 1", raw, blocks_before_},
-      Part{"texts", "SELECT time FROM text WHERE series=? ORDER BY time LIMIT 1", raw, texts_before_},
+      Part{"texts", kFirstText, raw, texts_before_},
       Part{"summaries of hours", "SELECT start FROM hour WHERE series=? ORDER BY start LIMIT 1", hours, hours_before_}};
   const Part* oldest_part = nullptr;
   std::pair<double, std::int64_t> highest_age;  // as a part of how long it lasts; of equal ones the earlier time
@@ -181,7 +187,7 @@ Result<bool> Retention::slice_of(SeriesRow row) {
   }
   if (gone.size() == kBlocksAtOnce) return true;
   for (const auto& [sql, before] : {std::pair{"DELETE FROM hour WHERE series=? AND start<?", hours_before_},
-                                    std::pair{"DELETE FROM text WHERE series=? AND time<?", texts_before_}}) {
+                                    std::pair{kRemoveTexts, texts_before_}}) {
     auto old = database.prepare(sql, kDoing);
     if (!old) return fail(old.error());
     if (auto done = Query(*old).integer(row).integer(before).run(); !done) return fail(done.error());

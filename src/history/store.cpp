@@ -55,8 +55,11 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::File
   if (!file) return fail(file.error());
   std::unique_ptr<Store> store(new Store(std::move(*file)));
   const sqlite::Interruption interruption(store->file_.database, {}, stop);
-  if (auto done = store->prepare(); !done) return fail(done.error());
-  return store;
+  auto done = store->prepare();
+  if (done) return store;
+  // A sound file whose tables are not those of this program may be mended by its owner.
+  const bool unfit = done.error().code == ErrorCode::kInvalid && !store->database().damaged();
+  return fail(unfit ? ErrorCode::kRefused : done.error().code, done.error().text);
 }
 
 Result<void> Store::prepare() {

@@ -32,8 +32,9 @@ struct StoreStatements {
 /// may be missing.
 class Store {
  public:
-  /// Errors of open_history_file(). A writer marks a gap in each series that was observed when the one before it ended.
-  /// A reader sees the file as it is now, as long as it has it open.
+  /// Errors of open_history_file(); kRefused also: a table is missing or has other columns. A writer marks a gap in
+  /// each series that was observed when the one before it ended. A reader sees the file as it is now, as long as it has
+  /// it open.
   static Result<std::unique_ptr<Store>> open(const std::string& path, sqlite::FileUse use, bool thorough,
                                              bool create = true, const std::stop_token& stop = {});
 

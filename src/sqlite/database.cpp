@@ -33,6 +33,11 @@ bool system_failed(int extended) {
   return code == SQLITE_IOERR || code == SQLITE_FULL || code == SQLITE_CANTOPEN;
 }
 
+bool found_damage(sqlite3* database) {
+  const auto code = sqlite3_errcode(database) & 0xff;
+  return code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+}
+
 /// The path as a `file:` URI.
 std::string uri_of(const std::string& path, Database::Mode mode) {
   std::string out = "file:";
@@ -123,7 +128,9 @@ Result<bool> Query::next() {
     if (code == SQLITE_ROW) return true;
     if (code == SQLITE_DONE) return false;
   }
-  return fail(sqlite_error(noun_, sqlite3_db_handle(statement_), doing_));
+  auto* database = sqlite3_db_handle(statement_);
+  if (found_damage(database)) *damaged_ = true;
+  return fail(sqlite_error(noun_, database, doing_));
 }
 
 Result<void> Query::run() {
@@ -188,17 +195,22 @@ Result<Database> Database::open(const char* noun, const std::string& path, Mode 
   return database;
 }
 
+Error Database::error(const char* doing) {
+  if (found_damage(handle())) *damaged_ = true;
+  return sqlite_error(noun_, handle(), doing);
+}
+
 Result<void> Database::run(const char* sql, const char* doing) {
   if (sqlite3_exec(database_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK) return {};
-  return fail(sqlite_error(noun_, database_.get(), doing));
+  return fail(error(doing));
 }
 
 Result<Statement> Database::prepare(const char* sql, const char* doing) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v3(database_.get(), sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr) == SQLITE_OK) {
-    return Statement(statement, noun_, doing);
+    return Statement(statement, noun_, doing, damaged_.get());
   }
-  return fail(sqlite_error(noun_, database_.get(), doing));
+  return fail(error(doing));
 }
 
 Result<std::int64_t> Database::number(const char* sql, const char* doing) {

@@ -22,8 +22,9 @@ Error sqlite_error(const char* noun, sqlite3* database, std::string_view doing);
 class Statement {
  public:
   Statement() = default;
-  Statement(sqlite3_stmt* statement, const char* noun, const char* doing)
-      : statement_(statement), noun_(noun), doing_(doing) {}
+  /// `damaged` is set when the statement finds damage.
+  Statement(sqlite3_stmt* statement, const char* noun, const char* doing, bool* damaged)
+      : statement_(statement), noun_(noun), doing_(doing), damaged_(damaged) {}
 
  private:
   friend class Query;
@@ -33,6 +34,7 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
   const char* noun_ = "";
   const char* doing_ = "";  ///< for error texts: `reading a device`
+  bool* damaged_ = nullptr;
 };
 
 /// One use of a statement: bind its parameters in order, step, read columns. The statement is ready for the next use
@@ -40,7 +42,10 @@ class Statement {
 class Query {
  public:
   explicit Query(Statement& statement)
-      : statement_(statement.statement_.get()), noun_(statement.noun_), doing_(statement.doing_) {}
+      : statement_(statement.statement_.get()),
+        noun_(statement.noun_),
+        doing_(statement.doing_),
+        damaged_(statement.damaged_) {}
   ~Query();
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
@@ -74,6 +79,7 @@ class Query {
   sqlite3_stmt* statement_;
   const char* noun_;
   const char* doing_;
+  bool* damaged_;
   int bound_ = 0;
   int failure_ = SQLITE_OK;
 };
@@ -98,6 +104,8 @@ class Database {
 
   /// Every committed transaction is on the disk when this returns.
   Result<void> sync();
+  /// A statement has found the file damaged. kInvalid without this: a table is missing or has other columns.
+  bool damaged() const { return *damaged_; }
   bool in_transaction() const { return sqlite3_get_autocommit(database_.get()) == 0; }
   sqlite3* handle() const { return database_.get(); }
   const char* noun() const { return noun_; }
@@ -107,6 +115,9 @@ class Database {
   struct Close {
     void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
   };
+  Error error(const char* doing);
+
+  std::unique_ptr<bool> damaged_ = std::make_unique<bool>(false);  // statements have its address
   std::unique_ptr<sqlite3, Close> database_;
   const char* noun_ = "";
 };

@@ -1,5 +1,7 @@
 #include "history/keeper.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 #include <new>
@@ -79,6 +81,35 @@ TEST_F(KeeperTest, DropsABatchThatASoundFileDoesNotTake) {
   const auto next = work({{kBegin + 2, 3}}, minutes(1));
   EXPECT_EQ(next.reason, "");
   EXPECT_EQ(set_aside(), 0U);
+  EXPECT_EQ(values_of(*keeper().store(), kKept), (Points{{kBegin, 1}, {kBegin + 1, 2}, {kBegin + 2, 3}}));
+}
+
+TEST_F(KeeperTest, LeavesASoundFileThatFailsToTakeABatch) {
+  work({{kBegin, 1}});
+  ASSERT_TRUE(keeper().store()->database().run(
+      fmt::format("CREATE INDEX one ON journal(abs(CASE WHEN time>{} THEN -9223372036854775807-1 ELSE 0 END))",
+                  to_milliseconds(wall_now()))
+          .c_str(),
+      "test"));
+  const auto failing = work({{kBegin + 1, 2}});
+  EXPECT_NE(failing.reason.find("integer overflow"), std::string::npos) << failing.reason;
+  EXPECT_EQ(failing.unwritten, 1U);
+  EXPECT_EQ(set_aside(), 0U);
+  ASSERT_TRUE(keeper().store()->database().run("DROP INDEX one", "test"));
+  EXPECT_EQ(work({{kBegin + 2, 3}}, minutes(1)).reason, "");
+  EXPECT_EQ(values_of(*keeper().store(), kKept), (Points{{kBegin, 1}, {kBegin + 1, 2}, {kBegin + 2, 3}}));
+}
+
+TEST_F(KeeperTest, LeavesASoundFileWithoutOneOfItsTables) {
+  work({{kBegin, 1}});
+  keeper_.reset();
+  auto other = sqlite::Database::open("test", folder_ / "h", sqlite::Database::Mode::kWrite).value();
+  ASSERT_TRUE(other.run("ALTER TABLE hour RENAME TO hold; ALTER TABLE text RENAME TO hour", "test"));
+  const auto failing = work({{kBegin + 1, 2}});
+  EXPECT_NE(failing.reason.find("no such table: text"), std::string::npos) << failing.reason;
+  EXPECT_EQ(set_aside(), 0U);
+  ASSERT_TRUE(other.run("ALTER TABLE hour RENAME TO text; ALTER TABLE hold RENAME TO hour", "test"));
+  EXPECT_EQ(work({{kBegin + 2, 3}}, minutes(1)).reason, "");
   EXPECT_EQ(values_of(*keeper().store(), kKept), (Points{{kBegin, 1}, {kBegin + 1, 2}, {kBegin + 2, 3}}));
 }
 

@@ -175,6 +175,30 @@ TEST_F(RetentionTest, RemovesOldTextsBeyondTheSize) {
   EXPECT_EQ(*store_->database().number("SELECT max(time) FROM text", "test"), kBegin + 24 * kHour - kMinute);
 }
 
+TEST_F(RetentionTest, KeepsTheTextInForceUntilItsSeriesIsGone) {
+  const Declaration series{{OwnerId(6541), "robot.pose"}, SeriesKind::kText, "", {}};
+  const auto write = [&](std::int64_t time, const std::string& text) {
+    ASSERT_TRUE(store_->write(Batch{wall(time), {{0, series}}, {}, {{0, time, text}}}));
+  };
+  const auto before = [&](std::int64_t from) {
+    const auto got = answer(*store_, {{series.name}, wall(from), wall(from + kHour), 100});
+    EXPECT_TRUE(got);
+    return got->series.at(0).text_before;
+  };
+  write(kBegin, "sits");
+  write(kBegin + kHour, "stands");
+  Retention retention(*store_, {std::chrono::hours(24), std::nullopt});
+  run(retention, kBegin + kHour, std::chrono::hours(1));
+  const auto late = kBegin + 100 * kHour;
+  run(retention, late, std::chrono::hours(100));
+  EXPECT_EQ(*store_->database().number("SELECT count(*) FROM text", "test"), 1);
+  EXPECT_EQ(before(late), (TextValue{wall(kBegin + kHour), "stands"}));
+  write(late + kHour, "");
+  EXPECT_EQ(before(late + 2 * kHour), std::nullopt);
+  run(retention, late + 100 * kHour, std::chrono::hours(200));
+  EXPECT_EQ(*store_->database().number("SELECT count(*) FROM text", "test"), 0);
+}
+
 TEST_F(RetentionTest, KeepsAReserveOnADiskThatIsAlmostFull) {
   noise_ = true;
   fill(kBegin, kBegin + 10 * kDay, 5);

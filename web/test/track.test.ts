@@ -32,6 +32,13 @@ test("a value is there once, though the history keeps milliseconds only", () => 
   );
 });
 
+test("a text from before the time asked for is in force", () => {
+  const track = new Track("state");
+  track.fill({ key: "1:a", kind: "text", before: [10, "sits"], texts: [[20, "stands"]] }, 100, 1);
+  assert.equal(track.at(15)?.text, "sits");
+  assert.equal(track.at(25)?.text, "stands");
+});
+
 test("a curve ends where the value was not known, and begins again after it", () => {
   const track = numbers();
   track.fill({ key: "1:a", t: [10, 50], v: [1, 3], gaps: [[20, 45]] }, 60, 1);

@@ -8,7 +8,7 @@ export interface Series {
   mean?: (number | null)[];
   last?: (number | null)[];
   words?: string[];
-  before?: [number, number | null];
+  before?: [number, number | string | null];
   gaps?: [number, number][];
 }
 
@@ -21,7 +21,7 @@ export function pairsOf(series: Series, numberOf: (word: string) => number): [nu
     return words.length > 0 ? numberOf(words[value] ?? "") : value;
   };
   const pairs = t.map((time, index): [number, number] => [time, read(values[index])]);
-  if (before) pairs.push([before[0], read(before[1])]);
+  if (before && typeof before[1] !== "string") pairs.push([before[0], read(before[1])]);
   for (const [from] of gaps) pairs.push([from, Number.NaN]);
   return pairs.sort((a, b) => a[0] - b[0]);
 }

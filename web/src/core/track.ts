@@ -6,7 +6,7 @@ export interface PastSeries {
   kind?: "number" | "words" | "text";
   unit?: string;
   words?: string[];
-  before?: [number, number];
+  before?: [number, number | string];
   t?: number[];
   v?: (number | null)[];
   min?: (number | null)[];
@@ -229,13 +229,17 @@ function fold(into: Sample, next: Sample): void {
   into.count = count;
 }
 
+function sampleBefore([t, value]: [number, number | string], wordOf: (value: number) => string): Sample {
+  return typeof value === "string" ? sampleAt(t, value) : sampleAt(t, wordOf(value), value);
+}
+
 /** A bucket in which a state had several words shows them all; after it, the last one holds. */
 function samplesOf(past: PastSeries, width: number): Sample[] {
   const samples: Sample[] = [];
   const { t = [], min = [], max = [], words } = past;
   const values = past.v ?? (words ? past.last : past.mean) ?? [];
   const wordOf = (value: number) => words?.[value] ?? String(value);
-  if (past.before) samples.push(sampleAt(past.before[0], wordOf(past.before[1]), past.before[1]));
+  if (past.before) samples.push(sampleBefore(past.before, wordOf));
   t.forEach((time, index) => {
     const value = values[index];
     if (value === null || value === undefined) return;
