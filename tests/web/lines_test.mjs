@@ -99,6 +99,32 @@ async function aDecisionOutlivesThePage({ page, open, island }) {
   await page.locator(".list-rows .row").nth(1).waitFor();
 }
 
+/** A list for which the server has no time is sent again. */
+async function aBusyServerIsAskedAgain({ page, open, island, faults }) {
+  island.startMotes();
+  await open("devices?network=wsn-hall");
+  const rows = page.locator(".list-rows .row");
+  await rows.nth(1).waitFor();
+  await page.evaluate(async () => {
+    const { devices } = await (await fetch("/api/v1/devices?network=wsn-hall")).json();
+    const ignore = devices.map(({ address }) => `wsn-hall.${address}`);
+    await fetch("/api/v1/inbox", { method: "POST", body: JSON.stringify({ ignore, island: 6541 }) });
+  });
+  let asked = 0;
+  const body = JSON.stringify({ error: { code: "busy", text: "more than 50 commands in a second" } });
+  await page.route("**/api/v1/inbox", (route) => {
+    if (route.request().method() !== "POST" || asked++ > 0) return route.continue();
+    return route.fulfill({ status: 429, contentType: "application/json", body });
+  });
+  await open("inbox/ignored");
+  await rows.nth(1).waitFor();
+  await page.getByRole("button", { name: /^Select all/ }).click();
+  await page.getByRole("button", { name: /^Approve \d/ }).click();
+  await page.getByText("No device is ignored.").waitFor();
+  assert.equal(asked, 2);
+  assert.match(faults.splice(0).join("\n"), /^console: [^\n]* 429 [^\n]*$/); // Chromium reports the answer
+}
+
 /** The packets of the motes are shown while a page asks for them. Motes send when they begin: the page watches before. */
 async function packetsAreShown({ page, open, island }) {
   island.startMotes();
@@ -147,4 +173,5 @@ export const tests = () => [
   { name: "traffic: the line that is up comes first", body: theLineThatIsUpComesFirst },
   { name: "inbox: an ignored device is approved", body: anIgnoredDeviceIsApproved },
   { name: "inbox: a decision outlives the page", body: aDecisionOutlivesThePage },
+  { name: "inbox: a busy server is asked again", body: aBusyServerIsAskedAgain },
 ];

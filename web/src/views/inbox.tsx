@@ -31,6 +31,9 @@ type Answered = (step: Step, answer: Answer) => void;
 const mostKept = 65_536;
 let kept = 0;
 
+/** Names count as commands: of many lists at once the server refuses some at first. */
+const busyPause = 1000;
+
 async function sendList(list: InboxList, call: Answered): Promise<void> {
   const { body, steps } = list;
   const size = sizeOf([list]);
@@ -42,6 +45,10 @@ async function sendList(list: InboxList, call: Answered): Promise<void> {
     steps.forEach((step, index) => call(step, answerOf(decisions[index])));
   } catch (error) {
     const { code, message } = error as RestError;
+    if (code === "busy") {
+      browserClock.after(busyPause, () => void sendList(list, call));
+      return;
+    }
     for (const step of steps) call(step, { id: 0, ok: false, error: { code, text: message } });
   } finally {
     if (keepalive) kept -= size;
