@@ -97,9 +97,10 @@ void append_series(const SeriesAnswer& series, std::string& out) {
   out += '}';
 }
 
+/// Empty for a number that stands for no word, as a damaged file may hold.
 std::string word_of(const std::vector<std::string>& words, double value) {
-  const auto place = static_cast<std::size_t>(std::max(value, 0.0));
-  return place < words.size() ? words[place] : std::string();
+  const bool stands = value >= 0 && value < static_cast<double>(words.size());
+  return stands ? words[static_cast<std::size_t>(value)] : std::string();
 }
 
 void append_cells(const SeriesAnswer& series, const Bucket& bucket, std::string& out) {

@@ -112,7 +112,7 @@ void Collector::add(const Summed& sum) {
 void Collector::observed(std::int64_t from, std::int64_t to) {
   if (in_gap_ || from - since_ > kSilence) add_gap(since_, from);
   in_gap_ = false;
-  since_ = to;
+  since_ = std::max({since_, from, to});  // what a damaged file has out of order begins no gap within another
 }
 
 /// A gap shorter than a bucket cannot be seen, and there may be millions.
