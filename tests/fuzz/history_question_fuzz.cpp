@@ -57,7 +57,7 @@ struct Numbers {
   ByteView rest;
 };
 
-/// A file with a series of each kind; each input fills it anew.
+/// A file with a series of each kind. Each input adds to it, and what it added is taken back afterwards.
 class World {
  public:
   World() {

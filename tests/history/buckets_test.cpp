@@ -72,6 +72,13 @@ TEST(Collector, ShowsSilenceAsAGap) {
   EXPECT_EQ(answer.gaps, std::vector{gap(kMinute, 30 * kMinute)});
 }
 
+/// As in a damaged file.
+TEST(Collector, PointsOutOfOrderBeginNoGapWithinAnother) {
+  const auto answer =
+      collected(Point{0, 1}, {{kMinute, 1}, {30 * kMinute, 2}, {10 * kMinute, 2}, {40 * kMinute, 2}}, kHour);
+  EXPECT_EQ(answer.gaps, std::vector{gap(kMinute, 30 * kMinute)});
+}
+
 TEST(Collector, WithoutAValueBeforeBeginsWithAGap) {
   EXPECT_EQ(collected({}, {{5 * kMinute, 1}}, 6 * kMinute).gaps, std::vector{gap(0, 5 * kMinute)});
   const auto old = collected(Point{-kHour, 1}, {{5 * kMinute, 1}}, 6 * kMinute);

@@ -103,7 +103,7 @@ TEST_F(WebSessions, GuessesAreCountedForEachAddress) {
   const std::string guess = "GET /api/v1/a HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer wrong\r\n\r\n";
   for (int i = 0; i < 5; ++i) EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 401"));
   EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 429"));
-  EXPECT_THAT(log_in(), HasSubstr("HTTP/1.1 200")) << "who guesses locks out nobody who has the same address";
+  EXPECT_THAT(log_in(), HasSubstr("HTTP/1.1 200")) << "wrong tokens do not lock out a right one from the same address";
   EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 429"));
   world.pass(60s);
   EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 401"));
