@@ -1,0 +1,65 @@
+#include "networks/knx/secure/passwords.h"
+
+#include <utility>
+
+#include "base/utf8.h"
+#include "networks/knx/secure/crypto.h"
+
+namespace rubicon::networks::knx::secure {
+
+namespace {
+
+// knx.md, section 10.1 (KNX 3/8/9).
+constexpr std::string_view kUserSalt = "user-password.1.secure.ip.knx.org";
+constexpr std::string_view kDeviceSalt = "device-authentication-code.1.secure.ip.knx.org";
+constexpr char32_t kFirstPrintable = 0x20, kLastPrintable = 0x7e, kLastLatin1 = 0xff;
+
+/// The characters of a password as one byte each, in both forms; bytes behind `size` are unused.
+struct Encoded {
+  Secret latin1, replaced;
+  std::size_t size = 0;
+  bool is_latin1 = true, is_ascii = true;
+
+  ByteView latin1_bytes() const { return latin1.view().first(size); }
+  ByteView replaced_bytes() const { return replaced.view().first(size); }
+};
+
+Result<Encoded> encode(std::string_view rest) {
+  Encoded out{Secret(rest.size()), Secret(rest.size())};
+  while (!rest.empty()) {
+    const auto character = base::take_utf8(rest);
+    if (!character) return fail(ErrorCode::kInvalid, "the password is not UTF-8");
+    const bool printable = *character >= kFirstPrintable && *character <= kLastPrintable;
+    out.is_ascii = out.is_ascii && printable;
+    out.is_latin1 = out.is_latin1 && *character <= kLastLatin1;
+    out.latin1.span()[out.size] = static_cast<std::uint8_t>(*character & 0xffU);
+    out.replaced.span()[out.size] = printable ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'};
+    ++out.size;
+  }
+  return out;
+}
+
+Result<PasswordKey> keys_of(const Secret& password, std::string_view salt) {
+  const auto encoded = encode(password.text());
+  if (!encoded) return fail(encoded.error());
+  auto key = key_of_password(encoded->is_latin1 ? encoded->latin1_bytes() : encoded->replaced_bytes(), salt);
+  if (!key) return fail(key.error());
+  PasswordKey keys{std::move(*key), {}};
+  if (encoded->is_ascii || !encoded->is_latin1) return keys;
+  auto other = key_of_password(encoded->replaced_bytes(), salt);
+  if (!other) return fail(other.error());
+  keys.other = std::move(*other);
+  return keys;
+}
+
+}  // namespace
+
+Result<PasswordKey> user_key(const Secret& password) {
+  return keys_of(password, kUserSalt);
+}
+
+Result<PasswordKey> device_code(const Secret& password) {
+  return keys_of(password, kDeviceSalt);
+}
+
+}  // namespace rubicon::networks::knx::secure

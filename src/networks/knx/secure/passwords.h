@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "networks/knx/secure/key.h"
+#include "rubicon/result.hpp"
+
+namespace rubicon::networks::knx::secure {
+
+/// The key of a password. Interfaces disagree on letters beyond ASCII (knx.md, section 21.4): most take ISO 8859-1,
+/// some replace each of them by `?`.
+struct PasswordKey {
+  Key key;
+  /// With the replacement; only for a password that has such letters. To be tried once after `key` was refused.
+  std::optional<Key> other{};
+};
+
+/// From a password in UTF-8. Each key takes PBKDF2 (some 15 ms): not for the event loop. A password that ISO 8859-1
+/// cannot write (`€`) has only the key of the replacement. kInvalid: not UTF-8; the error never holds the password.
+Result<PasswordKey> user_key(const Secret& password);
+/// Proves the interface to us: "authentication code" of the device in ETS.
+Result<PasswordKey> device_code(const Secret& password);
+
+}  // namespace rubicon::networks::knx::secure

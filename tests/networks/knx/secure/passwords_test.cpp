@@ -1,0 +1,45 @@
+#include "networks/knx/secure/passwords.h"
+
+#include <gtest/gtest.h>
+
+#include "networks/knx/secure/vectors.h"
+
+namespace rubicon::networks::knx::secure {
+namespace {
+
+std::string hex_of(const Result<PasswordKey>& keys) {
+  return keys ? base::to_hex(keys->key.view()) : keys.error().text;
+}
+
+// knx.md, section 10.1.
+TEST(SecurePasswords, KeysOfTheWorkedVectors) {
+  const auto device = device_code(Secret::of_text("trustme"));
+  EXPECT_EQ(hex_of(device), "e158e4012047bd6cc41aafbc5c04c1fc");
+  EXPECT_FALSE(device->other);
+  EXPECT_EQ(hex_of(user_key(Secret::of_text("user2pw"))), "43e24ee1095ee6e9483baa42598b4aba");
+}
+
+// Computed with the PBKDF2 of Python: 'schl\xfcssel' and 'schl?ssel'.
+TEST(SecurePasswords, LettersBeyondAsciiAreLatin1AndMayBeQuestionMarks) {
+  const auto keys = user_key(Secret::of_text("schl\u00fcssel"));
+  EXPECT_EQ(hex_of(keys), "a0229d9a13360bc7051e1a1bbbdf0cd3");
+  ASSERT_TRUE(keys && keys->other);
+  EXPECT_EQ(base::to_hex(keys->other->view()), "8b8bc6010253c87441db80ed6c0a651a");
+  EXPECT_EQ(*keys->other, user_key(Secret::of_text("schl?ssel"))->key);
+}
+
+TEST(SecurePasswords, WhatLatin1CannotWriteHasOnlyTheReplacement) {
+  const auto keys = user_key(Secret::of_text("10 \u20ac"));
+  EXPECT_EQ(hex_of(keys), hex_of(user_key(Secret::of_text("10 ?"))));
+  EXPECT_FALSE(keys->other);
+}
+
+TEST(SecurePasswords, APasswordThatIsNotUtf8IsAnErrorWithoutThePassword) {
+  const auto keys = user_key(Secret::of_text("secret\xff"));
+  ASSERT_FALSE(keys);
+  EXPECT_EQ(keys.error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(keys.error().text.find("secret"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::knx::secure
