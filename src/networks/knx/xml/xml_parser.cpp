@@ -1,0 +1,135 @@
+#include "networks/knx/xml/xml_parser.h"
+
+#include <expat.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::networks::knx::xml {
+
+namespace {
+
+/// Expat takes the length of a piece as an int.
+constexpr std::size_t kLargestPiece = std::size_t{1} << 20U;
+
+std::string_view without_prefix(std::string_view name) {
+  const auto colon = name.find(':');
+  return colon == name.npos ? name : name.substr(colon + 1);
+}
+
+}  // namespace
+
+std::optional<std::string_view> Attributes::find(std::string_view name) const {
+  for (const auto* at = list_; at != nullptr && *at != nullptr; at += 2) {
+    if (name == *at) return at[1];
+  }
+  return std::nullopt;
+}
+
+std::size_t Attributes::size() const {
+  std::size_t count = 0;
+  for (const auto* at = list_; at != nullptr && *at != nullptr; at += 2) ++count;
+  return count;
+}
+
+/// What Expat calls.
+struct Parser::Events {
+  static Parser& of(void* user) { return *static_cast<Parser*>(user); }
+
+  static void XMLCALL start(void* user, const XML_Char* name, const XML_Char** attributes) {
+    of(user).start(name, Attributes(attributes));
+  }
+  static void XMLCALL end(void* user, const XML_Char* name) { of(user).end(name); }
+  static void XMLCALL text(void* user, const XML_Char* bytes, int size) {
+    if (!of(user).stopped_) of(user).listener_.text({bytes, static_cast<std::size_t>(size)});
+  }
+  static void XMLCALL document_type(void* user, const XML_Char*, const XML_Char*, const XML_Char*, int) {
+    of(user).stop(ErrorCode::kRefused, "DOCTYPE not allowed: file refused, nothing read from disk");
+  }
+  static int XMLCALL encoding(void* user, const XML_Char* name, XML_Encoding* into) {
+    const auto find = of(user).options_.encoding;
+    const auto table = find == nullptr ? nullptr : find(name);
+    if (table == nullptr) return XML_STATUS_ERROR;
+    for (int i = 0; i < 256; ++i) into->map[i] = table(static_cast<std::uint8_t>(i));
+    into->data = nullptr;
+    into->convert = nullptr;
+    into->release = nullptr;
+    return XML_STATUS_OK;
+  }
+};
+
+void Parser::Free::operator()(XML_ParserStruct* parser) const {
+  XML_ParserFree(parser);
+}
+
+Parser::Parser(Listener& listener, Options options)
+    : listener_(listener), options_(options), parser_(XML_ParserCreate(nullptr)) {
+  if (!parser_) {
+    stopped_ = Error{ErrorCode::kIo, "no memory to read it"};
+    return;
+  }
+  XML_SetUserData(parser_.get(), this);
+  XML_SetElementHandler(parser_.get(), Events::start, Events::end);
+  XML_SetCharacterDataHandler(parser_.get(), Events::text);
+  XML_SetStartDoctypeDeclHandler(parser_.get(), Events::document_type);
+  XML_SetUnknownEncodingHandler(parser_.get(), Events::encoding, this);
+  XML_SetParamEntityParsing(parser_.get(), XML_PARAM_ENTITY_PARSING_NEVER);
+}
+
+void Parser::stop(ErrorCode code, std::string why) {
+  if (stopped_) return;
+  stopped_ = Error{code, std::move(why)};
+  XML_StopParser(parser_.get(), XML_FALSE);
+}
+
+void Parser::refuse(std::string why) {
+  stop(ErrorCode::kInvalid, std::move(why));
+}
+
+void Parser::start(std::string_view name, const Attributes& attributes) {
+  if (stopped_) return;
+  if (++depth_ > options_.depth) return refuse(fmt::format("elements nested {} deep", depth_));
+  listener_.start(without_prefix(name), attributes);
+}
+
+void Parser::end(std::string_view name) {
+  if (stopped_) return;
+  --depth_;
+  listener_.end(without_prefix(name));
+}
+
+std::size_t Parser::line() const {
+  return parser_ ? static_cast<std::size_t>(XML_GetCurrentLineNumber(parser_.get())) : 0;
+}
+
+Error Parser::error() const {
+  const auto code = XML_GetErrorCode(parser_.get());
+  if (code == XML_ERROR_NO_ELEMENTS || code == XML_ERROR_UNCLOSED_TOKEN)
+    return {ErrorCode::kInvalid, "document ends inside an element"};
+  if (code == XML_ERROR_UNKNOWN_ENCODING)
+    return {ErrorCode::kInvalid, fmt::format("its encoding is not known, expected {}", options_.known_encodings)};
+  return {ErrorCode::kInvalid, fmt::format("not well-formed XML ({})", XML_ErrorString(code))};
+}
+
+Result<void> Parser::parse(std::string_view piece, bool last) {
+  if (!stopped_ && XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), last) != XML_STATUS_OK &&
+      !stopped_)
+    stopped_ = error();
+  if (stopped_) return fail(*stopped_);
+  return {};
+}
+
+Result<void> Parser::feed(std::string_view piece) {
+  while (!piece.empty()) {
+    if (auto read = parse(piece.substr(0, kLargestPiece), false); !read) return read;
+    piece.remove_prefix(std::min(piece.size(), kLargestPiece));
+  }
+  return {};
+}
+
+Result<void> Parser::finish() {
+  return parse({}, true);
+}
+
+}  // namespace rubicon::networks::knx::xml
