@@ -65,13 +65,25 @@ Random system_random() {
   };
 }
 
-Result<Key> key_of_password(ByteView password, std::string_view salt) {
-  Key key;
+Result<Secret> secret_of_password(ByteView password, std::string_view salt, std::size_t size) {
+  Secret secret(size);
   if (PKCS5_PBKDF2_HMAC(base::as_text(password).data(), size_of(password), base::as_bytes(salt).data(),
-                        static_cast<int>(salt.size()), kRounds, EVP_sha256(), static_cast<int>(Key::kSize),
-                        key.span().data()) != 1)
+                        static_cast<int>(salt.size()), kRounds, EVP_sha256(), size_of(secret.view()),
+                        secret.span().data()) != 1)
     return openssl_failed("PBKDF2");
-  return key;
+  return secret;
+}
+
+Result<Key> key_of_password(ByteView password, std::string_view salt) {
+  const auto secret = secret_of_password(password, salt, Key::kSize);
+  if (!secret) return fail(secret.error());
+  return Key(secret->view());
+}
+
+Secret base64_of(ByteView bytes) {
+  Secret padded((bytes.size() + 2) / 3 * 4 + 1);  // with the zero that OpenSSL writes
+  const auto size = EVP_EncodeBlock(padded.span().data(), bytes.data(), size_of(bytes));
+  return Secret(padded.view().first(static_cast<std::size_t>(size)));
 }
 
 Result<Digest> sha256(ByteView bytes) {

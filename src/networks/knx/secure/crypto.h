@@ -27,6 +27,10 @@ Random system_random();
 
 /// PBKDF2-HMAC-SHA256 with 65,536 rounds: some 15 ms, so that callers run it off the event loop.
 Result<Key> key_of_password(ByteView password, std::string_view salt);
+/// The same with `size` bytes.
+Result<Secret> secret_of_password(ByteView password, std::string_view salt, std::size_t size);
+/// In base64 (RFC 4648, section 4).
+Secret base64_of(ByteView bytes);
 
 Result<Digest> sha256(ByteView bytes);
 

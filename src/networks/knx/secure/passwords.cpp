@@ -12,6 +12,8 @@ namespace {
 // knx.md, section 10.1 (KNX 3/8/9).
 constexpr std::string_view kUserSalt = "user-password.1.secure.ip.knx.org";
 constexpr std::string_view kDeviceSalt = "device-authentication-code.1.secure.ip.knx.org";
+constexpr std::string_view kProjectSalt = "21.project.ets.knx.org";  // knx.md, section 13.4
+constexpr std::size_t kArchiveSecret = 32;
 constexpr char32_t kFirstPrintable = 0x20, kLastPrintable = 0x7e, kLastLatin1 = 0xff;
 
 /// The characters of a password as one byte each, in both forms; bytes behind `size` are unused.
@@ -52,6 +54,32 @@ Result<PasswordKey> keys_of(const Secret& password, std::string_view salt) {
   return keys;
 }
 
+/// UTF-16, low byte first. Bytes behind `size` are unused.
+struct Utf16 {
+  Secret bytes;
+  std::size_t size = 0;
+
+  void add(char32_t unit) {
+    bytes.span()[size++] = static_cast<std::uint8_t>(unit & 0xffU);
+    bytes.span()[size++] = static_cast<std::uint8_t>(unit >> 8U & 0xffU);
+  }
+};
+
+Result<Utf16> utf16_of(std::string_view rest) {
+  Utf16 out{Secret(rest.size() * 2)};
+  while (!rest.empty()) {
+    const auto character = base::take_utf8(rest);
+    if (!character) return fail(ErrorCode::kInvalid, "the password is not UTF-8");
+    if (*character < 0x10000) {
+      out.add(*character);
+    } else {
+      out.add(0xd800 + ((*character - 0x10000) >> 10U));
+      out.add(0xdc00 + ((*character - 0x10000) & 0x3ffU));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<PasswordKey> user_key(const Secret& password) {
@@ -60,6 +88,14 @@ Result<PasswordKey> user_key(const Secret& password) {
 
 Result<PasswordKey> device_code(const Secret& password) {
   return keys_of(password, kDeviceSalt);
+}
+
+Result<Secret> archive_password(const Secret& password) {
+  const auto encoded = utf16_of(password.text());
+  if (!encoded) return fail(encoded.error());
+  const auto secret = secret_of_password(encoded->bytes.view().first(encoded->size), kProjectSalt, kArchiveSecret);
+  if (!secret) return fail(secret.error());
+  return base64_of(secret->view());
 }
 
 }  // namespace rubicon::networks::knx::secure

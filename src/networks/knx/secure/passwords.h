@@ -21,4 +21,8 @@ Result<PasswordKey> user_key(const Secret& password);
 /// Proves the interface to us: "authentication code" of the device in ETS.
 Result<PasswordKey> device_code(const Secret& password);
 
+/// What ETS 6 gives to the archive of a protected project as its password (knx.md, section 13.4): 44 characters of
+/// base64 from a password in UTF-8. One PBKDF2. kInvalid: not UTF-8.
+Result<Secret> archive_password(const Secret& password);
+
 }  // namespace rubicon::networks::knx::secure

@@ -2,8 +2,11 @@
 
 #include <expat.h>
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <utility>
 
 namespace rubicon::networks::knx::xml {
@@ -17,6 +20,24 @@ std::string_view without_prefix(std::string_view name) {
   const auto colon = name.find(':');
   return colon == name.npos ? name : name.substr(colon + 1);
 }
+
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): Expat takes functions like these.
+void wipe_and_free(void* memory) {
+  if (memory == nullptr) return;
+  ::explicit_bzero(memory, ::malloc_usable_size(memory));
+  std::free(memory);
+}
+
+void* move_to(void* memory, std::size_t size) {
+  void* fresh = std::malloc(size);
+  if (fresh == nullptr || memory == nullptr) return fresh;
+  std::memcpy(fresh, memory, std::min(size, ::malloc_usable_size(memory)));
+  wipe_and_free(memory);
+  return fresh;
+}
+// NOLINTEND(cppcoreguidelines-no-malloc)
+
+constexpr XML_Memory_Handling_Suite kWiped{std::malloc, move_to, wipe_and_free};
 
 }  // namespace
 
@@ -42,7 +63,7 @@ struct Parser::Events {
   }
   static void XMLCALL end(void* user, const XML_Char* name) { of(user).end(name); }
   static void XMLCALL text(void* user, const XML_Char* bytes, int size) {
-    if (!of(user).stopped_) of(user).listener_.text({bytes, static_cast<std::size_t>(size)});
+    if (!of(user).stopped_ && !of(user).enough_) of(user).listener_.text({bytes, static_cast<std::size_t>(size)});
   }
   static void XMLCALL document_type(void* user, const XML_Char*, const XML_Char*, const XML_Char*, int) {
     of(user).stop(ErrorCode::kRefused, "DOCTYPE not allowed: file refused, nothing read from disk");
@@ -64,7 +85,7 @@ void Parser::Free::operator()(XML_ParserStruct* parser) const {
 }
 
 Parser::Parser(Listener& listener, Options options)
-    : listener_(listener), options_(options), parser_(XML_ParserCreate(nullptr)) {
+    : listener_(listener), options_(options), parser_(XML_ParserCreate_MM(nullptr, &kWiped, nullptr)) {
   if (!parser_) {
     stopped_ = Error{ErrorCode::kIo, "no memory to read it"};
     return;
@@ -78,7 +99,7 @@ Parser::Parser(Listener& listener, Options options)
 }
 
 void Parser::stop(ErrorCode code, std::string why) {
-  if (stopped_) return;
+  if (stopped_ || enough_) return;
   stopped_ = Error{code, std::move(why)};
   XML_StopParser(parser_.get(), XML_FALSE);
 }
@@ -87,14 +108,20 @@ void Parser::refuse(std::string why) {
   stop(ErrorCode::kInvalid, std::move(why));
 }
 
+void Parser::enough() {
+  if (stopped_ || enough_) return;
+  enough_ = true;
+  XML_StopParser(parser_.get(), XML_FALSE);
+}
+
 void Parser::start(std::string_view name, const Attributes& attributes) {
-  if (stopped_) return;
+  if (stopped_ || enough_) return;
   if (++depth_ > options_.depth) return refuse(fmt::format("elements nested {} deep", depth_));
   listener_.start(without_prefix(name), attributes);
 }
 
 void Parser::end(std::string_view name) {
-  if (stopped_) return;
+  if (stopped_ || enough_) return;
   --depth_;
   listener_.end(without_prefix(name));
 }
@@ -113,9 +140,16 @@ Error Parser::error() const {
 }
 
 Result<void> Parser::parse(std::string_view piece, bool last) {
-  if (!stopped_ && XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), last) != XML_STATUS_OK &&
-      !stopped_)
-    stopped_ = error();
+  if (stopped_) return fail(*stopped_);
+  if (enough_) return {};
+  fed_ += piece.size();
+  const auto status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), last);
+  if (enough_) return {};
+  if (!stopped_ && status != XML_STATUS_OK) stopped_ = error();
+  // Expat keeps the beginning of a tag until its end comes.
+  const auto done = XML_GetCurrentByteIndex(parser_.get());
+  if (!stopped_ && done >= 0 && fed_ - static_cast<std::uint64_t>(done) > options_.longest_tag)
+    stopped_ = Error{ErrorCode::kInvalid, fmt::format("a tag of more than {} bytes", options_.longest_tag)};
   if (stopped_) return fail(*stopped_);
   return {};
 }

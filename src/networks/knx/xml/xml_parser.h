@@ -45,7 +45,7 @@ class Listener {
 };
 
 /// Reads an XML document of an outside file in pieces: no DOCTYPE, so no entities of its own, nothing is opened, and
-/// the depth is bounded.
+/// the depth is bounded. Its memory is overwritten when it is freed: attributes of keyrings and projects have secrets.
 class Parser {
  public:
   /// The code points of the 256 bytes of an encoding.
@@ -55,6 +55,7 @@ class Parser {
     /// Encodings by their names as in the document, besides UTF-8, UTF-16, ISO-8859-1 and ASCII; nullptr = not known.
     SingleByte (*encoding)(std::string_view name) = nullptr;
     std::string_view known_encodings = "UTF-8, UTF-16 or ISO-8859-1";  ///< for the error text
+    std::size_t longest_tag = std::size_t{8} << 20U;  ///< bytes of a tag with its attributes, or of a comment
   };
 
   /// The listener must outlive it.
@@ -63,13 +64,16 @@ class Parser {
   Parser(const Parser&) = delete;
   Parser& operator=(const Parser&) = delete;
 
-  /// kInvalid: not well-formed, nested too deep, or refused by the listener; kRefused: it has a DOCTYPE. After an error
-  /// every further call gives it again.
+  /// kInvalid: not well-formed, nested too deep, a tag too long, or refused by the listener; kRefused: it has a
+  /// DOCTYPE. After an error every further call gives it again.
   Result<void> feed(std::string_view piece);
   /// The document ends here.
   Result<void> finish();
   /// Called by the listener: feed() then returns this error and the listener is not called again.
   void refuse(std::string why);
+  /// Called by the listener that needs nothing more: it is not called again, and what follows is not examined.
+  void enough();
+  bool has_enough() const { return enough_; }
   /// Of the present event or the error, from 1.
   std::size_t line() const;
 
@@ -89,6 +93,8 @@ class Parser {
   Options options_;
   std::unique_ptr<XML_ParserStruct, Free> parser_;
   std::size_t depth_ = 0;
+  std::uint64_t fed_ = 0;
+  bool enough_ = false;
   std::optional<Error> stopped_;
 };
 

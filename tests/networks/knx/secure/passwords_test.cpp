@@ -41,5 +41,14 @@ TEST(SecurePasswords, APasswordThatIsNotUtf8IsAnErrorWithoutThePassword) {
   EXPECT_EQ(keys.error().text.find("secret"), std::string::npos);
 }
 
+// knx.md, section 13.4; the second computed with the PBKDF2 of Python.
+TEST(SecurePasswords, ArchivesOfEts6HaveADerivedPassword) {
+  EXPECT_EQ(archive_password(Secret::of_text("flatpass"))->text(), "+TXwaOJ3i2n02g0bV3/tpIcebCwR98fDyWkzKX4nwgY=");
+  EXPECT_EQ(archive_password(Secret::of_text("schl\u00fcssel 10 \u20ac \U0001f511"))->text(),
+            "QS1NKSOhi9jM1TxvI9ynXJRLCiPZWNl3cPxV4mYHKYk=");
+  EXPECT_EQ(archive_password(Secret())->text(), "a/wV5L61/gTOfxSn9IoDBw4EDcvJCKjUFlzyMXurLmg=");
+  EXPECT_EQ(archive_password(Secret::of_text("\xff")).error().code, ErrorCode::kInvalid);
+}
+
 }  // namespace
 }  // namespace rubicon::networks::knx::secure

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <vector>
+#include <optional>
 
 namespace rubicon::networks::knx::xml {
 namespace {
@@ -19,17 +19,19 @@ struct Heard final : Listener {
       events += " " + std::string(key) + "=" + std::string(value);
     }
     events += ">";
+    if (name == last && parser != nullptr) parser->enough();
     if (name == refused && parser != nullptr) parser->refuse("no such element, please");
   }
   void end(std::string_view name) override { events += "</" + std::string(name) + ">"; }
   void text(std::string_view text) override { events += text; }
 
-  std::string events, refused;
+  std::string events, refused, last;
   Parser* parser = nullptr;
+  std::optional<Parser> own;
 };
 
 Result<void> read(std::string_view document, Heard& heard, std::size_t piece) {
-  Parser parser(heard);
+  auto& parser = heard.own.emplace(heard);
   heard.parser = &parser;
   for (; !document.empty(); document.remove_prefix(std::min(piece, document.size()))) {
     if (auto fed = parser.feed(document.substr(0, piece)); !fed) return fed;
@@ -69,6 +71,31 @@ TEST(XmlParser, AfterARefusalTheListenerHearsNothing) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().text, "no such element, please");
   EXPECT_EQ(heard.events, "<a><b>");
+}
+
+TEST(XmlParser, WhatFollowsWhatTheListenerNeedsIsNotExamined) {
+  Heard heard;
+  heard.last = "b";
+  EXPECT_TRUE(read("<a><b/>not <well formed", heard, 4));
+  EXPECT_EQ(heard.events, "<a><b>");
+  EXPECT_TRUE(heard.parser->has_enough());
+}
+
+TEST(XmlParser, ATagHasABoundInAnyPieces) {
+  for (const auto* begin : {"<a b='", "<a><!-- "}) {
+    for (const std::size_t piece : {std::size_t{1000}, std::size_t{1} << 20U, std::size_t{1} << 26U}) {
+      Heard heard;
+      const auto result = read(begin + std::string(10'000'000, 'x'), heard, piece);
+      ASSERT_FALSE(result);
+      EXPECT_THAT(result.error().text, HasSubstr("a tag of more than 8388608 bytes")) << begin << piece;
+    }
+  }
+}
+
+TEST(XmlParser, LongTextHasNoBound) {
+  Heard heard;
+  EXPECT_TRUE(read("<a>" + std::string(20'000'000, 'x') + "</a>", heard, 65'536));
+  EXPECT_EQ(heard.events.size(), 20'000'007U);
 }
 
 TEST(XmlParser, SaysWhatIsWrong) {
