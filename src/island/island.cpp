@@ -14,6 +14,7 @@
 #include "island/island_state.h"
 #include "island/log_tuples.h"
 #include "island/network_controls.h"
+#include "island/network_memory.h"
 #include "island/options_file.h"
 #include "island/point_names.h"
 #include "model/former_types.h"
@@ -46,6 +47,7 @@ struct Island::Impl {
         recorders({scheduler, space, some_transports, sink, config.proxy.prefix}, config.proxy),
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
+        memory(state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
         settings({scheduler, space, config.proxy}),
         controls({scheduler, space, config.proxy}, networks),
@@ -57,6 +59,7 @@ struct Island::Impl {
     networks.provide_tuples([this](std::string_view tuple, std::function<void(std::string_view)> call) {
       return watch_tuple(tuple, std::move(call));
     });
+    networks.provide_memory(memory);
     watch_numbers();
     watch_disks();
   }
@@ -83,6 +86,7 @@ struct Island::Impl {
   Recorders recorders;  ///< ends after the networks: their last messages are recorded
   gateway::Gateway gateway;
   proxy::Proxy proxy;
+  NetworkMemory memory;
   network::Supervisor networks;
   SettingsTuples settings;
   NetworkControls controls;
@@ -162,8 +166,8 @@ Result<void> Island::Impl::add(const island::NetworkSetup& setup, network::Super
                                std::size_t most_devices, base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
-  auto added =
-      to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml, most_devices});
+  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml,
+                                    most_devices, !config.state.file.empty()});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.also_known(island::kCommonNetworkKeys);
   options.finish();
@@ -316,8 +320,8 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    const auto changed = networks.change(
-        {id, config.id, options, config.types, next.directory, config::parse_yaml, next.limits.devices});
+    const auto changed = networks.change({id, config.id, options, config.types, next.directory, config::parse_yaml,
+                                          next.limits.devices, !config.state.file.empty()});
     if (!changed) recreated.push_back(id);
   }
   for (const auto& id : plan.removed) remove(id);

@@ -17,6 +17,14 @@ Result<TupleWatch> NetworkHost::watch_tuple(std::string_view, std::function<void
   return fail(ErrorCode::kUnsupported, "this host has no tuples");
 }
 
+Result<void> NetworkHost::remember(std::string_view, ByteView) {
+  return fail(ErrorCode::kUnsupported, "nothing can be remembered without a state file (state: {file: ...})");
+}
+
+Result<std::optional<Bytes>> NetworkHost::remembered(std::string_view) {
+  return std::optional<Bytes>();
+}
+
 Result<void> Network::reopen() {
   return fail(ErrorCode::kUnsupported, "no attempt is planned: the line waits for its peer");
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "base/config_reader.h"
 #include "base/limited_log.h"
 #include "base/log.h"
@@ -20,6 +21,9 @@
 #include "transport/transports.h"
 
 namespace rubicon::network {
+
+/// Bounds of what a network remembers.
+inline constexpr std::size_t kMaxMemoryName = 64, kMaxMemoryValue = 4096, kMostMemories = 4096;
 
 /// Keeps a tuple subscription alive; destroying it unsubscribes.
 using TupleWatch = std::shared_ptr<void>;
@@ -43,6 +47,15 @@ class NetworkHost {
   /// kInvalid if `tuple` names no tuple. The default has no tuples: kUnsupported.
   virtual Result<TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view value)> call);
 
+  /// Keeps a small value of the network under a name of `[a-z0-9.-]`, also after the process ends; an empty one removes
+  /// it. On the disk when this returns, so not to be called often. Not to be called while the network is constructed.
+  /// kUnsupported: the island has no state file (the default); kRefused: it can only be read; kOutOfRange: a name of
+  /// more than kMaxMemoryName bytes or other characters, a value of more than kMaxMemoryValue bytes; kBusy: the network
+  /// has kMostMemories values, or the file is at its limit; else kIo.
+  virtual Result<void> remember(std::string_view name, ByteView value);
+  /// That value; nullopt: there is none, also without a state file. An error if the file cannot be read.
+  virtual Result<std::optional<Bytes>> remembered(std::string_view name);
+
   virtual Scheduler& scheduler() = 0;
   virtual transport::Transports& transports() = 0;
   virtual const Log& log() const = 0;
@@ -64,6 +77,7 @@ struct NetworkConfig {
   /// Parses further YAML files that options name (`file` appears in errors); nullptr where there is no parser.
   Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
   std::size_t most_devices = 20000;  ///< `limits.devices` of the island
+  bool remembers = false;            ///< the island has a state file: NetworkHost::remember
 };
 
 /// A device that the options name, with all its points.

@@ -71,6 +71,14 @@ class Supervisor::Slot final : public NetworkHost {
                                     : NetworkHost::watch_tuple(tuple, std::move(call));
   }
 
+  Result<void> remember(std::string_view name, ByteView value) override {
+    return supervisor_.memory_ ? supervisor_.memory_->remember(id_, name, value) : NetworkHost::remember(name, value);
+  }
+
+  Result<std::optional<Bytes>> remembered(std::string_view name) override {
+    return supervisor_.memory_ ? supervisor_.memory_->remembered(id_, name) : NetworkHost::remembered(name);
+  }
+
   Scheduler& scheduler() override { return supervisor_.scheduler_; }
   transport::Transports& transports() override { return supervisor_.transports_; }
   const Log& log() const override { return log_; }

@@ -17,6 +17,14 @@ class MessageSink {
   virtual void from_network(const std::string& network, Message message) = 0;
 };
 
+/// Keeps what networks remember: NetworkHost::remember and remembered, with the id of the network.
+class NetworkMemory {
+ public:
+  virtual ~NetworkMemory() = default;
+  virtual Result<void> remember(const std::string& network, std::string_view name, ByteView value) = 0;
+  virtual Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) = 0;
+};
+
 /// Owns the networks of an island, is their host, opens their lines and opens lost ones again after a growing, jittered
 /// pause, for ever. Delivers State{kDown, reason} for a lost line. Logs why a line is not up, or up with a reason, when
 /// the reason changes (each at most once a minute), and that it is up again. Opens nothing before start(), so that all
@@ -33,6 +41,9 @@ class Supervisor {
   using WatchTuple =
       std::function<Result<TupleWatch>(std::string_view tuple, std::function<void(std::string_view value)> call)>;
   void provide_tuples(WatchTuple watch) { watch_tuple_ = std::move(watch); }
+
+  /// Serves NetworkHost::remember; must outlive the networks.
+  void provide_memory(NetworkMemory& memory) { memory_ = &memory; }
 
   /// kDuplicate for an id already there; else what `make` says.
   Result<void> add(const NetworkType& type, const NetworkConfig& config);
@@ -69,6 +80,7 @@ class Supervisor {
   base::LogSink& log_;
   MessageSink& sink_;
   WatchTuple watch_tuple_;
+  NetworkMemory* memory_ = nullptr;
   bool started_ = false, closing_ = false;
   std::size_t still_closing_ = 0;
   std::function<void()> closed_;

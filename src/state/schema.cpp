@@ -50,7 +50,16 @@ ALTER TABLE device ADD COLUMN given_name TEXT NOT NULL DEFAULT '';
 ALTER TABLE device ADD COLUMN area TEXT NOT NULL DEFAULT '';
 )sql";
 
-constexpr const char* kSteps[] = {kVersion1, kVersion2};
+/// What networks remember.
+constexpr const char* kVersion3 = R"sql(
+CREATE TABLE memory(
+  network TEXT NOT NULL,
+  name TEXT NOT NULL,
+  value BLOB NOT NULL,
+  PRIMARY KEY(network, name)) STRICT, WITHOUT ROWID;
+)sql";
+
+constexpr const char* kSteps[] = {kVersion1, kVersion2, kVersion3};
 
 sqlite::Format format_of(std::span<const char* const> steps) {
   return {kApplicationId, "rubicon-proxy", steps};

@@ -6,6 +6,7 @@
 
 #include "base/assert.h"
 #include "state/device_rows.h"
+#include "state/memory_rows.h"
 #include "state/state_file.h"
 #include "state/value_rows.h"
 
@@ -73,12 +74,16 @@ std::string_view to_string(Decision decision) {
 }
 
 struct StateStore::Impl {
-  Impl(StateFile opened, DeviceRows device_rows, ValueRows value_rows)
-      : file(std::move(opened)), devices(std::move(device_rows)), values(std::move(value_rows)) {}
+  Impl(StateFile opened, DeviceRows device_rows, ValueRows value_rows, MemoryRows memory_rows)
+      : file(std::move(opened)),
+        devices(std::move(device_rows)),
+        values(std::move(value_rows)),
+        memory(std::move(memory_rows)) {}
 
   StateFile file;
   DeviceRows devices;
   ValueRows values;
+  MemoryRows memory;
   Statement pages, free_pages;
   std::uint64_t page_bytes = 4096, max_pages = 0;
   AnnouncementWriter announcements;
@@ -248,7 +253,9 @@ Result<std::unique_ptr<StateStore>> StateStore::make(Result<StateFile> file, con
   if (!devices) return fail(devices.error());
   auto values = ValueRows::prepare(file->database);
   if (!values) return fail(values.error());
-  auto made = std::make_unique<Impl>(std::move(*file), std::move(*devices), std::move(*values));
+  auto memory = MemoryRows::prepare(file->database);
+  if (!memory) return fail(memory.error());
+  auto made = std::make_unique<Impl>(std::move(*file), std::move(*devices), std::move(*values), std::move(*memory));
   if (auto done = made->prepare(options); !done) return fail(done.error());
   return std::unique_ptr<StateStore>(new StateStore(std::move(made)));
 }
@@ -374,6 +381,27 @@ Result<void> StateStore::each(const std::string& network, const std::function<vo
                              visit(row, std::move(device));
                              return {};
                            });
+}
+
+Result<void> StateStore::remember(const std::string& network, std::string_view name, ByteView value, std::size_t most) {
+  auto& impl = *impl_;
+  RUBICON_ASSERT(!impl.begun);
+  auto done = impl.write([&]() -> Result<void> {
+    if (value.empty()) return impl.memory.remove(network, name);
+    const auto others = impl.memory.count_others(network, name);
+    if (!others) return fail(others.error());
+    if (*others >= most) {
+      return fail(ErrorCode::kBusy, fmt::format("state file {}: network {} remembers {} values, which are the most",
+                                                impl.file.path, network.substr(0, kMaxAddress), *others));
+    }
+    if (auto room = impl.make_room(value.size() + kBytesPerValue, kNoRow); !room) return room;
+    return impl.memory.put(network, name, value);
+  });
+  return done ? impl.file.database.sync() : done;
+}
+
+Result<std::optional<Bytes>> StateStore::remembered(const std::string& network, std::string_view name) const {
+  return impl_->memory.find(network, name);
 }
 
 Result<void> StateStore::begin() {

@@ -6,9 +6,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "model/message.h"
 #include "rubicon/address.hpp"
 #include "rubicon/result.hpp"
@@ -101,6 +103,12 @@ class StateStore {
   /// values by kind, type and instance. Devices and values that cannot be read are skipped and counted. `visit` may
   /// call everything but commit() and rollback(); devices that it adds are not visited.
   Result<void> each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) const;
+
+  /// Keeps a value that a network remembers, empty = removes it. Durable when it returns; a transaction of its own, so
+  /// not between begin and commit. kBusy: the file is at its limit, or the network has `most` other values.
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value, std::size_t most);
+  /// nullopt: there is none.
+  Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) const;
 
   /// All writes between begin and commit are one transaction; without begin each write is one. A durable commit is on
   /// the disk when it returns; others may be lost in a power failure, but not if the process dies. After a write failed

@@ -121,4 +121,8 @@ Result<std::unique_ptr<FileSource>> LocalTransports::open_file(const std::string
   return file;
 }
 
+Result<std::unique_ptr<Worker>> LocalTransports::start_worker(const std::string& name) {
+  return transport::start_worker(name);
+}
+
 }  // namespace rubicon::transport

@@ -28,6 +28,7 @@ class LocalTransports final : public Transports {
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
   Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
+  Result<std::unique_ptr<Worker>> start_worker(const std::string& name) override;
   Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
   Result<void> rename_file(const std::string& from, const std::string& to) override;
   Result<void> remove_file(const std::string& path) override;

@@ -13,6 +13,9 @@ auto no_files(const std::string& path) {
 Result<std::unique_ptr<AppendFile>> Transports::open_append(const std::string& path) {
   return no_files(path);
 }
+Result<std::unique_ptr<Worker>> Transports::start_worker(const std::string& name) {
+  return fail(ErrorCode::kUnsupported, "there are no threads for " + name);
+}
 Result<void> Transports::rename_file(const std::string& from, const std::string&) {
   return no_files(from);
 }

@@ -12,6 +12,7 @@
 #include "transport/serial.h"
 #include "transport/tcp.h"
 #include "transport/udp.h"
+#include "transport/worker.h"
 
 namespace rubicon::transport {
 
@@ -71,6 +72,10 @@ class Transports {
   /// Looks up the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the result cancels the call. Only if there are sockets: asserted.
   virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
+
+  /// A thread for work that computes long, such as deriving keys from passwords; see worker.h. kIo: the system has no
+  /// room for one more.
+  virtual Result<std::unique_ptr<Worker>> start_worker(const std::string& name);
 
   // Writing files.
   /// Opens a file for appending, and creates it if it does not exist (its folder must). kBusy if another program

@@ -134,6 +134,34 @@ TEST_F(SupervisorTest, OpensNothingBeforeTheStartAndLaterAddedNetworksAtOnce) {
   EXPECT_THAT(supervisor.ids(), ElementsAre("a-1", "a-2"));
 }
 
+struct Notebook final : NetworkMemory {
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value) override {
+    pages[network + "/" + std::string(name)] = Bytes(value.begin(), value.end());
+    return {};
+  }
+  Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) override {
+    return pages.at(network + "/" + std::string(name));
+  }
+  std::map<std::string, Bytes> pages;
+};
+
+TEST_F(SupervisorTest, KeepsWhatEachNetworkRemembersApart) {
+  Notebook notebook;
+  supervisor.provide_memory(notebook);
+  ASSERT_TRUE(add("a-1", played()));
+  ASSERT_TRUE(script->host->remember("sequence", Bytes{1}));
+  ASSERT_TRUE(add("a-2", played()));
+  ASSERT_TRUE(script->host->remember("sequence", Bytes{2}));
+  EXPECT_EQ(notebook.pages, (std::map<std::string, Bytes>{{"a-1/sequence", {1}}, {"a-2/sequence", {2}}}));
+  EXPECT_EQ(*script->host->remembered("sequence"), Bytes{2});
+}
+
+TEST_F(SupervisorTest, HasNoMemoryUnlessItIsProvided) {
+  ASSERT_TRUE(add("a-1", played()));
+  EXPECT_EQ(script->host->remember("sequence", Bytes{1}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(*script->host->remembered("sequence"), std::nullopt);
+}
+
 TEST_F(SupervisorTest, RefusesASecondNetworkOfTheSameId) {
   ASSERT_TRUE(add("a-1", played()));
   const auto again = add("a-1", played());

@@ -58,7 +58,7 @@ TEST(StateFile, OfAnotherIslandIsRefused) {
 TEST(StateFile, OfANewerVersionIsRefusedAndLeftAsItIs) {
   Folder folder;
   opened(folder / "s").reset();
-  run_sql(folder / "s", "PRAGMA user_version=3");
+  run_sql(folder / "s", fmt::format("PRAGMA user_version={}", schema_steps().size() + 1));
   const auto before = read_all(folder / "s");
   const auto error = error_of(folder / "s");
   EXPECT_EQ(error.code, ErrorCode::kRefused);
@@ -419,7 +419,8 @@ TEST(StateFile, OfTheFirstVersionIsReadAndTakesNames) {
   Folder folder;
   fill(*opened(folder / "s"), 3);
   run_sql(folder / "s",
-          "ALTER TABLE device DROP COLUMN given_name; ALTER TABLE device DROP COLUMN area; PRAGMA user_version=1");
+          "ALTER TABLE device DROP COLUMN given_name; ALTER TABLE device DROP COLUMN area; DROP TABLE memory; "
+          "PRAGMA user_version=1");
   const auto store = opened(folder / "s");
   EXPECT_EQ(store->stats().devices, 3u);
   ASSERT_TRUE(store->rename(2, "Kitchen mote", "Kitchen"));

@@ -353,5 +353,35 @@ TEST(StateStore, AFileOfFormerTypesIsReadWithThoseOfToday) {
   expect_today(*store, 60.5);
 }
 
+TEST(StateStore, RemembersSmallValuesOfNetworks) {
+  Folder folder;
+  {
+    const auto store = opened(folder / "s");
+    EXPECT_EQ(*store->remembered("knx", "sequence"), std::nullopt);
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{1, 2}, 2));
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{0}, 2));
+    ASSERT_TRUE(store->remember("knx-2", "sequence", Bytes{9}, 2));
+    ASSERT_TRUE(store->remember("knx", "timer", Bytes{7}, 2));
+    const auto full = store->remember("knx", "one-too-many", Bytes{7}, 2);
+    ASSERT_FALSE(full);
+    EXPECT_EQ(full.error().code, ErrorCode::kBusy);
+    EXPECT_THAT(full.error().text, testing::HasSubstr("network knx remembers 2 values"));
+    ASSERT_TRUE(store->remember("knx", "timer", {}, 2));
+    ASSERT_TRUE(store->remember("knx", "never-there", {}, 2));
+  }
+  const auto store = opened(folder / "s");
+  EXPECT_EQ(*store->remembered("knx", "sequence"), Bytes{0});
+  EXPECT_EQ(*store->remembered("knx-2", "sequence"), Bytes{9});
+  EXPECT_EQ(*store->remembered("knx", "timer"), std::nullopt);
+}
+
+TEST(StateStore, ThatIsReadOnlyRemembersNothingNew) {
+  Folder folder;
+  ASSERT_TRUE(opened(folder / "s")->remember("knx", "sequence", Bytes{1}, 9));
+  const auto store = StateStore::open_existing(folder / "s", StateStore::Use::kRead).value();
+  EXPECT_EQ(store->remember("knx", "sequence", Bytes{2}, 9).error().code, ErrorCode::kRefused);
+  EXPECT_EQ(*store->remembered("knx", "sequence"), Bytes{1});
+}
+
 }  // namespace
 }  // namespace rubicon::state

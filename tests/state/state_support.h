@@ -74,9 +74,12 @@ inline std::string text_of(const KnownDevice& device) {
   return text;
 }
 
-/// Every device of a store, one a line; the error's text instead if it cannot be read.
+/// Every device of a store, one a line, after what wsn-1 remembers as `sequence`; the error's text instead if it cannot
+/// be read.
 inline std::string snapshot(const StateStore& store) {
-  std::string text;
+  const auto sequence = store.remembered("wsn-1", "sequence");
+  if (!sequence) return sequence.error().text;
+  std::string text = *sequence ? base::to_hex(**sequence) + "\n" : "";
   const auto read = store.each("", [&](StateStore::Row, KnownDevice&& device) { text += text_of(device) + "\n"; });
   return read ? text : read.error().text;
 }

@@ -27,6 +27,19 @@ class FakeHost final : public network::NetworkHost {
     followed[std::string(tuple)] = std::move(call);
     return network::TupleWatch(this, [tuple = std::string(tuple)](FakeHost* host) { host->followed.erase(tuple); });
   }
+  Result<void> remember(std::string_view name, ByteView value) override {
+    if (forgetful) return NetworkHost::remember(name, value);
+    if (value.empty()) {
+      memory.erase(std::string(name));
+    } else {
+      memory[std::string(name)] = Bytes(value.begin(), value.end());
+    }
+    return {};
+  }
+  Result<std::optional<Bytes>> remembered(std::string_view name) override {
+    const auto found = memory.find(std::string(name));
+    return found == memory.end() ? std::optional<Bytes>() : std::optional(found->second);
+  }
   Scheduler& scheduler() override { return time; }
   transport::Transports& transports() override { return *lines; }
   const Log& log() const override { return voice_; }
@@ -48,6 +61,8 @@ class FakeHost final : public network::NetworkHost {
   CollectingLog words;
   std::vector<Message> delivered;
   std::vector<Error> failures;
+  std::map<std::string, Bytes> memory;  ///< what the network remembers; outlives it as the host does
+  bool forgetful = false;               ///< there is no state file
   std::map<std::string, std::function<void(std::string_view)>> followed;  ///< call one to change that tuple
 
  private:

@@ -8,7 +8,10 @@
 #include <atomic>
 #include <thread>
 
+#include "base/virtual_scheduler.h"
 #include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+#include "transport/memory/memory_transports.h"
 
 namespace rubicon::transport {
 namespace {
@@ -52,6 +55,30 @@ TEST(Worker, AJobMayAppendAnother) {
 
 // The sanitizers need memory of their own for each thread.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Worker, OfTheTransportsRunsApartAndInMemoryInTurns) {
+  Loop loop;
+  LocalTransports local(loop);
+  std::thread::id thread;
+  {
+    const auto worker = local.start_worker("test").value();
+    worker->run([&] { thread = std::this_thread::get_id(); });
+  }
+  EXPECT_NE(thread, std::thread::id());
+  EXPECT_NE(thread, std::this_thread::get_id());
+
+  VirtualScheduler time;
+  MemoryNet net(time);
+  MemoryTransports memory;
+  EXPECT_EQ(memory.start_worker("test").error().code, ErrorCode::kUnsupported);
+  memory.join(net);
+  const auto worker = memory.start_worker("test").value();
+  bool ran = false;
+  worker->run([&] { ran = true; });
+  EXPECT_FALSE(ran);
+  time.run_for(Duration::zero());
+  EXPECT_TRUE(ran);
+}
+
 TEST(Worker, AThreadThatTheSystemRefusesIsAnError) {
   const auto child = ::fork();
   if (child == 0) {

@@ -7,6 +7,7 @@
 
 #include "base/assert.h"
 #include "transport/memory/memory_mqtt.h"
+#include "transport/memory/memory_worker.h"
 
 namespace rubicon::transport {
 
@@ -113,6 +114,11 @@ Result<std::unique_ptr<FileSource>> MemoryTransports::open_file(const std::strin
       std::any_of(files_.begin(), files_.end(), [&](const auto& file) { return file.first.starts_with(path + '/'); });
   if (is_folder) return fail(ErrorCode::kIo, path + ": is a directory, expected a file");
   return fail(ErrorCode::kNotFound, path + ": cannot open: No such file or directory");
+}
+
+Result<std::unique_ptr<Worker>> MemoryTransports::start_worker(const std::string& name) {
+  if (!net_) return Transports::start_worker(name);
+  return std::make_unique<MemoryWorker>(net_->scheduler());
 }
 
 }  // namespace rubicon::transport

@@ -47,6 +47,9 @@ class MemoryTransports final : public Transports {
   Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
+  /// Its jobs run in turns of the network's loop.
+  Result<std::unique_ptr<Worker>> start_worker(const std::string& name) override;
+
   // Writing: all folders exist, but those that a test removes with lose_folder().
   Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
   Result<void> rename_file(const std::string& from, const std::string& to) override;
