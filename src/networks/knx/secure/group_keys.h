@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include "networks/knx/secure/key.h"
+#include "networks/knx/wire/address.h"
+
+namespace rubicon::networks::knx::secure {
+
+/// A group address that takes secured telegrams only.
+struct GroupKey {
+  std::optional<Key> key{};                     ///< nullopt: secured, but its key is not known
+  std::set<wire::IndividualAddress> senders{};  ///< whose telegrams are accepted
+  bool may_send = true;                         ///< receivers accept telegrams of our own address
+};
+
+/// What one line needs for Data Secure (knx.md, sections 11 and 12).
+struct GroupKeys {
+  std::map<wire::GroupAddress, GroupKey> groups;
+  /// The last sequence number of a device that is known from elsewhere (keyring); also of our own address.
+  std::map<wire::IndividualAddress, std::uint64_t> sequences;
+};
+
+/// Keeps small values across restarts, as NetworkHost::remember() and remembered() do. kUnsupported: nothing is kept.
+/// An empty function means the same.
+struct GroupStorage {
+  /// The value is on the disk when this returns success.
+  std::function<Result<void>(std::string_view name, ByteView value)> store;
+  std::function<Result<std::optional<Bytes>>(std::string_view name)> stored;
+};
+
+/// As LineCallbacks::note: for the log, limited by the callee.
+using Note = std::function<void(std::string_view subject, std::string_view text)>;
+
+}  // namespace rubicon::networks::knx::secure

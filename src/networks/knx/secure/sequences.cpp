@@ -1,0 +1,159 @@
+#include "networks/knx/secure/sequences.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "networks/knx/secure/secured_apdu.h"
+
+namespace rubicon::networks::knx::secure {
+
+namespace {
+
+constexpr std::string_view kOwnName = "secure.sequence";
+constexpr std::size_t kOwnSize = 8, kSenderSize = 7;
+/// Sequence numbers of devices count from here where nothing is stored.
+constexpr std::chrono::sys_days kEpoch = std::chrono::year{2018} / 1 / 5;
+
+std::uint64_t milliseconds_since_epoch(WallTime now) {
+  const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(now - kEpoch).count();
+  return passed > 0 ? static_cast<std::uint64_t>(passed) : 0;
+}
+
+Result<std::optional<Bytes>> read(const GroupStorage& storage, std::string_view name) {
+  if (!storage.stored || !storage.store)
+    return fail(ErrorCode::kUnsupported, "nothing is kept across restarts: there is no state file");
+  return storage.stored(name);
+}
+
+std::string senders_name(std::uint8_t line) {
+  return fmt::format("secure.senders-{}.{}", line >> 4, line & 0xf);
+}
+
+}  // namespace
+
+// OwnSequence.
+
+OwnSequence::OwnSequence(Scheduler& scheduler, GroupStorage storage, std::uint64_t known)
+    : scheduler_(scheduler), storage_(std::move(storage)), next_(known + 1) {
+  (void)load();
+}
+
+Result<void> OwnSequence::load() {
+  if (loaded_) return {};
+  const auto stored = read(storage_, kOwnName);
+  if (!stored) {
+    return fail(stored.error().code,
+                fmt::format("its sequence number cannot be kept across restarts ({})", stored.error().text));
+  }
+  if (stored->has_value()) {
+    base::ByteReader reader(**stored);
+    const auto last = reader.u64_be();
+    if ((*stored)->size() != kOwnSize || last > kMaxSequence)
+      return fail(ErrorCode::kInvalid, "the stored sequence number cannot be read (secure.sequence)");
+    next_ = std::max(next_, last + 1);
+  }
+  loaded_ = true;
+  return {};
+}
+
+Result<void> OwnSequence::usable() {
+  return load();
+}
+
+Result<void> OwnSequence::reserve() {
+  const auto first = std::max(next_, milliseconds_since_epoch(scheduler_.wall_now()));
+  if (first > kMaxSequence) return fail(ErrorCode::kOutOfRange, "all sequence numbers are used");
+  const auto limit = std::min(first + kReserve - 1, kMaxSequence);
+  base::ByteWriter value;
+  value.u64_be(limit);
+  if (auto stored = storage_.store(kOwnName, value.view()); !stored)
+    return fail(stored.error().code, fmt::format("its sequence number cannot be stored ({})", stored.error().text));
+  next_ = first;
+  limit_ = limit;
+  return {};
+}
+
+Result<std::uint64_t> OwnSequence::next() {
+  if (auto loaded = load(); !loaded) return fail(loaded.error());
+  if (next_ > limit_) {
+    if (auto reserved = reserve(); !reserved) return fail(reserved.error());
+  }
+  return next_++;
+}
+
+// SenderSequences.
+
+SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage,
+                                 std::map<wire::IndividualAddress, std::uint64_t> start, Note note)
+    : storage_(std::move(storage)),
+      last_(std::move(start)),
+      note_(std::move(note)),
+      write_later_(scheduler, kPause, [this] { write(); }) {
+  std::set<std::uint8_t> lines;
+  for (const auto& [sender, last] : last_) lines.insert(line_of(sender));
+  for (const auto line : lines) load(line);
+}
+
+SenderSequences::~SenderSequences() {
+  write();
+}
+
+void SenderSequences::note(std::string_view text) {
+  if (note_) note_("secure-storage", text);
+}
+
+void SenderSequences::load(std::uint8_t line) {
+  const auto stored = read(storage_, senders_name(line));
+  if (!stored) {
+    if (stored.error().code != ErrorCode::kUnsupported)
+      note(fmt::format("the last sequence numbers of senders cannot be read: {}", stored.error().text));
+    return;
+  }
+  if (!stored->has_value()) return;
+  const ByteView bytes = **stored;
+  if (bytes.size() % kSenderSize != 0)
+    return note(fmt::format("the stored sequence numbers of {} are damaged and ignored", senders_name(line)));
+  for (std::size_t at = 0; at < bytes.size(); at += kSenderSize) {
+    const auto found = last_.find(wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | bytes[at])));
+    std::uint64_t sequence = 0;
+    for (const auto byte : bytes.subspan(at + 1, kSenderSize - 1)) sequence = sequence << 8U | byte;
+    if (found != last_.end()) found->second = std::max(found->second, sequence);
+  }
+}
+
+std::uint64_t SenderSequences::last(wire::IndividualAddress sender) const {
+  const auto found = last_.find(sender);
+  return found == last_.end() ? 0 : found->second;
+}
+
+void SenderSequences::set(wire::IndividualAddress sender, std::uint64_t sequence) {
+  last_[sender] = sequence;
+  changed_.insert(line_of(sender));
+  write_later_.request();
+}
+
+Result<void> SenderSequences::write(std::uint8_t line) {
+  if (!storage_.store) return fail(ErrorCode::kUnsupported, "no storage");
+  base::ByteWriter value;
+  const auto first = wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U));
+  for (auto at = last_.lower_bound(first); at != last_.end() && line_of(at->first) == line; ++at) {
+    value.u8(static_cast<std::uint8_t>(number(at->first) & 0xffU));
+    value.u16_be(static_cast<std::uint16_t>(at->second >> 32U));
+    value.u32_be(static_cast<std::uint32_t>(at->second & 0xffffffffU));
+  }
+  return storage_.store(senders_name(line), value.view());
+}
+
+/// What cannot be written now is written with the next number that is received.
+void SenderSequences::write() {
+  for (auto line = changed_.begin(); line != changed_.end();) {
+    const auto written = write(*line);
+    const bool keep = !written && written.error().code != ErrorCode::kUnsupported;
+    if (keep) note(fmt::format("the last sequence numbers of senders cannot be stored: {}", written.error().text));
+    line = keep ? std::next(line) : changed_.erase(line);
+  }
+}
+
+}  // namespace rubicon::networks::knx::secure

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+
+#include "base/paced_call.h"
+#include "networks/knx/secure/group_keys.h"
+
+namespace rubicon::networks::knx::secure {
+
+/// Our own sequence numbers in Data Secure (knx.md, section 11): none is used twice, whenever the process is killed.
+/// Numbers are reserved on the disk before the first of them is used. The first of a reservation is the largest of: the
+/// one after the last reserved, the one after `known`, and the milliseconds since 2018-01-05T00:00Z, which also repair
+/// an old copy of the storage. (An old copy together with a clock that was set back cannot be noticed.)
+class OwnSequence {
+ public:
+  static constexpr std::uint64_t kReserve = 1000;
+
+  /// The scheduler must outlive it. `known`: the last number known from elsewhere, 0 = none.
+  OwnSequence(Scheduler& scheduler, GroupStorage storage, std::uint64_t known);
+
+  /// 1 to kMaxSequence. kUnsupported: nothing is kept across restarts; kIo: the storage fails; kInvalid: what is stored
+  /// cannot be read; kOutOfRange: all numbers are used. Each with a sentence for the user.
+  Result<std::uint64_t> next();
+  /// The error that next() gives for a lack of storage.
+  Result<void> usable();
+
+ private:
+  Result<void> load();
+  Result<void> reserve();
+
+  Scheduler& scheduler_;
+  GroupStorage storage_;
+  bool loaded_ = false;
+  std::uint64_t next_;       ///< at least
+  std::uint64_t limit_ = 0;  ///< the last number that is reserved for this process
+};
+
+/// The last valid sequence number of each sender. Numbers are kept across restarts, written at most each 10 s and at
+/// destruction: after a power cut telegrams of the last 10 s could be replayed once.
+class SenderSequences {
+ public:
+  static constexpr Duration kPause = std::chrono::seconds(10);
+
+  /// `start`: the senders with their least last number. The scheduler must outlive it.
+  SenderSequences(Scheduler& scheduler, GroupStorage storage, std::map<wire::IndividualAddress, std::uint64_t> start,
+                  Note note);
+  ~SenderSequences();
+  SenderSequences(const SenderSequences&) = delete;
+  SenderSequences& operator=(const SenderSequences&) = delete;
+
+  /// 0 for a sender that is not known.
+  std::uint64_t last(wire::IndividualAddress sender) const;
+  /// For a sender of the constructor.
+  void set(wire::IndividualAddress sender, std::uint64_t sequence);
+
+ private:
+  /// Area and line of an address: the senders of one line are stored together.
+  static std::uint8_t line_of(wire::IndividualAddress sender) {
+    return static_cast<std::uint8_t>(number(sender) >> 8U);
+  }
+  void load(std::uint8_t line);
+  void write();
+  Result<void> write(std::uint8_t line);
+  void note(std::string_view text);
+
+  GroupStorage storage_;
+  std::map<wire::IndividualAddress, std::uint64_t> last_;
+  Note note_;
+  std::set<std::uint8_t> changed_;  ///< lines
+  base::PacedCall write_later_;
+};
+
+}  // namespace rubicon::networks::knx::secure
