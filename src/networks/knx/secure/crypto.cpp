@@ -15,7 +15,7 @@ namespace rubicon::networks::knx::secure {
 
 namespace {
 
-constexpr int kRounds = 65536;
+constexpr int kPasswordRounds = 65536;
 
 template <auto Release>
 struct Freer {
@@ -68,7 +68,7 @@ Random system_random() {
 Result<Secret> secret_of_password(ByteView password, std::string_view salt, std::size_t size) {
   Secret secret(size);
   if (PKCS5_PBKDF2_HMAC(base::as_text(password).data(), size_of(password), base::as_bytes(salt).data(),
-                        static_cast<int>(salt.size()), kRounds, EVP_sha256(), size_of(secret.view()),
+                        static_cast<int>(salt.size()), kPasswordRounds, EVP_sha256(), size_of(secret.view()),
                         secret.span().data()) != 1)
     return openssl_failed("PBKDF2");
   return secret;

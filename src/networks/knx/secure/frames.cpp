@@ -16,7 +16,7 @@ using wire::ServiceCode;
 constexpr std::size_t kRequestSize = 40, kResponseSize = 50, kRefusalSize = 2, kAuthenticateSize = 18, kStatusSize = 2,
                       kNotifySize = 30;
 /// Of the body of a wrapper: session, sequence, serial and tag; then the content; then the MAC.
-constexpr std::size_t kWrapperHeadSize = 16, kMacSize = 16;
+constexpr std::size_t kWrapperHeadSize = 16, kWrapperMacSize = 16;
 
 Result<void> of_size(const wire::Frame& frame, std::size_t size) {
   if (frame.body.size() == size) return {};
@@ -77,7 +77,7 @@ Result<SessionResponse> read_session_response(const wire::Frame& frame) {
   SessionResponse response;
   response.session = reader.u16_be();
   response.public_key = take<32>(reader);
-  response.mac = take<kMacSize>(reader);
+  response.mac = take<kWrapperMacSize>(reader);
   return response;
 }
 
@@ -97,7 +97,7 @@ Result<SessionAuthenticate> read_session_authenticate(const wire::Frame& frame) 
   reader.skip(1);
   SessionAuthenticate authenticate;
   authenticate.user = reader.u8();
-  authenticate.mac = take<kMacSize>(reader);
+  authenticate.mac = take<kWrapperMacSize>(reader);
   return authenticate;
 }
 
@@ -130,7 +130,7 @@ Result<TimerNotify> read_timer_notify(const wire::Frame& frame) {
   notify.timer = take_48(reader);
   notify.serial = take<6>(reader);
   notify.tag = reader.u16_be();
-  notify.mac = take<kMacSize>(reader);
+  notify.mac = take<kWrapperMacSize>(reader);
   return notify;
 }
 
@@ -148,17 +148,17 @@ Bytes write(const TimerNotify& notify) {
 // Wrappers.
 
 Result<Wrapper> read_wrapper(const wire::Frame& frame) {
-  if (frame.body.size() < kWrapperHeadSize + kMacSize)
+  if (frame.body.size() < kWrapperHeadSize + kWrapperMacSize)
     return fail(ErrorCode::kInvalid, fmt::format("{}: body of {} bytes, expected at least {}", to_string(frame.service),
-                                                 frame.body.size(), kWrapperHeadSize + kMacSize));
+                                                 frame.body.size(), kWrapperHeadSize + kWrapperMacSize));
   ByteReader reader(frame.body);
   Wrapper wrapper;
   wrapper.head.session = reader.u16_be();
   wrapper.head.sequence = take_48(reader);
   wrapper.head.serial = take<6>(reader);
   wrapper.head.tag = reader.u16_be();
-  wrapper.content = reader.take(reader.remaining() - kMacSize);
-  wrapper.mac = reader.take(kMacSize);
+  wrapper.content = reader.take(reader.remaining() - kWrapperMacSize);
+  wrapper.mac = reader.take(kWrapperMacSize);
   return wrapper;
 }
 
@@ -177,7 +177,7 @@ Nonce nonce_of(const WrapperHead& head, std::size_t size) {
 }
 
 Result<void> seal_wrapper(Ccm& ccm, const Key& key, const WrapperHead& head, ByteView frame, Bytes& out) {
-  RUBICON_ASSERT(wire::kHeaderSize + kWrapperHeadSize + frame.size() + kMacSize <= 0xffff);
+  RUBICON_ASSERT(wire::kHeaderSize + kWrapperHeadSize + frame.size() + kWrapperMacSize <= 0xffff);
   out.clear();
   wire::open_frame(out, ServiceCode::kSecureWrapper);
   wire::write_u16(out, head.session);
@@ -185,18 +185,19 @@ Result<void> seal_wrapper(Ccm& ccm, const Key& key, const WrapperHead& head, Byt
   append(out, head.serial);
   wire::write_u16(out, head.tag);
   append(out, frame);
-  out.resize(out.size() + kMacSize);
+  out.resize(out.size() + kWrapperMacSize);
   wire::close_frame(out);
   const auto all = std::span(out);
   const auto content = all.subspan(wire::kHeaderSize + kWrapperHeadSize, frame.size());
-  return ccm.seal(key, nonce_of(head, frame.size()), all.first(wire::kHeaderSize + 2), content, all.last(kMacSize));
+  return ccm.seal(key, nonce_of(head, frame.size()), all.first(wire::kHeaderSize + 2), content,
+                  all.last(kWrapperMacSize));
 }
 
 Result<Opened> open_wrapper(Ccm& ccm, const Key& key, const Wrapper& wrapper, Bytes& frame) {
   Bytes associated;
   wire::open_frame(associated, ServiceCode::kSecureWrapper);
   wire::write_u16(associated, wrapper.head.session);
-  const auto total = wire::kHeaderSize + kWrapperHeadSize + wrapper.content.size() + kMacSize;
+  const auto total = wire::kHeaderSize + kWrapperHeadSize + wrapper.content.size() + kWrapperMacSize;
   associated[4] = static_cast<std::uint8_t>(total >> 8U);
   associated[5] = static_cast<std::uint8_t>(total & 0xffU);
   frame.assign(wrapper.content.begin(), wrapper.content.end());
