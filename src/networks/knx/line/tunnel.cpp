@@ -127,15 +127,21 @@ void Tunnel::receive(const wire::ConnectResponse& response) {
   connecting_.answered = true;
   settings_.tries_route_back = false;
   if (response.status == wire::status::kOk) return connected(response);
-  if (response.status == wire::status::kConnectionType && settings_.wanted) {
+  refused(response.status);
+}
+
+/// Some servers do not understand a wanted address (status 22), or grant it to one user only (28; knx.md, 21.5).
+void Tunnel::refused(std::uint8_t status) {
+  const bool about_address = status == wire::status::kConnectionType || status == wire::status::kUnauthorised;
+  if (about_address && settings_.wanted) {
     settings_.wanted.reset();
     connecting_.attempts = 0;
     connecting_.ignores_refusal_until = scheduler_.now() + kSameAnswer;
     return send_connect();
   }
-  // Probably the same answer again; if not, the repeated request gets another.
-  if (response.status == wire::status::kConnectionType && scheduler_.now() < connecting_.ignores_refusal_until) return;
-  end(Cause::kRefused, wire::describe_status(response.status), response.status);
+  // Over UDP probably the same answer again; if not, the repeated request gets another.
+  if (about_address && !settings_.stream && scheduler_.now() < connecting_.ignores_refusal_until) return;
+  end(Cause::kRefused, wire::describe_status(status), status);
 }
 
 void Tunnel::connected(const wire::ConnectResponse& response) {

@@ -62,7 +62,7 @@ class Tunnel {
     /// If the first CONNECT_REQUEST is not answered, all later requests ask for route back. Each request with an
     /// endpoint that the server cannot reach occupies a tunnel of the server until its heartbeat is missing.
     bool tries_route_back = false;
-    std::optional<wire::IndividualAddress> wanted{};  ///< requested address; after status 22 none is requested
+    std::optional<wire::IndividualAddress> wanted{};  ///< requested address; after status 22 or 28 none is
   };
 
   /// The scheduler and the counters must outlive it.
@@ -120,6 +120,7 @@ class Tunnel {
   void receive_feature(wire::ServiceCode service, ByteView body);
   bool accept_sequence(std::uint8_t sequence);
   bool accept_channel(std::uint8_t channel);
+  void refused(std::uint8_t status);
 
   // Frames to the server.
   void acknowledge(std::uint8_t sequence);

@@ -17,7 +17,6 @@ constexpr unsigned kSilentBus = 3;  ///< consecutive telegrams without a confirm
 constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
 /// Over TCP there are no acks, so that a silent bus looks like an interface that does not work.
 constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
-constexpr std::size_t kMaxFrame = 2048;
 
 struct Report {
   SendOutcome sent;
@@ -44,10 +43,6 @@ std::uint64_t seconds_of(WallTime time) {
   return static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(time.time_since_epoch()).count());
 }
 
-bool is_ipv4(const std::string& address) {
-  return address.find(':') == std::string::npos;
-}
-
 }  // namespace
 
 TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::Transports& transports,
@@ -57,6 +52,7 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
       transports_(transports),
       callbacks_(std::move(callbacks)),
       route_back_(options_.nat == TunnelOptions::Nat::kOn),
+      sockets_({over_tcp(), options_.local_port}, transports, socket_callbacks()),
       hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
                 std::hash<std::string>{}(options_.host)),
       outbox_(scheduler, options_.limits, [this] { pump(); }) {
@@ -66,15 +62,12 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
 TunnelLine::~TunnelLine() {
   lifetime_.end();
   if (tunnel_) tunnel_->close();
+  if (session_) session_->close();
 }
 
 Result<void> TunnelLine::open() {
   if (state_.phase != Phase::kOff) return {};
-  // A trial socket shows at once whether sockets can be opened and the local port is free.
-  transport::UdpCalls unused{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
-  transport::UdpOptions trial;
-  if (!over_tcp()) trial.local.port = options_.local_port;
-  if (const auto tried = transports_.open_udp(trial, std::move(unused)); !tried) return fail(tried.error());
+  if (auto tried = sockets_.try_open(); !tried) return tried;
   state_.phase = Phase::kResolving;
   lookup_ = transports_.look_up(options_.host, [this](auto addresses) { resolved(std::move(addresses)); });
   return {};
@@ -86,84 +79,45 @@ void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
   const auto four = std::find_if(addresses->begin(), addresses->end(), is_ipv4);
   if (four == addresses->end())
     return fail_line(ErrorCode::kUnreachable, fmt::format("{} has no IPv4 address", options_.host));
-  control_ = {*four, options_.port};
-  state_.server = fmt::format("{} ({})", options_.host, to_string(control_));
+  const transport::Endpoint control{*four, options_.port};
+  state_.server = fmt::format("{} ({})", options_.host, to_string(control));
+  if (auto opened = sockets_.open(control, !over_tcp() && !route_back_); !opened)
+    return fail_line(opened.error().code, opened.error().text);
   connect();
 }
 
 void TunnelLine::connect() {
-  if (auto opened = open_sockets(); !opened) return fail_line(opened.error().code, opened.error().text);
+  session_end_.reset();
+  options_.secure ? make_session() : make_tunnel(sockets_.own());
   const auto watch = lifetime_.watch();
   set_state(Phase::kConnecting, {});
-  if (!watch.ended() && !over_tcp() && tunnel_) tunnel_->connect();
+  if (!watch.ended() && !over_tcp()) begin();
 }
 
-Result<void> TunnelLine::open_sockets() {
-  if (auto opened = over_tcp() ? open_tcp() : open_udp(); !opened) return opened;
-  data_ = control_;
-  send_error_.clear();
-  other_sender_.clear();
-  make_tunnel();
-  return {};
+void TunnelLine::begin() {
+  if (session_) return session_->start();
+  if (tunnel_) tunnel_->connect();
 }
 
-/// A connected probe socket tells which of our addresses the server sees. The socket of the tunnel is not connected,
-/// since the data endpoint of a server may be another address.
-Result<void> TunnelLine::open_udp() {
-  transport::UdpOptions options;
-  if (!route_back_) {
-    transport::UdpCalls unused{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
-    transport::UdpOptions probe;
-    probe.remote = control_;
-    const auto found = transports_.open_udp(probe, std::move(unused));
-    if (!found) return fail(found.error());
-    options.local = (*found)->local();
-    if (!is_ipv4(options.local.address)) options.local.address.clear();
-  }
-  options.local.port = options_.local_port;
-  options.largest = kMaxFrame;
-  transport::UdpCalls calls;
-  calls.received = [this](const transport::Endpoint& from, ByteView bytes) { received(from, bytes); };
-  calls.undelivered = [this](const Error&) {
-    ++counters_.undelivered;
-    if (tunnel_) tunnel_->undelivered();
+void TunnelLine::make_session() {
+  secure::Session::Callbacks calls;
+  calls.transmit = [this](ByteView frame) { sockets_.send(path_, frame); };
+  calls.up = [this] { session_up(); };
+  calls.received = [this](ByteView frame) {
+    if (tunnel_) tunnel_->receive(frame);
   };
-  calls.failed = [this](const Error& error) {
-    if (tunnel_) tunnel_->lost(error.text);
-  };
-  auto socket = transports_.open_udp(options, std::move(calls));
-  if (!socket) return fail(socket.error());
-  socket_ = std::move(*socket);
-  return {};
+  if (callbacks_.note) calls.note = callbacks_.note;
+  calls.ended = [this](secure::Session::End end) { session_ended(std::move(end)); };
+  secure::Session::Settings settings;
+  settings.repeats = !over_tcp();
+  settings.own = sockets_.own();
+  settings.tries_route_back = tries_route_back();
+  settings.uses_other_password = uses_other_password_;
+  session_ = std::make_unique<secure::Session>(scheduler_, *options_.secure, std::move(settings), session_counters_,
+                                               std::move(calls));
 }
 
-Result<void> TunnelLine::open_tcp() {
-  frames_.clear();
-  transport::TcpOptions options;
-  options.remote = control_;
-  transport::TcpCalls calls;
-  calls.connected = [this] {
-    if (tunnel_) tunnel_->connect();
-  };
-  calls.received = [this](ByteView bytes) { stream_received(bytes); };
-  calls.failed = [this](const Error& error) {
-    if (tunnel_) tunnel_->lost(error.text);
-  };
-  auto stream = transports_.open_tcp(options, std::move(calls));
-  if (!stream) return fail(stream.error());
-  stream_ = std::move(*stream);
-  return {};
-}
-
-wire::Hpai TunnelLine::own_endpoint() const {
-  if (over_tcp()) return {wire::HostProtocol::kTcp, {}, 0};
-  if (route_back_ || !socket_) return {};
-  const auto local = socket_->local();
-  const auto own = wire::udp_hpai(local.address, local.port);
-  return own.route_back() ? wire::Hpai{} : own;
-}
-
-void TunnelLine::make_tunnel() {
+void TunnelLine::make_tunnel(const wire::Hpai& own) {
   Tunnel::Callbacks calls;
   calls.transmit = [this](Tunnel::Path path, ByteView frame) { transmit(path, frame); };
   calls.up = [this] { up(); };
@@ -174,51 +128,74 @@ void TunnelLine::make_tunnel() {
   };
   if (callbacks_.note) calls.note = callbacks_.note;
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
-  const bool tries_route_back = !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto;
-  tunnel_ = std::make_unique<Tunnel>(scheduler_,
-                                     Tunnel::Settings{over_tcp(), own_endpoint(), tries_route_back, options_.wanted},
+  tunnel_ = std::make_unique<Tunnel>(scheduler_, Tunnel::Settings{over_tcp(), own, tries_route_back(), options_.wanted},
                                      tunnel_counters_, std::move(calls));
 }
 
 // Callbacks of the sockets.
 
-/// Accepts datagrams of the server, from any port.
-void TunnelLine::received(const transport::Endpoint& from, ByteView bytes) {
-  if (from.address != control_.address && from.address != data_.address) {
-    ++counters_.other_source;
-    other_sender_ = transport::to_string(from);
-    return note("wrong-source", fmt::format("{} sends to this tunnel, but is not the interface {}: ignored",
-                                            other_sender_, transport::to_string(control_)));
-  }
-  send_error_.clear();
-  if (tunnel_) tunnel_->receive(bytes);
+TunnelSockets::Callbacks TunnelLine::socket_callbacks() {
+  TunnelSockets::Callbacks calls;
+  calls.connected = [this] { begin(); };
+  calls.received = [this](ByteView frame) { received(frame); };
+  calls.stranger = [this] { stranger(); };
+  calls.undelivered = [this] {
+    ++counters_.undelivered;
+    if (tunnel_) return tunnel_->undelivered();
+    if (session_) session_ended({secure::Session::Cause::kNoAnswer, 0, "no program listens on that port"});
+  };
+  calls.failed = [this](const Error& error) { sockets_failed(error); };
+  return calls;
 }
 
-void TunnelLine::stream_received(ByteView bytes) {
+void TunnelLine::received(ByteView frame) {
+  if (session_) return session_->receive(frame);
+  if (tunnel_) tunnel_->receive(frame);
+}
+
+void TunnelLine::stranger() {
+  ++counters_.other_source;
+  note("wrong-source", fmt::format("{} sends to this tunnel, but is not the interface {}: ignored", sockets_.stranger(),
+                                   transport::to_string(sockets_.control_endpoint())));
+}
+
+void TunnelLine::sockets_failed(const Error& error) {
   const auto watch = lifetime_.watch();
-  frames_.append(bytes);
-  while (!watch.ended() && tunnel_) {
-    const auto frame = frames_.next();
-    if (!frame) {
-      ++tunnel_counters_.bad_frames;
-      note("bad-frames", frame.error().text);
-      if (!watch.ended() && tunnel_) tunnel_->lost(frame.error().text);
-      return;
-    }
-    if (frame->empty()) return;
-    tunnel_->receive(*frame);
+  if (error.code == ErrorCode::kInvalid) {
+    ++tunnel_counters_.bad_frames;
+    note("bad-frames", error.text);
+    if (watch.ended()) return;
   }
+  if (tunnel_) return tunnel_->lost(error.text);
+  if (session_) ended({Tunnel::Cause::kUnreachable, 0, error.text, {}});
 }
 
-/// A frame that cannot be sent is treated as lost: the tunnel has timers for that.
 void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
-  Result<void> sent;
-  if (stream_) {
-    sent = stream_->send(frame);
-  } else if (socket_) {
-    sent = socket_->send(path == Tunnel::Path::kData ? data_ : control_, frame);
-  }
-  if (!sent) send_error_ = sent.error().text;
+  if (!session_) return sockets_.send(path, frame);
+  path_ = path;
+  if (session_->up()) session_->send(frame);
+  path_ = Tunnel::Path::kControl;
+}
+
+// Callbacks of the session.
+
+void TunnelLine::session_up() {
+  tried_other_password_ = false;
+  const auto watch = lifetime_.watch();
+  if (!session_->verified())
+    note("secure-unverified",
+         "the interface is not verified: the configuration has no device password (authentication code)");
+  if (watch.ended()) return;
+  make_tunnel(session_->own());
+  tunnel_->connect();
+}
+
+void TunnelLine::session_ended(secure::Session::End end) {
+  session_end_ = std::move(end);
+  auto why = session_end_->why;
+  if (tunnel_) return tunnel_->lost(std::move(why));
+  const bool silent = session_end_->cause == secure::Session::Cause::kNoAnswer;
+  ended({silent ? Tunnel::Cause::kNoAnswer : Tunnel::Cause::kUnreachable, 0, std::move(why), {}});
 }
 
 void TunnelLine::note(const std::string& subject, std::string_view text) {
@@ -229,9 +206,9 @@ void TunnelLine::note(const std::string& subject, std::string_view text) {
 std::string TunnelLine::reason_for(const Tunnel::End& end) const {
   const bool silence = end.cause == Tunnel::Cause::kNoAnswer || end.cause == Tunnel::Cause::kSilent;
   auto why = end.why;
-  if (silence && !send_error_.empty()) why += fmt::format(" ({})", send_error_);
-  if (end.cause == Tunnel::Cause::kNoAnswer && !other_sender_.empty())
-    why += fmt::format("; {} sent a datagram instead (wrong-source)", other_sender_);
+  if (silence && !sockets_.send_error().empty()) why += fmt::format(" ({})", sockets_.send_error());
+  if (end.cause == Tunnel::Cause::kNoAnswer && !sockets_.stranger().empty())
+    why += fmt::format("; {} sent a datagram instead (wrong-source)", sockets_.stranger());
   return why;
 }
 
@@ -243,8 +220,7 @@ void TunnelLine::up() {
   unconfirmed_in_row_ = 0;
   hold_off_.connected();
   route_back_ = route_back_ || tunnel_->route_back_works();
-  const auto& data = tunnel_->data_endpoint();
-  if (!over_tcp() && !data.route_back()) data_ = {address_text(data), data.port};
+  sockets_.set_data_endpoint(tunnel_->data_endpoint());
   state_.own = tunnel_->address();
   state_.bus = true;
   const auto watch = lifetime_.watch();
@@ -311,34 +287,49 @@ void TunnelLine::set_bus(bool connected, std::string_view why) {
 void TunnelLine::ended(Tunnel::End end) {
   const auto lived = up_since_ != SteadyTime{} ? scheduler_.now() - up_since_ : Duration{};
   const auto watch = lifetime_.watch();
-  retired_ = std::move(tunnel_);
-  if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
-      end.cause == Tunnel::Cause::kRefused && wire::meaning_of(end.status).remedy == wire::Remedy::kWaitForSlot)
-    end.why += "; our first request may occupy one for two minutes, because its answer did not reach us (NAT)";
+  retire();
+  explain_refusal(end);
   // Data of a dead stream that the operating system still holds would reach the bus after it expired.
-  if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
-  close_sockets();
+  if (end.cause == Tunnel::Cause::kSilent) sockets_.abort();
+  sockets_.close();
   up_since_ = {};
   hold_off_.ended(lived);
-  if (outbox_.in_flight() && end.outcome) {
-    if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
-    const auto report = report_of(*end.outcome, over_tcp());
-    outbox_.finish(report.sent, report.why);
-    if (watch.ended()) return;
-  }
+  settle(end);
+  if (watch.ended()) return;
   outbox_.line_lost();
   if (retries_later(end, lived)) return;
   fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_for(end)));
 }
 
+void TunnelLine::retire() {
+  retired_ = std::move(tunnel_);
+  if (session_) session_->close();
+  retired_session_ = std::move(session_);
+}
+
+/// Adds what helps against it, as far as we know.
+void TunnelLine::explain_refusal(Tunnel::End& end) {
+  const bool route_back_before = std::exchange(route_back_, route_back_ || (retired_ && retired_->route_back_works()));
+  if (end.cause != Tunnel::Cause::kRefused) return;
+  if (!route_back_before && route_back_ && wire::meaning_of(end.status).remedy == wire::Remedy::kWaitForSlot)
+    end.why += "; our first request may occupy one for two minutes, because its answer did not reach us (NAT)";
+  if (end.status == wire::status::kConnectionType && !options_.secure)
+    end.why += "; if it does, configure `keyring: FILE.knxkeys` of the ETS project and `via: tunnel-tcp`";
+  if (end.status == wire::status::kUnauthorised && options_.secure)
+    end.why += fmt::format("; user {} of the keyring has no tunnel there", options_.secure->user);
+}
+
+/// Reports the pending telegram if the server is known to have accepted it.
+void TunnelLine::settle(const Tunnel::End& end) {
+  if (!outbox_.in_flight() || !end.outcome) return;
+  if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
+  const auto report = report_of(*end.outcome, over_tcp());
+  outbox_.finish(report.sent, report.why);
+}
+
 bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
-  if (end.cause == Tunnel::Cause::kClosedByServer) {
-    const auto pause = hold_off_.closed_by_server(scheduler_.now(), lived);
-    if (pause == Duration{}) return false;
-    retry_after(Phase::kWaiting, pause,
-                "the interface closes the tunnel repeatedly: two clients probably compete for it");
-    return true;
-  }
+  if (session_end_) return retries_session(lived);
+  if (end.cause == Tunnel::Cause::kClosedByServer) return retries_closed(lived);
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (wire::meaning_of(end.status).remedy) {
     case wire::Remedy::kRetry:
@@ -350,6 +341,37 @@ bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
       return true;
     default: return false;
   }
+}
+
+bool TunnelLine::retries_closed(Duration lived) {
+  const auto pause = hold_off_.closed_by_server(scheduler_.now(), lived);
+  if (pause == Duration{}) return false;
+  retry_after(Phase::kWaiting, pause,
+              "the interface closes the tunnel repeatedly: two clients probably compete for it");
+  return true;
+}
+
+bool TunnelLine::retries_session(Duration lived) {
+  using Cause = secure::Session::Cause;
+  switch (session_end_->cause) {
+    case Cause::kNoneFree: retry_after(Phase::kWaiting, hold_off_.slot_taken(), session_end_->why); return true;
+    case Cause::kWrongServer: retry_after(Phase::kRefused, hold_off_.misconfigured(), session_end_->why); return true;
+    case Cause::kNotAuthenticated: retry_password(session_end_->why); return true;
+    case Cause::kClosed: return retries_closed(lived);
+    case Cause::kNoAnswer:
+    case Cause::kForgotten:
+    case Cause::kBroken: break;
+  }
+  return false;
+}
+
+/// A password with letters beyond ASCII has two forms; the other one is tried once and at once.
+void TunnelLine::retry_password(std::string why) {
+  const bool tries = options_.secure->user_key.other && !tried_other_password_;
+  uses_other_password_ = options_.secure->user_key.other && !uses_other_password_;
+  tried_other_password_ = tries;
+  tries ? retry_after(Phase::kWaiting, {}, std::move(why))
+        : retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
 }
 
 void TunnelLine::retry_after(Phase phase, Duration pause, std::string why) {
@@ -401,13 +423,8 @@ void TunnelLine::set_state(Phase phase, std::string reason) {
   if (callbacks_.changed) callbacks_.changed(state_);
 }
 
-void TunnelLine::close_sockets() {
-  socket_.reset();
-  stream_.reset();
-}
-
 void TunnelLine::fail_line(ErrorCode code, std::string why) {
-  close_sockets();
+  sockets_.close();
   const auto watch = lifetime_.watch();
   set_state(Phase::kOff, why);
   if (!watch.ended() && callbacks_.failed) callbacks_.failed({code, std::move(why)});
@@ -416,31 +433,46 @@ void TunnelLine::fail_line(ErrorCode code, std::string why) {
 std::map<std::string, std::uint64_t> TunnelLine::counters() const {
   const auto& tunnel = tunnel_counters_;
   const auto& outbox = outbox_.counters();
-  return {{"telegrams-sent", counters_.sent},
-          {"telegrams-received", counters_.received},
-          {"telegrams-waiting", outbox_.waiting()},
-          {"telegrams-refused", outbox.refused + tunnel.not_understood},
-          {"telegrams-expired", outbox.expired},
-          {"telegrams-lost", outbox.lost},
-          {"repeats", tunnel.repeats},
-          {"missing-acks", tunnel.missing_acks},
-          {"unconfirmed", tunnel.unconfirmed},
-          {"not-acknowledged", tunnel.not_acknowledged},
-          {"late-confirmations", tunnel.late_confirmations},
-          {"attempts", counters_.attempts},
-          {"next-attempt", retry_timer_.pending() ? seconds_of(next_attempt_) : 0},
-          {"reconnects", counters_.connects > 0 ? counters_.connects - 1 : 0},
-          {"missing-heartbeats", tunnel.missing_heartbeats},
-          {"duplicates", tunnel.duplicates},
-          {"wrong-sequence", tunnel.wrong_sequence},
-          {"wrong-channel", tunnel.wrong_channel},
-          {"wrong-source", counters_.other_source},
-          {"bad-frames", tunnel.bad_frames},
-          {"unknown-services", tunnel.unknown_services},
-          {"undelivered", counters_.undelivered},
-          {"lte-frames", counters_.lte},
-          {"other-frames", counters_.other_frames},
-          {"doubled-address", counters_.duplicate_address}};
+  std::map<std::string, std::uint64_t> all{{"telegrams-sent", counters_.sent},
+                                           {"telegrams-received", counters_.received},
+                                           {"telegrams-waiting", outbox_.waiting()},
+                                           {"telegrams-refused", outbox.refused + tunnel.not_understood},
+                                           {"telegrams-expired", outbox.expired},
+                                           {"telegrams-lost", outbox.lost},
+                                           {"repeats", tunnel.repeats},
+                                           {"missing-acks", tunnel.missing_acks},
+                                           {"unconfirmed", tunnel.unconfirmed},
+                                           {"not-acknowledged", tunnel.not_acknowledged},
+                                           {"late-confirmations", tunnel.late_confirmations},
+                                           {"attempts", counters_.attempts},
+                                           {"next-attempt", retry_timer_.pending() ? seconds_of(next_attempt_) : 0},
+                                           {"reconnects", counters_.connects > 0 ? counters_.connects - 1 : 0},
+                                           {"missing-heartbeats", tunnel.missing_heartbeats},
+                                           {"duplicates", tunnel.duplicates},
+                                           {"wrong-sequence", tunnel.wrong_sequence},
+                                           {"wrong-channel", tunnel.wrong_channel},
+                                           {"wrong-source", counters_.other_source},
+                                           {"bad-frames", tunnel.bad_frames},
+                                           {"unknown-services", tunnel.unknown_services},
+                                           {"undelivered", counters_.undelivered},
+                                           {"lte-frames", counters_.lte},
+                                           {"other-frames", counters_.other_frames},
+                                           {"doubled-address", counters_.duplicate_address}};
+  if (options_.secure) add_session_counters(all);
+  return all;
+}
+
+void TunnelLine::add_session_counters(std::map<std::string, std::uint64_t>& all) const {
+  const auto& session = session_counters_;
+  all["bad-frames"] += session.bad_frames;
+  all.insert({{"secure-sessions", session.sessions},
+              {"secure-unverified", session.unverified},
+              {"secure-plain-frames", session.plain_frames},
+              {"secure-early-frames", session.early_frames},
+              {"secure-wrong-mac", session.wrong_mac},
+              {"secure-replays", session.replays},
+              {"secure-other-sessions", session.other_sessions},
+              {"secure-forbidden-frames", session.forbidden_frames}});
 }
 
 }  // namespace rubicon::networks::knx::line

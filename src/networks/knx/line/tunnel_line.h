@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "base/lifetime.h"
-#include "networks/knx/line/frame_stream.h"
 #include "networks/knx/line/hold_off.h"
 #include "networks/knx/line/line.h"
 #include "networks/knx/line/outbox.h"
 #include "networks/knx/line/tunnel.h"
+#include "networks/knx/line/tunnel_sockets.h"
+#include "networks/knx/secure/session.h"
 #include "transport/transports.h"
 
 namespace rubicon::networks::knx::line {
@@ -24,12 +25,15 @@ struct TunnelOptions {
   Via via = Via::kUdp;
   Nat nat = Nat::kAuto;
   std::optional<wire::IndividualAddress> wanted{};  ///< requested tunnel address; servers of version 1 ignore it
+  /// Keys of KNX IP Secure: everything goes through a session of their user. Without them everything is plain.
+  std::optional<secure::SessionKeys> secure{};
   Outbox::Limits limits{};
 };
 
-/// A tunnel to a KNXnet/IP server, over UDP or TCP: connects the state machine Tunnel to sockets and a send queue.
-/// After a refusal (no free tunnel, wrong configuration) it waits and retries by itself, in state kWaiting or kRefused;
-/// every other loss is reported by `failed`, and the caller reopens.
+/// A tunnel to a KNXnet/IP server, over UDP or TCP: connects the state machine Tunnel to sockets and a send queue, and
+/// puts a secure::Session between tunnel and sockets where TunnelOptions::secure is set. After a refusal (no free
+/// tunnel, wrong configuration) it waits and retries by itself, in state kWaiting or kRefused; every other loss is
+/// reported by `failed`, and the caller reopens.
 class TunnelLine final : public Line {
  public:
   /// Scheduler and transports must outlive it.
@@ -55,17 +59,22 @@ class TunnelLine final : public Line {
   // Connecting.
   void resolved(Result<std::vector<std::string>> addresses);
   void connect();
-  Result<void> open_sockets();
-  Result<void> open_udp();
-  Result<void> open_tcp();
-  void make_tunnel();
-  wire::Hpai own_endpoint() const;
+  void begin();
+  void make_session();
+  void make_tunnel(const wire::Hpai& own);
   bool over_tcp() const { return options_.via == TunnelOptions::Via::kTcp; }
+  bool tries_route_back() const { return !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto; }
 
   // Callbacks of the sockets.
-  void received(const transport::Endpoint& from, ByteView bytes);
-  void stream_received(ByteView bytes);
+  TunnelSockets::Callbacks socket_callbacks();
+  void received(ByteView frame);
+  void stranger();
+  void sockets_failed(const Error& error);
   void transmit(Tunnel::Path path, ByteView frame);
+
+  // Callbacks of the session.
+  void session_up();
+  void session_ended(secure::Session::End end);
 
   // Callbacks of the tunnel.
   void up();
@@ -75,6 +84,12 @@ class TunnelLine final : public Line {
   void set_bus(bool connected, std::string_view why);
   void ended(Tunnel::End end);
   bool retries_later(const Tunnel::End& end, Duration lived);
+  bool retries_session(Duration lived);
+  bool retries_closed(Duration lived);
+  void retry_password(std::string why);
+  void explain_refusal(Tunnel::End& end);
+  void settle(const Tunnel::End& end);
+  void retire();
 
   void pump();
   void note(const std::string& subject, std::string_view text);
@@ -82,8 +97,8 @@ class TunnelLine final : public Line {
   void set_state(LineState::Phase phase, std::string reason);
   void retry_after(LineState::Phase phase, Duration pause, std::string why);
   void retry();
-  void close_sockets();
   void fail_line(ErrorCode code, std::string why);
+  void add_session_counters(std::map<std::string, std::uint64_t>& all) const;
 
   TunnelOptions options_;
   Scheduler& scheduler_;
@@ -92,19 +107,20 @@ class TunnelLine final : public Line {
   LineState state_;
   bool route_back_;  ///< stays true once it worked
   std::unique_ptr<transport::Lookup> lookup_;
-  std::unique_ptr<transport::UdpSocket> socket_;
-  std::unique_ptr<transport::TcpStream> stream_;
+  TunnelSockets sockets_;
   std::unique_ptr<Tunnel> tunnel_, retired_;  ///< retired: one of its functions may still be running
-  FrameStream frames_;
-  transport::Endpoint control_, data_;  ///< of the server
+  std::unique_ptr<secure::Session> session_, retired_session_;
+  std::optional<secure::Session::End> session_end_;  ///< why the last session ended before its tunnel
+  Tunnel::Path path_ = Tunnel::Path::kControl;       ///< of the frame that the session wraps
+  bool uses_other_password_ = false;                 ///< stays true once it worked
+  bool tried_other_password_ = false;
   Timer retry_timer_;
   WallTime next_attempt_{};  ///< when retry_timer_ fires
   HoldOff hold_off_;
   SteadyTime up_since_{};
-  std::string send_error_;    ///< of the last failed send since something was received
-  std::string other_sender_;  ///< last sender that is not the server, since the sockets were opened
   unsigned unconfirmed_in_row_ = 0;
   TunnelCounters tunnel_counters_;
+  secure::SessionCounters session_counters_;
   Counters counters_;
   Outbox outbox_;
   base::Lifetime lifetime_;

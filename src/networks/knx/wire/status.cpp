@@ -21,7 +21,7 @@ StatusMeaning meaning_of(std::uint8_t status) {
       return {"a tunnel is free, but its individual address is in use", Remedy::kWaitForSlot};
     case 0x26: return {"the interface reports an error of the data connection", Remedy::kReconnect};
     case status::kBusDown: return {"the interface has no connection to the KNX bus", Remedy::kBusDown};
-    case 0x28: return {"the interface does not authorise this user", Remedy::kConfiguration};
+    case status::kUnauthorised: return {"the interface does not authorise this user", Remedy::kConfiguration};
     case status::kLayer: return {"the interface does not support this tunnelling layer", Remedy::kConfiguration};
     case 0x2d: return {"the interface has no tunnel with the requested individual address", Remedy::kConfiguration};
     case status::kAddressInUse: return {"the requested tunnel address is in use", Remedy::kWaitForSlot};

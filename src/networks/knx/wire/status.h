@@ -9,7 +9,8 @@ namespace rubicon::networks::knx::wire {
 /// Status codes that the state machines handle (KNX 3/8/2, 7.8; 3/8/4).
 namespace status {
 constexpr std::uint8_t kOk = 0x00, kUnknownConnection = 0x21, kConnectionType = 0x22, kNoMoreConnections = 0x24,
-                       kNoUniqueConnection = 0x25, kBusDown = 0x27, kLayer = 0x29, kAddressInUse = 0x2e;
+                       kNoUniqueConnection = 0x25, kBusDown = 0x27, kUnauthorised = 0x28, kLayer = 0x29,
+                       kAddressInUse = 0x2e;
 }  // namespace status
 
 /// What a client does about a status.
