@@ -41,6 +41,7 @@ class LocalFile final : public FileSource {
     if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is not a regular file");
     size_ = static_cast<std::uint64_t>(status.st_size);
     open_to_all_ = (status.st_mode & S_IROTH) != 0;
+    open_to_others_ = (status.st_mode & (S_IRWXG | S_IRWXO)) != 0;
     return {};
   }
 
@@ -61,12 +62,13 @@ class LocalFile final : public FileSource {
 
   std::uint64_t size() const override { return size_; }
   bool open_to_all() const override { return open_to_all_; }
+  bool open_to_others() const override { return open_to_others_; }
 
  private:
   int descriptor_;
   std::string path_;
   std::uint64_t size_ = 0;
-  bool open_to_all_ = false;
+  bool open_to_all_ = false, open_to_others_ = false;
 };
 
 }  // namespace

@@ -26,6 +26,8 @@ class FileSource {
   virtual std::uint64_t size() const = 0;
   /// Every user of the machine may read it; false where there are no users.
   virtual bool open_to_all() const { return false; }
+  /// Its group or other users may read or write it.
+  virtual bool open_to_others() const { return open_to_all(); }
 };
 
 /// A file opened for appending, by one program at a time. Destroying it closes it. The operating system decides when

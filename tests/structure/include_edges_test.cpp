@@ -71,6 +71,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"mosquitto.h", {"transport"}},
     {"mqtt_protocol.h", {"transport"}},
     {"openssl/", {"transport", "web", "networks/knx/secure"}},
+    {"zip.h", {"networks/knx/project"}},
     {"expat.h", {"networks/knx"}},
     {"simdjson.h", {"networks/zigbee"}},
     {"thread", {"transport"}},
@@ -90,8 +91,9 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; KNX Secure, which has keys.
-const Names kRooms{"tuples/dds", "networks/knx/secure"};
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; KNX Secure, which has keys; KNX
+/// projects, which are archives.
+const Names kRooms{"tuples/dds", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
   for (const auto& room : kRooms) {

@@ -41,7 +41,7 @@ GroupList read_group_list(std::string_view text) {
   content.remove_prefix(std::min(content.find_first_not_of(" \t\r\n"), content.size()));
   if (content.empty()) return refused("empty, expected an ETS export of group addresses");
   if (content.starts_with("PK\x03\x04"))
-    return refused("an archive (.knxproj?), expected the group addresses exported from ETS as CSV or XML");
+    return refused("an archive, expected group addresses exported from ETS as CSV, XML or ESF");
   const bool utf16 = content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff");
   if (content.starts_with('<') || (utf16 && content.substr(0, 8).find('<') != content.npos)) return read_xml(text);
   if (utf16) return refused("UTF-16, expected UTF-8 or Windows-1252");

@@ -20,6 +20,14 @@ inline constexpr std::size_t kMaxFieldBytes = 4096;
 inline constexpr std::size_t kMaxFindings = 10'000;
 inline constexpr std::size_t kMaxNotes = 2 * kMaxGroupAddresses;
 
+/// How the devices of an installation use a group address, by the flags of their communication objects.
+enum class Use : std::uint8_t {
+  kUnknown,    ///< no device is known to use it
+  kCommanded,  ///< devices take what is written to it, and none reports a value of its own on it
+  kReported,   ///< devices report their values on it, and none takes what is written to it
+  kShared,     ///< both: a sensor and who uses its values, or a button and a lamp
+};
+
 /// One group address of an ETS export.
 struct GroupEntry {
   wire::GroupAddress address{};
@@ -29,8 +37,12 @@ struct GroupEntry {
   std::uint8_t size_bits = 0;  ///< of an ESF, which has it besides the type; 0 = unknown
   bool central = false, unfiltered = false;
   std::string security = "Auto";             ///< `Auto`, `On`, `Off`
+  bool secured = false;                      ///< the list has its key, which is not kept: telegrams are secured
   std::vector<wire::GroupAddress> listen{};  ///< ESF: further addresses that its objects listen to
-  std::size_t line = 0;                      ///< its first line in the file, from 1
+  Use use = Use::kUnknown;
+  std::optional<wire::GroupAddress> state{};  ///< reports its state, as functions and objects of a project say
+  std::string function{}, room{};             ///< `Ceiling light`, `First floor / Kitchen`
+  std::size_t line = 0;                       ///< its first line in the file, from 1
 
   friend bool operator==(const GroupEntry&, const GroupEntry&) = default;
 };
@@ -50,10 +62,12 @@ struct Finding {
 /// The outcome of an import.
 struct Report {
   std::string source;  ///< the file's name
-  std::string form;    ///< `ETS CSV 3/1`, `ETS XML`, `ESF`
+  std::string form;    ///< `ETS CSV 3/1`, `ETS XML`, `ESF`, `project of ETS 6 (schema 23)`
   bool refused = false;
   std::size_t taken = 0, untyped = 0, main_type_only = 0, doubled = 0, out_of_range = 0;
+  std::size_t secured = 0;
   std::size_t paired = 0, kinds_by_name = 0;                        ///< inferred from names
+  std::size_t paired_by_project = 0, kinds_by_project = 0;          ///< by flags of objects and roles in functions
   std::size_t added = 0, renamed = 0, unchanged = 0, vanished = 0;  ///< of a merge
   bool merged = false;
   std::size_t notes = 0, warnings = 0, errors = 0;

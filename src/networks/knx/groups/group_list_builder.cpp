@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "networks/knx/groups/encoding.h"
 #include "rubicon/key.hpp"
 
@@ -79,6 +80,15 @@ std::optional<wire::GroupAddress> GroupListBuilder::address(std::size_t line, st
   return {};
 }
 
+std::optional<wire::GroupAddress> GroupListBuilder::address_of_number(std::size_t line, std::string_view text) {
+  const auto value = base::parse_number<std::uint64_t>(text);
+  if (value && *value >= 1 && *value <= 0xffff) return wire::GroupAddress(*value);
+  if (value) ++list_.report.out_of_range;
+  list_.report.error(line, {},
+                     fmt::format("its address is {}, expected a number from 1 to 65535", model::quoted(text)));
+  return {};
+}
+
 std::optional<dpt::DptId> GroupListBuilder::type(std::string_view text, std::vector<std::string>& changes) const {
   constexpr std::string_view kBreaks = " ,;\t\n";
   const auto begin = std::min(text.find_first_not_of(kBreaks), text.size());
@@ -133,6 +143,7 @@ void GroupListBuilder::add(GroupEntry entry, const std::vector<std::string>& cha
     all.push_back("empty name: imported, its name is the address");
   }
   if (!entry.dpt) ++report.untyped;
+  if (entry.secured) ++report.secured;
   if (entry.dpt && entry.dpt->sub == dpt::DptId::kMainOnly) ++report.main_type_only;
   if (!all.empty()) {
     report.warning(entry.line, entry.address, joined(all));

@@ -34,6 +34,8 @@ class GroupListBuilder {
 
   /// The address of an entry; nullopt, with an error in the report, if it is not an address.
   std::optional<wire::GroupAddress> address(std::size_t line, std::string_view text);
+  /// The same for a number, as projects have it in any notation.
+  std::optional<wire::GroupAddress> address_of_number(std::size_t line, std::string_view text);
   /// `DPST-9-1`, `DPT-9 DPT-7`, blank: the type, or its main type if the sub type is unknown. Adds
   /// a text to `changes` for what it cannot use.
   std::optional<dpt::DptId> type(std::string_view text, std::vector<std::string>& changes) const;

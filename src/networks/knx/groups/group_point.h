@@ -32,6 +32,7 @@ struct GroupPoint {
   std::string instance = "1";         ///< follows the type in keys: `switch-1`, `switch-ceiling`
   std::string name{}, description{};  ///< for display
   std::string main_group{}, middle_group{};
+  std::string room{};  ///< `First floor / Kitchen`
   ReadRule read{};
 
   friend bool operator==(const GroupPoint&, const GroupPoint&) = default;

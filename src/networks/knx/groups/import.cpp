@@ -37,6 +37,10 @@ Result<Import> import_text(std::string_view text, const std::string& source, con
     return fail(ErrorCode::kInvalid, why.line == 0 ? fmt::format("{}: {}", source, why.text)
                                                    : fmt::format("{}:{}: {}", source, why.line, why.text));
   }
+  return import_list(std::move(list), options);
+}
+
+Import import_list(GroupList list, const ImportOptions& options) {
   Import out;
   auto report = std::move(list.report);
   out.points = points_for(list, options, report);

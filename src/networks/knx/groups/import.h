@@ -24,6 +24,9 @@ struct Import {
 /// `source` is the file's name, for the report. kInvalid with file and line if the file as a whole is refused.
 Result<Import> import_text(std::string_view text, const std::string& source, const ImportOptions& options = {});
 
+/// The same for a list that was read already.
+Import import_list(GroupList list, const ImportOptions& options = {});
+
 /// Reads a file of at most 64 MiB. Blocks; for start-up and tools. kNotFound, kIo, kOutOfRange, kInvalid.
 Result<Import> import_file(const std::string& path, const ImportOptions& options = {});
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <map>
 
 #include "networks/knx/groups/kind_of_type.h"
@@ -30,16 +31,30 @@ std::string group_key(const GroupEntry& entry, std::string_view name) {
   return fmt::format("{}\n{}\n{}\n{}", entry.dpt->main, entry.main_group, entry.middle_group, name);
 }
 
-/// True if it could be commanded, by its type or its name.
+/// What the flags of its objects decide; nullopt: nothing. Without a type it stays a sensor (kind_of_type()).
+std::optional<Kind> kind_by_use(const GroupEntry& entry) {
+  if (entry.use == Use::kReported) return Kind::kSensor;
+  if (entry.use == Use::kCommanded && entry.dpt) return Kind::kActuator;
+  return std::nullopt;
+}
+
+/// True if it reports a state, by its name; never what devices take as a command.
+bool is_report(const Named& named, std::initializer_list<Sense> senses) {
+  return named.entry->use != Use::kCommanded &&
+         std::any_of(senses.begin(), senses.end(), [&](Sense sense) { return named.words.means(sense); });
+}
+
+/// True if it could be commanded, by its objects, its type or its name.
 bool is_command(const Named& named) {
   const auto& words = named.words;
+  if (const auto by_use = kind_by_use(*named.entry)) return *by_use == Kind::kActuator;
   const bool by_word = words.means(Sense::kCommand) || words.means(Sense::kSetpoint) || words.means(Sense::kSwitch);
   return !words.means(Sense::kMeasured) && (by_word || kind_of_type(named.entry->dpt) == Kind::kActuator);
 }
 
 /// `Lamp switch` and `Lamp status`, `Setpoint` and `Setpoint status`.
 void by_state_word(Named& named, std::map<std::string, Candidates>& out) {
-  const bool reports = named.words.means(Sense::kState);
+  const bool reports = is_report(named, {Sense::kState});
   if (!reports && !is_command(named)) return;
   auto& group = out[group_key(*named.entry, named.words.rest)];
   (reports ? group.states : group.commands).push_back(&named);
@@ -50,8 +65,9 @@ void by_actual_word(Named& named, std::map<std::string, Candidates>& out) {
   const auto& words = named.words;
   const auto main = named.entry->dpt->main;
   if (named.state || named.is_state || main == 9 || main == 14) return;
-  const bool reports = words.means(Sense::kActual) || words.means(Sense::kState);
-  const bool commands = words.means(Sense::kCommand) || words.means(Sense::kSwitch) || words.means(Sense::kSetpoint);
+  const bool reports = is_report(named, {Sense::kActual, Sense::kState});
+  const bool by_word = words.means(Sense::kCommand) || words.means(Sense::kSwitch) || words.means(Sense::kSetpoint);
+  const bool commands = by_word && named.entry->use != Use::kReported;
   if ((reports && words.means(Sense::kSetpoint)) || (!reports && !commands)) return;
   auto& group = out[group_key(*named.entry, words.stem)];
   (reports ? group.states : group.commands).push_back(&named);
@@ -81,6 +97,22 @@ class Guesser {
     for (const auto& entry : entries) all_.push_back({&entry, words_of(entry.name)});
   }
 
+  /// What functions and objects of a project pair, before any name.
+  void pair_by_project() {
+    std::map<wire::GroupAddress, Named*> by_address;
+    for (auto& named : all_) by_address.emplace(named.entry->address, &named);
+    for (auto& named : all_) {
+      if (!named.entry->state || !named.entry->dpt) continue;
+      const auto found = by_address.find(*named.entry->state);
+      if (found == by_address.end()) continue;
+      auto& state = *found->second;
+      const bool fits = state.entry->dpt && state.entry->dpt->main == named.entry->dpt->main;
+      if (!fits || &state == &named || state.is_state || state.state || named.is_state) continue;
+      ++report_.paired_by_project;
+      join(named, state, "by the project");
+    }
+  }
+
   void pair() {
     for (const auto rule : {by_state_word, by_actual_word}) {
       std::map<std::string, Candidates> groups;
@@ -93,6 +125,7 @@ class Guesser {
 
   Kind kind(const Named& named) {
     const auto by_type = kind_of_type(named.entry->dpt);
+    if (const auto by_use = kind_by_use(*named.entry)) return by_project(*named.entry, *by_use, by_type);
     const auto by_name = named.entry->dpt ? kind_by_name(named, by_type) : by_type;
     if (by_name != by_type) {
       ++report_.kinds_by_name;
@@ -103,10 +136,32 @@ class Guesser {
     return by_name;
   }
 
+  /// Without names.
+  Kind kind_of_facts(const Named& named) {
+    const auto by_type = kind_of_type(named.entry->dpt);
+    return by_project(*named.entry, kind_by_use(*named.entry).value_or(by_type), by_type);
+  }
+
   const std::vector<Named>& all() const { return all_; }
 
  private:
   static std::string_view article(Kind kind) { return kind == Kind::kActuator ? "an actuator" : "a sensor"; }
+
+  Kind by_project(const GroupEntry& entry, Kind kind, Kind by_type) {
+    if (kind == by_type) return kind;
+    ++report_.kinds_by_project;
+    report_.note(entry.line, entry.address,
+                 fmt::format("'{}' is {} by the objects that use it, by its type it would be {}", entry.name,
+                             article(kind), article(by_type)));
+    return kind;
+  }
+
+  void join(Named& command, Named& state, std::string_view why) {
+    command.state = &state;
+    state.is_state = true;
+    report_.note(command.entry->line, command.entry->address,
+                 fmt::format("{}: '{}' reports on {}", why, command.entry->name, shown(state, report_.notation)));
+  }
 
   static Kind kind_by_name(const Named& named, Kind otherwise) {
     const auto& words = named.words;
@@ -122,13 +177,8 @@ class Guesser {
     if (group.commands.empty() || group.states.empty()) return;
     if (group.states.size() == 1) narrow(group.commands, *group.states.front());
     if (group.commands.size() > 1 || group.states.size() > 1) return undecided(group);
-    auto& command = *group.commands.front();
-    auto& state = *group.states.front();
-    command.state = &state;
-    state.is_state = true;
     ++report_.paired;
-    report_.note(command.entry->line, command.entry->address,
-                 fmt::format("inferred: '{}' reports on {}", command.entry->name, shown(state, report_.notation)));
+    join(*group.commands.front(), *group.states.front(), "inferred");
   }
 
   void undecided(const Candidates& group) {
@@ -156,7 +206,8 @@ GroupPoint point_of(const GroupEntry& entry, Kind kind) {
   point.dpt = entry.dpt;
   point.kind = kind;
   point.name = entry.name;
-  point.description = entry.description;
+  point.description = entry.description.empty() ? entry.function : entry.description;
+  point.room = entry.room;
   point.main_group = entry.main_group;
   point.middle_group = entry.middle_group;
   return point;
@@ -182,10 +233,13 @@ std::vector<GroupPoint> infer_points(const std::vector<GroupEntry>& entries, boo
   std::vector<GroupPoint> points;
   points.reserve(entries.size());
   Guesser guesser(entries, report);
-  if (by_name) guesser.pair();
+  if (by_name) {
+    guesser.pair_by_project();
+    guesser.pair();
+  }
   for (const auto& named : guesser.all()) {
     if (named.is_state) continue;
-    points.push_back(point_of(*named.entry, by_name ? guesser.kind(named) : kind_of_type(named.entry->dpt)));
+    points.push_back(point_of(*named.entry, by_name ? guesser.kind(named) : guesser.kind_of_facts(named)));
     if (named.state) points.back().state = named.state->entry->address;
   }
   take_listen(entries, points);

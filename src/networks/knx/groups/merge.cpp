@@ -57,6 +57,7 @@ class Merge {
     const auto before = point;
     point.name = imported.name;
     point.description = imported.description;
+    if (!imported.room.empty()) point.room = imported.room;
     point.main_group = imported.main_group;
     point.middle_group = imported.middle_group;
     if (point.name != before.name) {

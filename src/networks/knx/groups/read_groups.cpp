@@ -89,6 +89,7 @@ class PointReader {
     point.instance = key_part(reader, "instance", "1");
     point.name = reader.text("name", "");
     point.description = reader.text("description", "");
+    point.room = reader.text("room", "");
     point.main_group = reader.text("main", point.main_group);
     point.middle_group = reader.text("middle", point.middle_group);
     const auto rule = parse_read_rule(reader.text("read", "demand"));

@@ -55,6 +55,9 @@ std::string counts_text(const Report& report) {
   count(details, report.main_type_only, "with a main type only");
   count(details, report.doubled, "duplicate");
   count(details, report.out_of_range, "out of range");
+  count(details, report.secured, "secured");
+  count(details, report.paired_by_project, "paired with a state address by the project");
+  count(details, report.kinds_by_project, "made sensor or actuator by the project");
   count(details, report.paired, "paired with a state address by name");
   count(details, report.kinds_by_name, "made sensor or actuator by name");
   auto out = fmt::format("{}{}{}: {} group addresses imported{}{}\n", report.source, report.form.empty() ? "" : ", ",

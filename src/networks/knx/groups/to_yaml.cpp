@@ -132,6 +132,7 @@ std::string line_of(const GroupPoint& point, const GroupNames& names) {
   if (point.read != ReadRule{}) put("read", to_string(point.read));
   if (!point.name.empty()) put("name", scalar(point.name));
   if (!point.description.empty()) put("description", scalar(point.description));
+  if (!point.room.empty()) put("room", scalar(point.room));
   if (point.main_group != names.main(point)) put("main", scalar(point.main_group));
   if (point.middle_group != names.middle(point)) put("middle", scalar(point.middle_group));
   return fmt::format("  {}: {{{}}}\n", to_string(point.address), out);

@@ -143,6 +143,68 @@ TEST(InferPoints, AktuellInAnyFormIsAReport) {
   }
 }
 
+GroupEntry used(GroupEntry entry, Use use) {
+  entry.use = use;
+  return entry;
+}
+
+TEST(InferPoints, WhatObjectsDoDecidesBeforeTypesAndNames) {
+  const std::vector entries{used(entry("1/0/1", "Lamp status", "1.001"), Use::kCommanded),
+                            used(entry("1/0/2", "Lamp switch", "1.001"), Use::kReported),
+                            used(entry("1/0/3", "Temperature", "9.001"), Use::kCommanded),
+                            used(entry("1/0/4", "Setpoint", "9.001"), Use::kReported),
+                            used(entry("1/0/5", "Setpoint", "9.001"), Use::kShared),
+                            used(entry("1/0/6", "Bytes", ""), Use::kCommanded)};
+  for (const bool by_name : {true, false}) {
+    const auto found = guess(entries, by_name);
+    std::vector<Kind> kinds;
+    for (const auto& point : found.points) kinds.push_back(point.kind);
+    EXPECT_EQ(kinds, (std::vector{Kind::kActuator, Kind::kSensor, Kind::kActuator, Kind::kSensor,
+                                  by_name ? Kind::kActuator : Kind::kSensor, Kind::kSensor}))
+        << report_text(found.report);
+    EXPECT_EQ(found.report.kinds_by_project, 2U) << "1/0/2 and 1/0/3 differ from their types";
+    EXPECT_EQ(found.report.paired, 0U) << "a command has no state word, a report commands nothing";
+  }
+}
+
+TEST(InferPoints, StateAddressesOfAProjectArePairedBeforeNames) {
+  auto command = used(entry("1/0/1", "Lamp", "1.001"), Use::kCommanded);
+  command.state = ga("1/0/3");
+  const std::vector entries{command, used(entry("1/0/2", "Lamp status", "1.011"), Use::kShared),
+                            used(entry("1/0/3", "Answer", "1.001", "Other"), Use::kReported)};
+  const auto found = guess(entries);
+  ASSERT_EQ(found.points.size(), 2U);
+  EXPECT_EQ(found.points[0].state, ga("1/0/3"));
+  EXPECT_EQ(found.points[0].kind, Kind::kActuator);
+  EXPECT_EQ(found.points[1].kind, Kind::kSensor);
+  EXPECT_EQ(found.report.paired_by_project, 1U);
+  EXPECT_NE(report_text(found.report).find("by the project: 'Lamp' reports on 1/0/3 'Answer'"), std::string::npos);
+  EXPECT_EQ(guess(entries, false).points.size(), 3U) << "without inference each address is a point";
+}
+
+TEST(InferPoints, AStateAddressOfAProjectMustBeThereAndFit) {
+  auto missing = used(entry("1/0/1", "Lamp", "1.001"), Use::kCommanded);
+  missing.state = ga("7/0/1");
+  auto other_type = used(entry("1/0/2", "Dimmer", "5.001"), Use::kCommanded);
+  other_type.state = ga("1/0/3");
+  auto itself = used(entry("1/0/4", "Fan", "1.001"), Use::kCommanded);
+  itself.state = ga("1/0/4");
+  const auto found = guess({missing, other_type, used(entry("1/0/3", "Answer", "1.001"), Use::kReported), itself});
+  EXPECT_EQ(found.points.size(), 4U);
+  EXPECT_EQ(found.report.paired_by_project, 0U);
+}
+
+TEST(InferPoints, FunctionAndRoomDescribeAPoint) {
+  auto lamp = entry("1/0/1", "Lamp", "1.001"), fan = entry("1/0/2", "Fan", "1.001");
+  lamp.function = fan.function = "Table lamp";
+  lamp.room = "First floor / Kitchen";
+  fan.description = "of the oven";
+  const auto found = guess({lamp, fan});
+  EXPECT_EQ(found.points[0].description, "Table lamp");
+  EXPECT_EQ(found.points[0].room, "First floor / Kitchen");
+  EXPECT_EQ(found.points[1].description, "of the oven");
+}
+
 TEST(InferPoints, WithoutInferenceEachAddressIsAPointByItsType) {
   const auto found = guess(
       {entry("1/0/2", "Lamp status", "1.001"), entry("1/0/1", "Lamp", "1.001"), entry("1/0/3", "Setpoint", "9.001")},

@@ -62,6 +62,34 @@ INSTANTIATE_TEST_SUITE_P(All, FlatExports, ::testing::Values("flat-3-1.csv", "fl
                            return name;
                          });
 
+/// The group addresses of a real installation of 475 addresses.
+class RealLists : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(RealLists, GiveNameAndTypeOfEveryAddress) {
+  const std::string folder = "knx-secure/lists";
+  const auto expected = shared_table("haido-expected.tsv", folder);
+  const auto text = shared_file(GetParam(), folder);
+  if (expected.empty() || !text) GTEST_SKIP() << "no ../shared/data/knx-secure/lists beside the source tree";
+  const auto list = read_group_list(*text);
+  std::map<std::string, const GroupEntry*> by_address;
+  for (const auto& entry : list.entries) by_address.emplace(to_string(entry.address, entry.notation), &entry);
+  EXPECT_EQ(by_address.size(), expected.size());
+  for (auto row : expected) {
+    const auto found = by_address.find(row["address"]);
+    ASSERT_NE(found, by_address.end()) << row["address"];
+    EXPECT_EQ(one_line(found->second->name), row["name"]) << row["address"];
+    EXPECT_EQ(found->second->dpt ? to_string(*found->second->dpt) : "", row["dpt"]) << row["address"];
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RealLists, ::testing::Values("haido-1-1.csv", "haido-3-1.csv", "haido.xml"),
+                         [](const auto& each) {
+                           std::string name = each.param;
+                           std::replace_if(
+                               name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
+                           return name;
+                         });
+
 TEST_F(Samples, TheEsfGivesNamesGroupsMainTypesSizesAndListeningAddresses) {
   const auto list = read("flat.esf");
   ASSERT_EQ(list.entries.size(), expected_.size()) << texts(list.report);

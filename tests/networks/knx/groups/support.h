@@ -22,21 +22,22 @@ inline dpt::DptId dpt(std::string_view text) {
   return dpt::parse_dpt(text).value();
 }
 
-inline std::string shared_folder() {
-  return RUBICON_SOURCE_DIR "/../shared/data/knx/import/";
+inline std::string shared_folder(const std::string& folder = "knx/import") {
+  return RUBICON_SOURCE_DIR "/../shared/data/" + folder + "/";
 }
 
 /// Content of a file of the sample projects; nothing if they are not beside the source tree.
-inline std::optional<std::string> shared_file(const std::string& name) {
-  std::ifstream file(shared_folder() + name, std::ios::binary);
+inline std::optional<std::string> shared_file(const std::string& name, const std::string& folder = "knx/import") {
+  std::ifstream file(shared_folder(folder) + name, std::ios::binary);
   if (!file) return {};
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
 /// Rows of a table with a header line, by column name.
-inline std::vector<std::map<std::string, std::string>> shared_table(const std::string& name) {
+inline std::vector<std::map<std::string, std::string>> shared_table(const std::string& name,
+                                                                    const std::string& folder = "knx/import") {
   std::vector<std::map<std::string, std::string>> rows;
-  const auto text = shared_file(name);
+  const auto text = shared_file(name, folder);
   if (!text) return rows;
   std::istringstream lines(*text);
   std::vector<std::string> header;

@@ -1,0 +1,38 @@
+#include "networks/knx/project/document.h"
+
+#include <fmt/format.h>
+
+#include "base/printable.h"
+#include "networks/knx/groups/encoding.h"
+
+namespace rubicon::networks::knx::project {
+
+Result<void> Document::read(const Archive& archive, const Archive::Entry& entry, const secure::Secret* password) {
+  const auto wrong = [&](const Error& error) {
+    return fail(ErrorCode::kInvalid, fmt::format("{}:{}: {}", base::printable(entry.name), parser_.line(), error.text));
+  };
+  auto read = archive.read(entry, password, [&](std::string_view piece) -> Result<bool> {
+    if (auto fed = parser_.feed(piece); !fed) return wrong(fed.error());
+    return !parser_.has_enough();
+  });
+  if (!read) return read;
+  if (auto finished = parser_.finish(); !finished) return wrong(finished.error());
+  return {};
+}
+
+Result<void> Document::read_text(std::string_view text) {
+  auto fed = parser_.feed(text);
+  return fed ? parser_.finish() : fed;
+}
+
+std::optional<bool> flag_of(const xml::Attributes& attributes, std::string_view name) {
+  const auto value = attributes.text(name);
+  if (value.empty()) return std::nullopt;
+  return value == "Enabled" || value == "true" || value == "1";
+}
+
+std::string short_text(const xml::Attributes& attributes, std::string_view name) {
+  return groups::clean_text(attributes.text(name), kMaxText);
+}
+
+}  // namespace rubicon::networks::knx::project

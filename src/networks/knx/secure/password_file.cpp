@@ -1,0 +1,58 @@
+#include "networks/knx/secure/password_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string_view>
+
+namespace rubicon::networks::knx::secure {
+
+namespace {
+
+constexpr std::size_t kLongest = 1024;
+
+/// The first line of the text, if there is no other.
+Result<Secret> password_in(std::string_view text, std::string_view where) {
+  const auto end = std::min(text.find_first_of("\r\n"), text.size());
+  const bool more = text.find_first_not_of("\r\n", end) != text.npos;
+  if (end == 0 || more || end > kLongest)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}: expected one line with a password of at most {} bytes", where, kLongest));
+  return Secret::of_text(text.substr(0, end));
+}
+
+}  // namespace
+
+Result<Secret> read_password_file(transport::Transports& transports, const std::string& path) {
+  auto file = transports.open_file(path);
+  if (!file) return fail(file.error());
+  if ((*file)->open_to_others())
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: other users of this machine can read this password; run chmod 600 {}", path, path));
+  Secret content(kLongest + 3);  // a line end, and one byte that is too much
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const auto count = (*file)->read(content.span().subspan(done));
+    if (!count) return fail(count.error());
+    if (*count == 0) break;
+    done += *count;
+  }
+  return password_in(content.text().substr(0, done), path);
+}
+
+Result<std::optional<Secret>> find_password(transport::Transports& transports, const std::string& path,
+                                            const char* variable) {
+  if (!path.empty()) {
+    auto password = read_password_file(transports, path);
+    if (!password) return fail(password.error());
+    return std::optional(std::move(*password));
+  }
+  const char* value = std::getenv(variable);
+  if (value == nullptr || *value == '\0') return std::optional<Secret>();
+  auto password = password_in(value, fmt::format("environment variable {}", variable));
+  if (!password) return fail(password.error());
+  return std::optional(std::move(*password));
+}
+
+}  // namespace rubicon::networks::knx::secure

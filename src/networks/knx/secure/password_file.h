@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "networks/knx/secure/key.h"
+#include "rubicon/result.hpp"
+#include "transport/transports.h"
+
+namespace rubicon::networks::knx::secure {
+
+/// The variable that the tools of the command line take a password from, if no file is named.
+inline constexpr const char* kPasswordVariable = "RUBICON_KNX_PASSWORD";
+
+/// Reads a file of one line with a password of at most 1,024 bytes. kRefused if the group or other users may read or
+/// write it, with the chmod that changes it; kInvalid: empty or several lines; else the errors of the file. No error
+/// holds the password. Blocks: for start-up and tools.
+Result<Secret> read_password_file(transport::Transports& transports, const std::string& path);
+
+/// From the file, else (path empty) from an environment variable; nullopt if there is neither. A command line has no
+/// passwords: other users see it.
+Result<std::optional<Secret>> find_password(transport::Transports& transports, const std::string& path,
+                                            const char* variable);
+
+}  // namespace rubicon::networks::knx::secure
