@@ -25,7 +25,7 @@ RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports
 
 Routing::Callbacks RoutingLine::routing_calls() {
   Routing::Callbacks calls;
-  calls.send = [this](ByteView frame) { return sender_->send(options_.group, frame); };
+  calls.send = [this](ByteView frame) { return transmit(frame); };
   calls.received = [this](const wire::Telegram& telegram) {
     if (callbacks_.received) callbacks_.received(telegram);
   };
@@ -50,15 +50,57 @@ Result<void> RoutingLine::open() {
   close();
   auto opened = join_all();
   if (opened) opened = open_sender();
+  if (opened) opened = make_guard();
   if (!opened) {
     close();
     return opened;
   }
-  routing_.up({options_.interface_address, sender_->local().port});
+  sockets_open();
+  return {};
+}
+
+void RoutingLine::sockets_open() {
   silence_.set(kSilence);
+  if (!guard_) return become_up();
+  state_.phase = LineState::Phase::kConnecting;
+  state_.reason = "asks the secure routing group for its timer";
+  report_up_ = scheduler_.after(Duration::zero(), [this] {
+    if (callbacks_.changed) callbacks_.changed(state_);
+  });
+  guard_->start();
+}
+
+void RoutingLine::become_up() {
+  routing_.up({options_.interface_address, sender_->local().port});
   state_.phase = LineState::Phase::kUp;
   report_up_ = scheduler_.after(Duration::zero(), [this] { report_state(); });
+}
+
+Result<void> RoutingLine::make_guard() {
+  if (!options_.secure || guard_) return {};
+  secure::RoutingGuard::Callbacks calls;
+  calls.transmit = [this](ByteView datagram) { std::ignore = sender_->send(options_.group, datagram); };
+  calls.synchronised = [this] {
+    if (state_.phase == LineState::Phase::kConnecting) become_up();
+  };
+  // The guard outlives its calls, but not those of this line.
+  calls.note = [this](std::string_view subject, std::string_view text) {
+    if (!callbacks_.note) return;
+    lifetime_.post(scheduler_, [this, subject = std::string(subject), text = std::string(text)] {
+      callbacks_.note(subject, text);
+    });
+  };
+  auto made =
+      secure::RoutingGuard::make(scheduler_, *options_.secure, options_.storage, options_.random, std::move(calls));
+  if (!made) return fail(made.error());
+  guard_ = std::move(*made);
   return {};
+}
+
+Result<void> RoutingLine::transmit(ByteView frame) {
+  if (!guard_) return sender_->send(options_.group, frame);
+  const auto wrapped = guard_->wrap(frame);
+  return wrapped ? sender_->send(options_.group, *wrapped) : Result<void>(fail(wrapped.error()));
 }
 
 Result<void> RoutingLine::join_all() {
@@ -100,7 +142,14 @@ Result<void> RoutingLine::open_sender() {
 
 void RoutingLine::receive(const Endpoint& from, ByteView datagram, Routing::Group role) {
   if (from.port != sender_->local().port) silence_.set(kSilence);  // own frames do not prove membership
-  routing_.receive(from, datagram, role);
+  if (!guard_) return routing_.receive(from, datagram, role);
+  const auto watch = lifetime_.watch();
+  const auto frame = guard_->receive(transport::to_string(from), datagram);
+  if (state_.phase == LineState::Phase::kUp && guard_->problem() != shown_problem_) {
+    report_state();
+    if (watch.ended()) return;
+  }
+  if (!frame.empty()) routing_.receive(from, frame, role);
 }
 
 /// Leaves and joins: only that makes the system report the membership to the switch. Sockets and received data stay.
@@ -115,11 +164,13 @@ void RoutingLine::rejoin() {
 std::map<std::string, std::uint64_t> RoutingLine::counters() const {
   auto all = routing_.counters();
   all["joined-again"] = rejoined_;
+  if (guard_) all.merge(guard_->counters());
   return all;
 }
 
 void RoutingLine::close() {
   silence_.clear();
+  if (guard_) guard_->stop();
   sockets_.clear();
   sender_.reset();
 }
@@ -131,6 +182,7 @@ void RoutingLine::send(wire::Telegram telegram, SteadyTime expires, SendCallback
 /// The sockets are closed in a later turn: this may be a call of one of them.
 void RoutingLine::lost(Error why) {
   routing_.down();
+  if (guard_) guard_->stop();
   silence_.clear();
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
@@ -148,6 +200,8 @@ void RoutingLine::report_lost(const Error& why) {
 void RoutingLine::report_state() {
   if (state_.phase != LineState::Phase::kUp) return;
   state_.reason = routing_.problem();
+  shown_problem_ = guard_ ? guard_->problem() : "";
+  if (state_.reason.empty()) state_.reason = shown_problem_;
   if (callbacks_.changed) callbacks_.changed(state_);
 }
 

@@ -7,6 +7,7 @@
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/line/line.h"
 #include "networks/knx/line/routing.h"
+#include "networks/knx/secure/routing_guard.h"
 #include "transport/transports.h"
 
 namespace rubicon::networks::knx::line {
@@ -19,6 +20,10 @@ struct RoutingOptions {
   wire::IndividualAddress address{0xfffa};  ///< own: 15.15.250; unique on the backbone
   Outbox::Limits limits{0, 1, 10000};       ///< in addition to the 50 per second of routing; default: none
   std::uint64_t seed = 0;                   ///< different in each process: for the pauses after ROUTING_BUSY
+  /// KNX IP Secure: nothing is sent or taken in plain but searches. nullopt = plain.
+  std::optional<secure::RoutingKeys> secure{};
+  secure::GroupStorage storage{};  ///< keeps the timer of the secure group
+  secure::Random random = secure::system_random();
 };
 
 /// What a routing line reports in addition to LineCallbacks; each may be empty.
@@ -29,7 +34,8 @@ struct RoutingCallbacks {
   std::function<void(const transport::Endpoint& from, ByteView frame)> discovery{};
 };
 
-/// KNXnet/IP routing: telegrams over the multicast group of the routers, without confirmations.
+/// KNXnet/IP routing: telegrams over the multicast group of the routers, without confirmations. A secure line is
+/// connecting until it has the timer of its group, some seconds.
 class RoutingLine final : public Line {
  public:
   /// After this long without traffic the line rejoins its groups: switches without an IGMP querier forget members (IGMP
@@ -57,6 +63,10 @@ class RoutingLine final : public Line {
   void receive(const transport::Endpoint& from, ByteView datagram, Routing::Group role);
   void rejoin();
   void close();
+  Result<void> make_guard();
+  Result<void> transmit(ByteView frame);
+  void sockets_open();
+  void become_up();
   Routing::Callbacks routing_calls();
   void lost(Error why);
   void report_state();
@@ -72,6 +82,8 @@ class RoutingLine final : public Line {
   Timer report_up_, close_later_;
   base::Deadline silence_;
   std::uint64_t rejoined_ = 0;
+  std::unique_ptr<secure::RoutingGuard> guard_;  ///< of a secure line, from the first open() on
+  std::string shown_problem_;
   Routing routing_;
   base::Lifetime lifetime_;
 };
