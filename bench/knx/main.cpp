@@ -7,5 +7,9 @@ int main(int argc, char** argv) {
   const Plan quick{1, 1000, 40, 100'000, 1000};
   return rubicon::bench::run_program(
       argc, argv, {"rubicon-bench-knx", "Measures the KNX network beside knxd and a bare loop"}, quick,
-      {{"telegrams", measure_telegrams}, {"loss", measure_loss}, {"dpt", measure_dpt}, {"import", measure_import}});
+      {{"telegrams", measure_telegrams},
+       {"loss", measure_loss},
+       {"dpt", measure_dpt},
+       {"import", measure_import},
+       {"secure", measure_secure}});
 }

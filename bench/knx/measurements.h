@@ -17,10 +17,15 @@ struct Plan {
 /// Confirmed telegrams a second of a bare stop-and-wait loop on blocking sockets, through knxd at this port.
 double floor_telegrams(int telegrams, std::uint16_t port);
 
+/// Telegrams a second of OpenSSL alone: what request and confirmation of a secure tunnel cost at both ends.
+double floor_wrappers(int telegrams);
+
 // Each adds its figures. The first two need knxd in a private network.
 void measure_telegrams(const Plan& plan, Json& out);
 void measure_loss(const Plan& plan, Json& out);
 void measure_dpt(const Plan& plan, Json& out);
+/// A tunnel through KNX IP Secure beside the same tunnel over plain TCP, in a private network.
+void measure_secure(const Plan& plan, Json& out);
 void measure_import(const Plan& plan, Json& out);
 
 }  // namespace rubicon::bench::knx

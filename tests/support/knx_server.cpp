@@ -30,6 +30,7 @@ knx_simulator::ServerOptions server_options(const KnxServer::Options& options) {
   out.tunnels = options.tunnels;
   out.wanted_addresses = options.wanted_addresses;
   out.data_port = options.data_port;
+  out.secure = options.secure;
   return out;
 }
 

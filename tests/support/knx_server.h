@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "apps/simulators/knx/server.h"
@@ -26,6 +27,7 @@ class KnxServer : private KnxServerHost, public knx_simulator::Server {
     std::size_t tunnels = 4;
     bool wanted_addresses = false;
     std::uint16_t data_port = 0;
+    std::optional<knx_simulator::SecureOptions> secure{};
   };
   using Heard = knx_simulator::ClientFrame;
 

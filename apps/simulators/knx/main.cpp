@@ -22,7 +22,7 @@ constexpr int kConfiguration = 2;  ///< an option or a line of the file
 constexpr std::size_t kLargestScript = 1 << 20;
 
 struct Arguments {
-  std::string file, bind = "127.0.0.1", interface, routing, log_level = "warning";
+  std::string file, bind = "127.0.0.1", interface, routing, secure, log_level = "warning";
   bool udp_only = false, no_tunnelling = false;
   SimulatorOptions simulator;
 };
@@ -41,6 +41,7 @@ void describe(CLI::App& app, Arguments& a) {
       ->capture_default_str();
   app.add_option("--name", server.name, "of the server, in its description")->capture_default_str();
   app.add_flag("--udp-only", a.udp_only, "refuse TCP");
+  app.add_option("--secure", a.secure, "file with the passwords of KNX IP Secure: plain tunnels are then refused");
   auto* routing = app.add_option("--routing", a.routing, "also a router on this multicast group [224.0.23.12]")
                       ->expected(0, 1)
                       ->default_str("224.0.23.12");
@@ -85,9 +86,21 @@ std::string places(const Arguments& a, const Simulator& simulator) {
   return text;
 }
 
-int run(const Arguments& a) {
+Result<void> read_passwords(Arguments& a, transport::Transports& transports) {
+  if (a.secure.empty()) return {};
+  auto text = transport::read_text(transports, a.secure, kLargestScript);
+  if (!text) return fail(text.error());
+  auto secure = parse_secure_options(*text);
+  networks::knx::secure::wipe(*text);
+  if (!secure) return fail(secure.error().code, a.secure + ": " + secure.error().text);
+  a.simulator.server.secure = std::move(*secure);
+  return {};
+}
+
+int run(Arguments& a) {
   transport::Loop loop;
   transport::LocalTransports transports(loop);
+  if (const auto read = read_passwords(a, transports); !read) return report(read.error());
   const auto text = transport::read_text(transports, a.file, kLargestScript);
   if (!text) return report(text.error());
   auto script = parse_script(*text);

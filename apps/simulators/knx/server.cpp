@@ -33,7 +33,10 @@ struct Server::Connection {
 };
 
 Server::Server(Scheduler& scheduler, transport::Transports& transports, ServerOptions options)
-    : scheduler_(scheduler), transports_(transports), options_(std::move(options)) {}
+    : scheduler_(scheduler), transports_(transports), options_(std::move(options)) {
+  if (options_.secure)
+    sessions_ = std::make_unique<SecureSessions>(scheduler, *options_.secure, [this](auto id) { session_ended(id); });
+}
 
 Server::~Server() = default;
 
@@ -60,7 +63,7 @@ Result<std::unique_ptr<transport::UdpSocket>> Server::open_udp(std::uint16_t por
   calls.undelivered = [](const Error&) {};
   calls.failed = [](const Error&) {};
   calls.received = [this](const Endpoint& from, ByteView bytes) {
-    through_weather([this, from, copy = Bytes(bytes.begin(), bytes.end())] { received({from, {}, false}, copy); });
+    through_weather([this, from, copy = Bytes(bytes.begin(), bytes.end())] { received({from, {}, false, 0}, copy); });
   };
   transport::UdpOptions udp;
   udp.local = {options_.at.address, port};
@@ -97,11 +100,13 @@ void Server::lose(const ConnectionPtr& connection) {
   std::erase_if(channels_, [&](const auto& entry) {
     return entry.second.control.stream && entry.second.control.tcp.lock() == connection;
   });
+  if (sessions_ && connection) sessions_->lose(connection.get());
   std::erase(connections_, connection);
 }
 
 void Server::stop() {
   pending_.clear();
+  if (sessions_) sessions_->end_all({});
   socket_.reset();
   data_socket_.reset();
   listener_.reset();
@@ -131,6 +136,12 @@ void Server::through_weather(std::function<void()> deliver) {
 }
 
 void Server::transmit(const Peer& to, const Bytes& frame, bool data) {
+  if (to.session == 0) return transmit_wire(to, frame, data);
+  const auto wrapped = sessions_->wrap(to.session, frame);
+  if (!wrapped.empty()) transmit_wire(to, wrapped, data);
+}
+
+void Server::transmit_wire(const Peer& to, const Bytes& frame, bool data) {
   if (to.stream) {
     if (const auto connection = to.tcp.lock()) (void)connection->stream->send(frame);
     return;
@@ -160,12 +171,16 @@ void Server::stream_received(const ConnectionPtr& connection, ByteView bytes) {
     const auto end = buffer.begin() + static_cast<std::ptrdiff_t>(*size);
     const Bytes frame(buffer.begin(), end);
     buffer.erase(buffer.begin(), end);
-    received({{}, connection, true}, frame);
+    received({{}, connection, true, 0}, frame);
   }
 }
 
 void Server::received(const Peer& from, ByteView bytes) {
-  if (!listens) return;
+  if (!listens || takes_secure(from, bytes) || refuses_plain(from, bytes)) return;
+  received_plain(from, bytes);
+}
+
+void Server::received_plain(const Peer& from, ByteView bytes) {
   const auto message = read_message(bytes);
   if (!message) {
     if (message.error().code == ErrorCode::kUnsupported) refuse_connect(from, bytes, status::kConnectionType);
@@ -175,15 +190,15 @@ void Server::received(const Peer& from, ByteView bytes) {
   if (const auto* request = std::get_if<ConnectRequest>(&*message)) return connect(from, *request);
   if (const auto* state = std::get_if<ConnectionStateRequest>(&*message)) return heartbeat(from, *state);
   if (const auto* end = std::get_if<DisconnectRequest>(&*message)) return disconnect(from, *end);
-  if (const auto* request = std::get_if<ConnectionRequest>(&*message)) return tunnelled(*request);
-  if (const auto* ack = std::get_if<ConnectionAck>(&*message)) return acknowledged(ack->header);
+  if (const auto* request = std::get_if<ConnectionRequest>(&*message)) return tunnelled(from, *request);
+  if (const auto* ack = std::get_if<ConnectionAck>(&*message)) return acknowledged(from, ack->header);
 }
 
 /// Where the HPAI says; where the message came from if it says nothing.
 Server::Peer Server::peer_of(const Peer& from, const Hpai& hpai) const {
   if (from.stream || hpai.route_back()) return from;
-  if (only_route_back) return {{"203.0.113.1", 9}, {}, false};
-  return {{address_text(hpai), hpai.port}, {}, false};
+  if (only_route_back) return {{"203.0.113.1", 9}, {}, false, from.session};
+  return {{address_text(hpai), hpai.port}, {}, false, from.session};
 }
 
 void Server::describe(const Peer& from, const Hpai& control) {
@@ -204,7 +219,7 @@ bool Server::in_use(std::uint16_t address) const {
                      [=](const auto& entry) { return entry.second.address == address; });
 }
 
-std::optional<std::uint16_t> Server::address_for(const Cri& cri, std::uint8_t& status) const {
+std::optional<std::uint16_t> Server::address_for(const Cri& cri, std::uint16_t session, std::uint8_t& status) const {
   const auto refuse = [&status](std::uint8_t code) {
     status = code;
     return std::nullopt;
@@ -212,11 +227,14 @@ std::optional<std::uint16_t> Server::address_for(const Cri& cri, std::uint8_t& s
   if (cri.type != ConnectionType::kTunnel || (cri.wanted && !options_.wanted_addresses))
     return refuse(status::kConnectionType);
   if (cri.layer != TunnelLayer::kLink) return refuse(kNoTunnellingLayer);
-  if (cri.wanted) {
-    const auto wanted = number(*cri.wanted);
+  const auto* user = session == 0 ? nullptr : sessions_->user_of(session);
+  const std::uint16_t granted = user == nullptr ? 0 : user->address;
+  if (cri.wanted || granted != 0) {
+    const auto wanted = cri.wanted ? number(*cri.wanted) : granted;
+    if (granted != 0 && wanted != granted) return refuse(status::kUnauthorised);
     if (wanted < options_.first_address || wanted >= options_.first_address + options_.tunnels)
       return refuse(kNoTunnelAddress);
-    if (in_use(wanted)) return refuse(status::kAddressInUse);
+    if (in_use(wanted)) return refuse(cri.wanted ? status::kAddressInUse : status::kNoMoreConnections);
     return wanted;
   }
   for (std::size_t i = 0; i < options_.tunnels; ++i) {
@@ -233,7 +251,7 @@ void Server::connect(const Peer& from, const ConnectRequest& request) {
   const auto control = peer_of(from, request.control), data = peer_of(from, request.data);
   std::uint8_t status = connect_status;
   std::optional<std::uint16_t> address;
-  if (status == 0) address = address_for(request.cri, status);
+  if (status == 0) address = address_for(request.cri, from.session, status);
   if (!address) return send(control, ConnectResponse{0, status});
   open_tunnel(control, data, *address, request.control.port == 0);
 }
@@ -279,7 +297,7 @@ void Server::drop(std::uint8_t id) {
 void Server::heartbeat(const Peer& from, const ConnectionStateRequest& request) {
   ++counters.heartbeats;
   if (!answers_heartbeats) return;
-  const bool known = channels_.contains(request.channel);
+  const bool known = channel_of(from, request.channel) != nullptr;
   if (known) guard_silence(request.channel);
   const auto status = known ? heartbeat_status : status::kUnknownConnection;
   send(peer_of(from, request.control), ConnectionStateResponse{request.channel, status});
@@ -287,17 +305,24 @@ void Server::heartbeat(const Peer& from, const ConnectionStateRequest& request) 
 
 void Server::disconnect(const Peer& from, const DisconnectRequest& request) {
   ++counters.disconnects;
-  const auto status = channels_.contains(request.channel) ? status::kOk : status::kUnknownConnection;
+  const bool known = channel_of(from, request.channel) != nullptr;
+  const auto status = known ? status::kOk : status::kUnknownConnection;
   send(peer_of(from, request.control), DisconnectResponse{request.channel, status});
-  drop(request.channel);
+  if (known) drop(request.channel);
 }
 
-void Server::tunnelled(const ConnectionRequest& request) {
-  const auto id = request.header.channel, sequence = request.header.sequence;
+/// A channel belongs to the session that opened it.
+Server::Channel* Server::channel_of(const Peer& from, std::uint8_t id) {
   const auto found = channels_.find(id);
-  if (found == channels_.end() || request.service != ServiceCode::kTunnellingRequest) return;
+  return found == channels_.end() || found->second.control.session != from.session ? nullptr : &found->second;
+}
+
+void Server::tunnelled(const Peer& from, const ConnectionRequest& request) {
+  const auto id = request.header.channel, sequence = request.header.sequence;
+  auto* const found = channel_of(from, id);
+  if (found == nullptr || request.service != ServiceCode::kTunnellingRequest) return;
   ++counters.requests;
-  auto& channel = found->second;
+  auto& channel = *found;
   const Bytes cemi(request.cemi.begin(), request.cemi.end());
   if (channel.control.stream) return take_frame(id, cemi);
   const bool again = sequence == static_cast<std::uint8_t>(channel.expected - 1);
@@ -389,11 +414,11 @@ void Server::ack_missing(std::uint8_t id) {
   drop(id);
 }
 
-void Server::acknowledged(const ConnectionHeader& header) {
+void Server::acknowledged(const Peer& from, const ConnectionHeader& header) {
   ++counters.acks;
-  const auto found = channels_.find(header.channel);
-  if (found == channels_.end()) return;
-  auto& channel = found->second;
+  auto* const found = channel_of(from, header.channel);
+  if (found == nullptr) return;
+  auto& channel = *found;
   if (channel.queue.empty() || header.sequence != channel.sequence || header.status != 0) return;
   channel.ack.cancel();
   channel.queue.pop_front();

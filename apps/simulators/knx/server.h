@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/simulators/knx/secure_sessions.h"
 #include "base/bytes.h"
 #include "base/scheduler.h"
 #include "networks/knx/wire/message.h"
@@ -25,9 +26,10 @@ struct ServerOptions {
   std::uint16_t own_address = 0x11fa;    ///< of the server: 1.1.250
   std::string name = "knx-simulator";    ///< in descriptions, at most 30 characters
   bool tcp = true;
-  bool wanted_addresses = false;  ///< grants an address that a client requests (Tunnelling version 2)
-  bool shares_port = false;       ///< with the sockets of a router on this host
-  std::uint16_t data_port = 0;    ///< another UDP port of this host for tunnelled frames; 0 = the same
+  bool wanted_addresses = false;          ///< grants an address that a client requests (Tunnelling version 2)
+  bool shares_port = false;               ///< with the sockets of a router on this host
+  std::uint16_t data_port = 0;            ///< another UDP port of this host for tunnelled frames; 0 = the same
+  std::optional<SecureOptions> secure{};  ///< takes tunnels of KNX IP Secure
 };
 
 /// A group telegram that a client sent through its tunnel.
@@ -42,8 +44,9 @@ struct ClientFrame {
 
 /// A KNXnet/IP tunnelling server (KNX 3/8/2 and 3/8/4; knx.md, sections 3 to 6; knxd.md, section 6) over UDP and TCP.
 /// Acknowledges and confirms what clients send, passes it to the other clients and to `on_frame`. Behaves like knxd
-/// unless a member below says otherwise. TCP connections beyond those of its tunnels and kSpareConnections are closed
-/// at once. Scheduler and transports must outlive it.
+/// unless a member below says otherwise. With KNX IP Secure it is strict: a tunnel belongs to one session, and where
+/// sessions are required everything plain but searches and descriptions is refused or dropped. TCP connections beyond
+/// those of its tunnels and kSpareConnections are closed at once. Scheduler and transports must outlive it.
 class Server {
  public:
   /// What happens to datagrams, in each direction (UDP only); probabilities of 0..1.
@@ -86,6 +89,10 @@ class Server {
   std::uint8_t next_channel = 1;
   /// Sends raw bytes to all clients on their data endpoints.
   void send_raw(const Bytes& frame);
+  /// The same past their secure sessions.
+  void send_in_clear(const Bytes& frame);
+  /// Open TCP connections.
+  std::size_t connections() const { return connections_.size(); }
   /// Adds this to the sequence number of the next request to each client.
   void skip_sequence(std::uint8_t by);
   /// Called for each CONNECT_REQUEST before it is answered; `stream`: received over TCP.
@@ -108,18 +115,21 @@ class Server {
 
   struct Counters {
     std::uint64_t connects = 0, heartbeats = 0, disconnects = 0, requests = 0, repeats_seen = 0, out_of_sequence = 0,
-                  acks = 0, dropped_channels = 0, refused_connections = 0;
+                  acks = 0, dropped_channels = 0, refused_connections = 0, plain_frames = 0;
   };
   Counters counters;
+  /// nullptr without KNX IP Secure.
+  SecureSessions* sessions() { return sessions_.get(); }
 
  private:
   struct Connection;
   using ConnectionPtr = std::shared_ptr<Connection>;
-  /// A client's end: a UDP endpoint or a TCP connection.
+  /// A client's end: a UDP endpoint or a TCP connection, and the secure session there (0 = none).
   struct Peer {
     transport::Endpoint udp;
     std::weak_ptr<Connection> tcp;
     bool stream = false;
+    std::uint16_t session = 0;
   };
   struct Channel {
     Peer control, data;
@@ -136,18 +146,24 @@ class Server {
   transport::TcpCalls accept(std::unique_ptr<transport::TcpStream> stream);
   void lose(const ConnectionPtr& connection);
   void received(const Peer& from, ByteView frame);
+  void received_plain(const Peer& from, ByteView frame);
+  bool takes_secure(const Peer& from, ByteView bytes);
+  bool refuses_plain(const Peer& from, ByteView bytes);
+  void session_ended(std::uint16_t session);
+  Channel* channel_of(const Peer& from, std::uint8_t id);
   void stream_received(const ConnectionPtr& connection, ByteView bytes);
   void describe(const Peer& from, const Hpai& control);
   void connect(const Peer& from, const networks::knx::wire::ConnectRequest& request);
   void refuse_connect(const Peer& from, ByteView frame, std::uint8_t status);
   void open_tunnel(const Peer& control, const Peer& data, std::uint16_t address, bool route_back);
   bool in_use(std::uint16_t address) const;
-  std::optional<std::uint16_t> address_for(const networks::knx::wire::Cri& cri, std::uint8_t& status) const;
+  std::optional<std::uint16_t> address_for(const networks::knx::wire::Cri& cri, std::uint16_t session,
+                                           std::uint8_t& status) const;
   void heartbeat(const Peer& from, const networks::knx::wire::ConnectionStateRequest& request);
   void disconnect(const Peer& from, const networks::knx::wire::DisconnectRequest& request);
-  void tunnelled(const networks::knx::wire::ConnectionRequest& request);
+  void tunnelled(const Peer& from, const networks::knx::wire::ConnectionRequest& request);
   void acknowledge(const Channel& channel, const networks::knx::wire::ConnectionHeader& header);
-  void acknowledged(const networks::knx::wire::ConnectionHeader& header);
+  void acknowledged(const Peer& from, const networks::knx::wire::ConnectionHeader& header);
   void take_frame(std::uint8_t id, const Bytes& cemi);
   void pass_on(std::uint8_t id, const Bytes& cemi);
   void confirm(std::uint8_t id, const Bytes& cemi);
@@ -159,6 +175,7 @@ class Server {
   Peer peer_of(const Peer& from, const Hpai& hpai) const;
   void send(const Peer& to, const networks::knx::wire::Message& message, bool data = false);
   void transmit(const Peer& to, const Bytes& frame, bool data);
+  void transmit_wire(const Peer& to, const Bytes& frame, bool data);
   void later(Duration delay, std::function<void()> call);
   void through_weather(std::function<void()> deliver);
   bool chance(double probability);
@@ -170,6 +187,7 @@ class Server {
   std::unique_ptr<transport::TcpListener> listener_;
   std::vector<ConnectionPtr> connections_;
   std::map<std::uint8_t, Channel> channels_;
+  std::unique_ptr<SecureSessions> sessions_;
   std::mt19937 random_{1};
   std::map<std::uint64_t, Timer> pending_;  ///< delayed datagrams and answers
   std::uint64_t last_pending_ = 0;

@@ -182,6 +182,11 @@ void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
 void TunnelLine::session_up() {
   tried_other_password_ = false;
   const auto watch = lifetime_.watch();
+  if (uses_other_password_)
+    note("secure-sessions",
+         "the interface takes the password with `?` for each letter beyond ASCII: choose a password without such "
+         "letters");
+  if (watch.ended()) return;
   if (!session_->verified())
     note("secure-unverified",
          "the interface is not verified: the configuration has no device password (authentication code)");

@@ -163,16 +163,16 @@ Result<Wrapper> read_wrapper(const wire::Frame& frame) {
 }
 
 Nonce nonce_of(const WrapperHead& head, std::size_t size) {
-  Bytes start;
-  append_48(start, head.sequence);
-  append(start, head.serial);
-  wire::write_u16(start, head.tag);
   Nonce nonce;
-  std::copy(start.begin(), start.end(), nonce.b0.begin());
-  std::copy(start.begin(), start.end(), nonce.c0.begin());
-  nonce.b0[14] = static_cast<std::uint8_t>(size >> 8U);
-  nonce.b0[15] = static_cast<std::uint8_t>(size & 0xffU);
+  auto& block = nonce.b0;
+  for (unsigned i = 0; i < 6; ++i) block[i] = static_cast<std::uint8_t>(head.sequence >> (40 - 8 * i) & 0xffU);
+  std::copy(head.serial.begin(), head.serial.end(), block.begin() + 6);
+  block[12] = static_cast<std::uint8_t>(head.tag >> 8U);
+  block[13] = static_cast<std::uint8_t>(head.tag & 0xffU);
+  nonce.c0 = block;
   nonce.c0[14] = 0xff;
+  block[14] = static_cast<std::uint8_t>(size >> 8U);
+  block[15] = static_cast<std::uint8_t>(size & 0xffU);
   return nonce;
 }
 
@@ -193,13 +193,25 @@ Result<void> seal_wrapper(Ccm& ccm, const Key& key, const WrapperHead& head, Byt
                   all.last(kWrapperMacSize));
 }
 
-Result<Opened> open_wrapper(Ccm& ccm, const Key& key, const Wrapper& wrapper, Bytes& frame) {
-  Bytes associated;
-  wire::open_frame(associated, ServiceCode::kSecureWrapper);
-  wire::write_u16(associated, wrapper.head.session);
+namespace {
+
+/// Header and session of the wrapper as transmitted.
+std::array<std::uint8_t, 8> associated_of(const Wrapper& wrapper) {
   const auto total = wire::kHeaderSize + kWrapperHeadSize + wrapper.content.size() + kWrapperMacSize;
-  associated[4] = static_cast<std::uint8_t>(total >> 8U);
-  associated[5] = static_cast<std::uint8_t>(total & 0xffU);
+  return {0x06,
+          0x10,
+          0x09,
+          0x50,
+          static_cast<std::uint8_t>(total >> 8U),
+          static_cast<std::uint8_t>(total & 0xffU),
+          static_cast<std::uint8_t>(wrapper.head.session >> 8U),
+          static_cast<std::uint8_t>(wrapper.head.session & 0xffU)};
+}
+
+}  // namespace
+
+Result<Opened> open_wrapper(Ccm& ccm, const Key& key, const Wrapper& wrapper, Bytes& frame) {
+  const auto associated = associated_of(wrapper);
   frame.assign(wrapper.content.begin(), wrapper.content.end());
   const auto good = ccm.open(key, nonce_of(wrapper.head, frame.size()), associated, frame, wrapper.mac);
   if (!good) return fail(good.error());
