@@ -27,6 +27,7 @@ struct Join {
   /// Why the device cannot be used (its interview failed); it then stands in the inbox and has no tuples. Empty =
   /// usable.
   std::string problem{};
+  std::string area{};  ///< room or place, where the network knows it; empty = unknown
 };
 
 /// The device lives; nothing else to say.

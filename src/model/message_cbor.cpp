@@ -125,6 +125,7 @@ struct BodyWriter {
     if (!join.model.empty()) out["model"] = join.model;
     if (!join.id.empty()) out["id"] = join.id;
     if (!join.problem.empty()) out["problem"] = join.problem;
+    if (!join.area.empty()) out["area"] = join.area;
     for (const auto& capability : join.capabilities) out["capabilities"].push_back(capability_out(capability));
     return out;
   }
@@ -183,6 +184,7 @@ Join join_in(FieldReader& in) {
   if (in.has("heard")) join.heard = in.boolean("heard");
   join.id = in.text("id", 255);
   join.problem = in.text("problem");
+  join.area = in.text("area", 255);
   in.each("capabilities", [&join](FieldReader& item) { join.capabilities.push_back(capability_in(item)); });
   return join;
 }

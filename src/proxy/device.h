@@ -133,8 +133,9 @@ struct Device {
   std::string id;       ///< its part of the keys
   std::string key;      ///< `proxy.wsn-1.7`
   std::string type, name, model;
-  RareText area;                    ///< where it is: from the configuration, else from a user
+  RareText area;                    ///< where it is: from the configuration, else from a user, else announced
   std::string announced_name;       ///< by the device; `name` is the one shown: configured, else given, else this
+  RareText announced_area;          ///< by its network
   RareText given_name, given_area;  ///< by a user at run time
   RareText wanted_id;               ///< Join::id
   WallTime joined{};                ///< Announced::joined of its last join

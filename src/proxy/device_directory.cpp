@@ -30,7 +30,8 @@ const std::string& name_of(const Device& device) {
 
 const std::string& area_of(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
-  return names && !names->area.empty() ? names->area : device.given_area.text();
+  if (names && !names->area.empty()) return names->area;
+  return device.given_area.empty() ? device.announced_area.text() : device.given_area.text();
 }
 
 }  // namespace
@@ -166,6 +167,7 @@ Result<Device*> DeviceDirectory::add(Network& network, const std::string& addres
 bool DeviceDirectory::update_identity(Device& device, const model::Join& join) {
   // A join may leave out what an earlier one announced.
   if (!join.name.empty()) device.announced_name = join.name;
+  if (!join.area.empty()) device.announced_area = join.area;
   bool changed = !join.device_type.empty() && assign(device.type, join.device_type);
   changed |= !join.model.empty() && assign(device.model, join.model);
   return update_name(device) || changed;

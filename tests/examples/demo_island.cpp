@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "support/knx_project.h"
+
 namespace rubicon::examples {
 
 namespace fs = std::filesystem;
@@ -127,6 +129,12 @@ void DemoIsland::write_files() const {
       "\"Group name\",\"Address\",\"Central\",\"Unfiltered\",\"Description\",\"DatapointType\",\"Security\"\n"
       "\"Hall lamp\",\"1/0/1\",\"\",\"\",\"\",\"DPST-1-1\",\"Auto\"\n";
   for (const auto* name : {"flat.csv", "new.csv", "newer.csv"}) write(name, addresses);
+  write("flat.knxproj", support::small_house(20).file());
+  auto protected_house = support::small_house(23);
+  protected_house.password = "flatpass";
+  write("hall.knxproj", protected_house.file());
+  write("hall.password", "flatpass\n");
+  fs::permissions(folder_ / "hall.password", fs::perms::owner_read | fs::perms::owner_write);
 }
 
 std::vector<std::string> DemoIsland::command(const std::string& line, int seconds) const {

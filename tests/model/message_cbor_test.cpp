@@ -169,6 +169,12 @@ TEST(MessageCbor, AJoinKeepsAllItsFields) {
   EXPECT_EQ(join.capabilities[2], open_capability());
 }
 
+TEST(MessageCbor, TheAreaOfADeviceTravels) {
+  Join join;
+  join.area = "First floor / Kitchen";
+  EXPECT_EQ(std::get<Join>(back(message_with(join)).body).area, "First floor / Kitchen");
+}
+
 TEST(MessageCbor, WordsOfAPointAndWhatIsWrongWithAReadingTravel) {
   Capability mode = light_capability();
   mode.words = {{0, "auto"}, {20, "no demand"}};

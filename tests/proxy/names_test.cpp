@@ -56,6 +56,19 @@ TEST_F(Names, SurviveARestartARejoinAndAReload) {
   EXPECT_EQ(description()["area"], "Kitchen");
 }
 
+TEST_F(Names, TheAreaThatANetworkAnnouncesIsShownUntilAUserGivesAnother) {
+  begin();
+  auto placed = lamp();
+  placed.area = "Cellar";
+  join("7", placed);
+  EXPECT_EQ(description()["area"], "Cellar");
+  describe({{"area", "Kitchen"}});
+  join("7", placed);
+  EXPECT_EQ(description()["area"], "Kitchen");
+  describe({{"area", ""}});
+  EXPECT_EQ(description()["area"], "Cellar");
+}
+
 TEST_F(Names, AreTakenAwayByEmptyTexts) {
   begin();
   describe({{"name", "Kitchen lamp"}, {"area", "Kitchen"}});

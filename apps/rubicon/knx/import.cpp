@@ -11,6 +11,8 @@
 #include "config/yaml.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/project/project.h"
+#include "networks/knx/secure/password_file.h"
 #include "transport/local_transports.h"
 #include "transport/read_text.h"
 
@@ -21,7 +23,7 @@ namespace {
 using networks::knx::groups::GroupPoint;
 
 struct ImportOptions {
-  std::string file, record, output;
+  std::string file, record, output, password_file;
   bool no_guess = false;
 };
 
@@ -78,6 +80,28 @@ int put(const ImportOptions& options, const std::string& text) {
   return written ? kGood : kFailed;
 }
 
+/// The points of a project or of a list, which is told by the file.
+Result<networks::knx::groups::Import> read_file(const ImportOptions& options,
+                                                const networks::knx::groups::ImportOptions& how) {
+  namespace project = networks::knx::project;
+  namespace secure = networks::knx::secure;
+  transport::LocalTransports disk;
+  auto file = disk.open_file(options.file);
+  const auto is_project = file ? project::is_project(**file, options.file) : Result<bool>(false);
+  if (!is_project) return fail(is_project.error());
+  if (!*is_project) return networks::knx::groups::import_file(options.file, how);
+  const auto password = secure::find_password(disk, options.password_file, secure::kPasswordVariable);
+  if (!password) return fail(password.error());
+  const auto* given = password->has_value() ? &**password : nullptr;
+  auto imported = project::import_project(std::move(*file), std::filesystem::path(options.file).filename().string(),
+                                          {given, {}}, how);
+  if (!imported && imported.error().code == ErrorCode::kRefused && given == nullptr)
+    return fail(imported.error().code,
+                fmt::format("{}: give it with --password-file FILE, or in the environment variable {}",
+                            imported.error().text, secure::kPasswordVariable));
+  return imported;
+}
+
 /// Writes the group file to standard output or to --output, the report to standard error.
 int import(const ImportOptions& options) {
   networks::knx::groups::ImportOptions how;
@@ -90,7 +114,7 @@ int import(const ImportOptions& options) {
     }
     how.known = std::move(*known);
   }
-  const auto imported = networks::knx::groups::import_file(options.file, how);
+  const auto imported = read_file(options, how);
   if (!imported) {
     print_error(imported.error().text);
     return kFailed;
@@ -105,13 +129,20 @@ int import(const ImportOptions& options) {
 void add_import(Cli& cli, CLI::App* under) {
   const auto options = std::make_shared<ImportOptions>();
   auto* app = cli.command(
-      {"import", "Convert an ETS export of group addresses to a group file (YAML)",
+      {"import", "Convert a project or an export of ETS to a group file (YAML)",
        "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report goes to stderr\n"
+       "  rubicon knx import hall.knxproj --password-file hall.password --output hall.yaml\n"
        "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # keeps what is in flat.yaml\n"
        "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
        under},
       [options](const Settings&) { return import(*options); });
-  app->add_option("FILE", options->file, "export of ETS: CSV, XML or ESF")->required();
+  app->add_option("FILE", options->file,
+                  "a project of ETS (.knxproj), or an export of its group addresses: CSV, XML or ESF")
+      ->required();
+  app->add_option("--password-file", options->password_file,
+                  "holds the password of the project, for you alone (chmod 600); without it the environment variable "
+                  "RUBICON_KNX_PASSWORD may")
+      ->type_name("FILE");
   app->add_flag("--no-guess", options->no_guess, "do not infer from names which addresses belong together");
   app->add_option("--output", options->output, "write the group file here instead of to standard output")
       ->type_name("FILE");

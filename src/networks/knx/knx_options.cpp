@@ -10,6 +10,8 @@
 #include "base/text.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/project/project.h"
+#include "networks/knx/secure/password_file.h"
 #include "rubicon/key.hpp"
 #include "transport/read_text.h"
 
@@ -156,21 +158,53 @@ std::string summary_of(const groups::Report& report, const std::string& path) {
                      path, report.form, report.taken, report.untyped, report.warnings, report.errors);
 }
 
-/// The points of an ETS export or a group file.
+/// A path of the configuration, from the folder of its file.
+std::string path_of(const network::NetworkConfig& config, const std::string& name) {
+  return std::filesystem::path(base::resolve_path(config.directory, name)).lexically_normal().string();
+}
+
+/// The points of a project of the ETS.
+Result<groups::Import> import_project(const network::NetworkConfig& config, transport::Transports& transports,
+                                      std::unique_ptr<transport::FileSource> file, const std::string& path,
+                                      bool guess) {
+  const auto name = config.options.text("import-password-file", "");
+  std::optional<secure::Secret> password;
+  if (!name.empty()) {
+    auto read = secure::read_password_file(transports, path_of(config, name));
+    if (!read) return fail(read.error());
+    password = std::move(*read);
+  }
+  auto imported = project::import_project(std::move(file), path, {password ? &*password : nullptr, {}}, {guess, {}});
+  if (!imported && imported.error().code == ErrorCode::kRefused && !password)
+    return fail(imported.error().code,
+                fmt::format("{}: write it to a file and name that in 'import-password-file'", imported.error().text));
+  return imported;
+}
+
+/// The points of a project, of an ETS export or of a group file.
 std::vector<groups::GroupPoint> import_points(const network::NetworkConfig& config, transport::Transports& transports,
                                               const std::string& name, bool guess, std::string& report) {
-  const auto path = std::filesystem::path(base::resolve_path(config.directory, name)).lexically_normal().string();
-  const auto text = transport::read_text(transports, path, groups::kMaxListBytes);
-  if (!text) {
-    config.options.error("import", text.error().text);
-    return {};
+  const auto path = path_of(config, name);
+  const auto refused = [&](const Error& error) {
+    config.options.error("import", error.text);
+    return std::vector<groups::GroupPoint>();
+  };
+  auto file = transports.open_file(path);
+  if (!file) return refused(file.error());
+  const auto is_project = project::is_project(**file, path);
+  if (!is_project) return refused(is_project.error());
+  if (!*is_project && config.options.has("import-password-file"))
+    config.options.error("import-password-file", "is only for projects of the ETS (.knxproj)");
+  Result<groups::Import> imported = groups::Import{};
+  if (*is_project) {
+    imported = import_project(config, transports, std::move(*file), path, guess);
+  } else {
+    const auto text = transport::read_text(transports, path, groups::kMaxListBytes);
+    if (!text) return refused(text.error());
+    if (path.ends_with(".yaml") || path.ends_with(".yml")) return read_group_file(config, *text, path);
+    imported = groups::import_text(*text, path, {guess, {}});
   }
-  if (path.ends_with(".yaml") || path.ends_with(".yml")) return read_group_file(config, *text, path);
-  auto imported = groups::import_text(*text, path, {guess, {}});
-  if (!imported) {
-    config.options.error("import", imported.error().text);
-    return {};
-  }
+  if (!imported) return refused(imported.error());
   report = summary_of(imported->report, path);
   return std::move(imported->points);
 }
@@ -180,7 +214,11 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
   groups::read_groups(options, out.points);
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
-  if (name.empty()) return;
+  if (name.empty()) {
+    if (options.has("import-password-file"))
+      options.error("import-password-file", "is given without 'import', expected both or none");
+    return;
+  }
   std::set<wire::GroupAddress> configured;
   for (const auto& point : out.points) {
     configured.insert(point.address);

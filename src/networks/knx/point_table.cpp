@@ -46,6 +46,13 @@ void add_range(Capability& capability, const dpt::Dpt& dpt, const model::Type& t
     capability.maximum = range->maximum;
 }
 
+/// A device is in the room of its points, if that is one.
+void place(PointTable::Device& device, const std::string& room) {
+  if (room.empty() || device.several_rooms) return;
+  device.several_rooms = !device.room.empty() && device.room != room;
+  device.room = device.several_rooms ? std::string() : room;
+}
+
 Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
   Capability capability;
   capability.point = point.id;
@@ -91,6 +98,7 @@ void PointTable::bind(const groups::GroupPoint& group, const TypeCatalogue& type
   auto& device = devices_[point.address];
   device.points.push_back(index);
   if (device.name.empty() && !group.device.empty()) device.name = group.device_name;
+  place(device, group.room);
   const auto listen = [&](wire::GroupAddress address) {
     listeners_.push_back({address, static_cast<std::uint32_t>(index)});
   };
@@ -155,6 +163,7 @@ model::Join PointTable::join_of(const std::string& device) const {
   const bool is_own = to_string(first.address) == device;  // the device is this single group address
   join.name = one.name.empty() && is_own ? first.name : one.name;
   join.model = model_of(one);
+  join.area = one.room;
   if (const auto wanted = wanted_ids_.find(device); wanted != wanted_ids_.end()) join.id = wanted->second;
   join.heard = false;
   for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index], *types_));

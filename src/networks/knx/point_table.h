@@ -42,6 +42,8 @@ class PointTable {
 
   struct Device {
     std::string name;  ///< empty: not configured, or the device is a single group address
+    std::string room;  ///< of all its points that have one; empty = of none, or they differ
+    bool several_rooms = false;
     std::vector<std::size_t> points;
   };
   /// By their address within the network.

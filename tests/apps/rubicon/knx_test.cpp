@@ -11,6 +11,7 @@
 
 #include "apps/rubicon/live_island.h"
 #include "support/conversation.h"
+#include "support/knx_project.h"
 #include "support/knxd.h"
 
 namespace rubicon::cli {
@@ -139,6 +140,33 @@ TEST(KnxImport, AnIslandTakesTheExportAndTheRecord) {
   const auto checked = support::run_to_end({kDaemon, "check", island});
   EXPECT_NE(checked.code, 0);
   EXPECT_THAT(checked.errors + checked.output, HasSubstr("bad.yaml:2:")) << "names the place in the record";
+}
+
+TEST(KnxImport, ReadsAProjectWithThePasswordOfAFileOrTheEnvironment) {
+  const Folder folder;
+  auto house = support::small_house(23);
+  const auto open = folder.write("open.knxproj", house.file());
+  house.password = "flatpass";
+  const auto file = folder.write("house.knxproj", house.file());
+  const auto plain = rubicon({"knx", "import", open});
+  EXPECT_EQ(plain.code, 0) << plain.errors;
+  EXPECT_THAT(plain.output, HasSubstr("1/0/1: {dpt: 1.001, kind: actuator, state: 1/0/2"));
+  EXPECT_THAT(plain.errors, HasSubstr("open.knxproj, project of ETS 6 (schema 23): 9 group addresses"));
+  const auto missing = rubicon({"knx", "import", file});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_THAT(missing.errors, HasSubstr("none was given: give it with --password-file FILE, or in the environment"));
+  const auto right = folder.write("right", "flatpass\n"), wrong = folder.write("wrong", "other\n");
+  std::filesystem::permissions(right, std::filesystem::perms::owner_all | std::filesystem::perms::others_read);
+  EXPECT_THAT(rubicon({"knx", "import", file, "--password-file", right}).errors, HasSubstr("run chmod 600"));
+  for (const auto& path : {right, wrong}) std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  const auto given = rubicon({"knx", "import", file, "--password-file", right});
+  EXPECT_EQ(given.code, 0) << given.errors;
+  EXPECT_EQ(given.output.find("flatpass"), std::string::npos);
+  EXPECT_THAT(rubicon({"knx", "import", file, "--password-file", wrong}).errors,
+              HasSubstr("the password does not open"));
+  ::setenv("RUBICON_KNX_PASSWORD", "flatpass", 1);
+  EXPECT_EQ(rubicon({"knx", "import", file}).code, 0);
+  ::unsetenv("RUBICON_KNX_PASSWORD");
 }
 
 TEST(KnxTool, KnowsItsSubcommands) {
