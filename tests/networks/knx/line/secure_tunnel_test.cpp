@@ -1,4 +1,6 @@
 #include <gmock/gmock.h>
+#include <malloc.h>
+#include <openssl/crypto.h>
 
 #include "networks/knx/line/secure_fixture.h"
 
@@ -282,7 +284,12 @@ class SecureRefusals : public SecureFixture {};
 TEST_F(SecureRefusals, TenThousandLeaveNothingBehind) {
   options.secure->user_key.key = key(77);
   make_secure_server();
+  std::size_t heap = 0, secrets = 0;
   for (int i = 0; i < 10'000; ++i) {
+    if (i == 1000) {
+      heap = ::mallinfo2().uordblks;
+      secrets = ::CRYPTO_secure_used();
+    }
     TunnelLine one(options, time, transports, {});
     ASSERT_TRUE(one.open());
     time.run_for(10ms);
@@ -293,6 +300,8 @@ TEST_F(SecureRefusals, TenThousandLeaveNothingBehind) {
   EXPECT_EQ(sessions(), 0U);
   EXPECT_TRUE(server->channels().empty());
   EXPECT_EQ(server->connections(), 0U);
+  EXPECT_LT(::mallinfo2().uordblks, heap + 65'536) << "since the 1,000th";
+  EXPECT_EQ(::CRYPTO_secure_used(), secrets) << "keys in the secure heap";
 }
 
 /// Datagrams get lost, doubled and reordered, each way.
