@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include "networks/knx/line/frame_stream.h"
+#include "networks/knx/secure/session.h"
+#include "networks/knx/wire/message.h"
+#include "support/knx_server.h"
+
+namespace rubicon::knx_simulator {
+namespace {
+
+using namespace std::chrono_literals;
+using namespace networks::knx;
+
+secure::Key one_key(std::uint8_t value) {
+  secure::Key key;
+  key.span()[0] = value;
+  return key;
+}
+
+/// A client with a session of its own over TCP, which sends what it likes.
+class RawClient {
+ public:
+  RawClient(VirtualScheduler& time, transport::MemoryNet& net, const std::string& host = "10.0.0.7")
+      : session_(time, keys_, secure::Session::Settings{}, counters_, callbacks()) {
+    host_.join(net, host);
+    transport::TcpOptions options;
+    options.remote = {"10.0.0.9", 3671};
+    transport::TcpCalls calls;
+    calls.connected = [this] { session_.start(); };
+    calls.received = [this](ByteView bytes) { take(bytes); };
+    calls.failed = [](const Error&) {};
+    stream_ = std::move(host_.open_tcp(options, std::move(calls)).value());
+    time.run_for(10ms);
+  }
+  secure::Session& session() { return session_; }
+  void send_plain(const Bytes& frame) { EXPECT_TRUE(stream_->send(frame)); }
+
+  std::vector<wire::ServiceCode> heard_plain;
+  std::vector<Bytes> received;
+
+ private:
+  secure::Session::Callbacks callbacks() {
+    secure::Session::Callbacks calls;
+    calls.transmit = [this](ByteView frame) { EXPECT_TRUE(stream_->send(frame)); };
+    calls.up = [] {};
+    calls.received = [this](ByteView frame) { received.emplace_back(frame.begin(), frame.end()); };
+    calls.ended = [](const secure::Session::End&) {};
+    return calls;
+  }
+  void take(ByteView bytes) {
+    frames_.append(bytes);
+    for (auto frame = frames_.next(); frame && !frame->empty(); frame = frames_.next()) {
+      const auto service = wire::read_frame(*frame)->service;
+      if (service != wire::ServiceCode::kSecureWrapper) heard_plain.push_back(service);
+      session_.receive(*frame);
+    }
+  }
+
+  secure::SessionKeys keys_{2, {one_key(2), {}}, secure::PasswordKey{one_key(1), {}}};
+  secure::SessionCounters counters_;
+  transport::MemoryTransports host_;
+  line::FrameStream frames_;
+  std::unique_ptr<transport::TcpStream> stream_;
+  secure::Session session_;
+};
+
+class SecureServer : public testing::Test {
+ protected:
+  SecureServer() {
+    support::KnxServer::Options with;
+    with.secure = SecureOptions{one_key(1), {{2, one_key(2), 0}}};
+    server = std::make_unique<support::KnxServer>(time, net, with);
+  }
+  std::uint8_t open_tunnel(RawClient& client) {
+    client.session().send(write(wire::ConnectRequest{}));
+    time.run_for(10ms);
+    return server->channels().empty() ? std::uint8_t{0} : server->channels().back();
+  }
+
+  VirtualScheduler time;
+  transport::MemoryNet net{time};
+  std::unique_ptr<support::KnxServer> server;
+};
+
+TEST_F(SecureServer, ATunnelBelongsToTheSessionThatOpenedIt) {
+  RawClient owner(time, net), other(time, net, "10.0.0.8");
+  ASSERT_TRUE(owner.session().up() && other.session().up());
+  const auto channel = open_tunnel(owner);
+  const Bytes cemi = *base::from_hex("1100bce000000a070300800c33");
+  const auto request = write(wire::ConnectionRequest{wire::ServiceCode::kTunnellingRequest, {channel, 0, 0}, cemi});
+  other.session().send(request);
+  other.session().send(write(wire::DisconnectRequest{channel, {}}));
+  time.run_for(10ms);
+  EXPECT_TRUE(server->heard().empty());
+  EXPECT_EQ(server->channels().size(), 1U);
+  owner.session().send(request);
+  time.run_for(10ms);
+  EXPECT_EQ(server->heard().size(), 1U);
+  owner.session().close();
+  time.run_for(10ms);
+  EXPECT_TRUE(server->channels().empty()) << "the tunnel ends with its session";
+}
+
+TEST_F(SecureServer, PlainFramesAreRefusedOrDropped) {
+  RawClient client(time, net);
+  const auto channel = open_tunnel(client);
+  const Bytes cemi = *base::from_hex("1100bce000000a070300800c33");
+  client.send_plain(write(wire::ConnectionRequest{wire::ServiceCode::kTunnellingRequest, {channel, 0, 0}, cemi}));
+  client.send_plain(write(wire::DisconnectRequest{channel, {}}));
+  client.send_plain(write(wire::ConnectRequest{}));
+  client.send_plain(write(wire::DescriptionRequest{}));
+  time.run_for(10ms);
+  EXPECT_TRUE(server->heard().empty());
+  EXPECT_EQ(server->channels().size(), 1U);
+  EXPECT_EQ(server->counters.plain_frames, 3U);
+  const std::vector<wire::ServiceCode> expected{wire::ServiceCode::kSessionResponse,
+                                                wire::ServiceCode::kConnectResponse,
+                                                wire::ServiceCode::kDescriptionResponse};
+  EXPECT_EQ(client.heard_plain, expected);
+}
+
+}  // namespace
+}  // namespace rubicon::knx_simulator
