@@ -62,7 +62,7 @@ void Routing::pump() {
   if (outbox_.in_flight()) return transmit();
   const auto* telegram = outbox_.take();
   if (telegram == nullptr) return;
-  auto cemi = wire::write_telegram(wire::CemiCode::kDataIndication, *telegram);
+  auto cemi = encode(options_.guard, wire::CemiCode::kDataIndication, *telegram, options_.address);
   if (!cemi) {
     wake_.set(Duration::zero());
     return outbox_.finish(SendOutcome::kRefused, cemi.error().text);
@@ -147,11 +147,19 @@ void Routing::receive_indication(const Endpoint& from, const wire::RoutingIndica
   if (watch.ended()) return;
   check_source_address(from, indication.cemi);
   if (watch.ended()) return;
-  const auto telegram = indication.system_broadcast
-                            ? Result<wire::Telegram>(fail(ErrorCode::kUnsupported, "a system broadcast"))
-                            : wire::to_telegram(*frame);
-  ++(telegram ? counters_.received : telegram.error().code == ErrorCode::kInvalid ? counters_.bad : counters_.other);
-  if (telegram) callbacks_.received(*telegram);
+  if (!indication.system_broadcast) return receive_telegram(from, *frame);
+  ++counters_.other;
+}
+
+void Routing::receive_telegram(const Endpoint& from, const wire::DataFrame& frame) {
+  const auto telegram = decode(options_.guard, frame);
+  if (telegram) {
+    ++counters_.received;
+    return callbacks_.received(*telegram);
+  }
+  const auto& dropped = telegram.error();
+  if (!dropped.counter().empty()) return note(std::string(dropped.counter()), from, "routed a " + dropped.why);
+  ++counters_.other;
 }
 
 /// No other program of this machine uses our port. If our own address is unknown, another machine may use the same
@@ -196,13 +204,16 @@ std::string Routing::problem() const {
 
 std::map<std::string, std::uint64_t> Routing::counters() const {
   const auto& outbox = outbox_.counters();
-  return {{"telegrams-sent", counters_.sent},    {"telegrams-received", counters_.received},
-          {"own-frames", counters_.own},         {"bad-frames", counters_.bad},
-          {"other-frames", counters_.other},     {"busy", counters_.busy},
-          {"lost-messages", counters_.lost},     {"doubled-address", counters_.duplicate_address},
-          {"send-retries", counters_.retries},   {"telegrams-waiting", outbox_.waiting()},
-          {"telegrams-refused", outbox.refused}, {"telegrams-expired", outbox.expired},
-          {"telegrams-lost", outbox.lost}};
+  std::map<std::string, std::uint64_t> all{
+      {"telegrams-sent", counters_.sent},    {"telegrams-received", counters_.received},
+      {"own-frames", counters_.own},         {"bad-frames", counters_.bad},
+      {"other-frames", counters_.other},     {"busy", counters_.busy},
+      {"lost-messages", counters_.lost},     {"doubled-address", counters_.duplicate_address},
+      {"send-retries", counters_.retries},   {"telegrams-waiting", outbox_.waiting()},
+      {"telegrams-refused", outbox.refused}, {"telegrams-expired", outbox.expired},
+      {"telegrams-lost", outbox.lost}};
+  if (options_.guard != nullptr) all.merge(options_.guard->counters());
+  return all;
 }
 
 }  // namespace rubicon::networks::knx::line

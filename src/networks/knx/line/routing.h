@@ -9,6 +9,7 @@
 #include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/busy_rule.h"
+#include "networks/knx/line/guarded.h"
 #include "networks/knx/line/outbox.h"
 #include "networks/knx/wire/message.h"
 #include "transport/udp.h"
@@ -42,6 +43,7 @@ class Routing {
     Duration gap = std::chrono::milliseconds(20);
     std::uint64_t seed = 0;  ///< for the random part of pauses
     Outbox::Limits limits{0, 1, 10000};
+    secure::GroupGuard* guard = nullptr;  ///< of secured groups; must outlive this
   };
   /// The group that a datagram was sent to.
   enum class Group : std::uint8_t {
@@ -80,6 +82,7 @@ class Routing {
   void transmit();
   void receive_indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group);
   void receive_busy(const Endpoint& from, const wire::RoutingBusy& busy);
+  void receive_telegram(const Endpoint& from, const wire::DataFrame& frame);
   bool is_own(const Endpoint& from, ByteView cemi);
   void check_source_address(const Endpoint& from, ByteView cemi);
   void give_up(Error why);

@@ -16,7 +16,8 @@ RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports
       callbacks_(std::move(callbacks)),
       routing_callbacks_(std::move(routing_callbacks)),
       silence_(scheduler, [this] { rejoin(); }),
-      routing_(scheduler, {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits},
+      routing_(scheduler,
+               {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits, options_.guard},
                routing_calls()) {
   state_.server = to_string(options_.group);
   if (!options_.interface_address.empty()) state_.server += " on " + options_.interface_address;

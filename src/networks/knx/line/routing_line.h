@@ -19,6 +19,7 @@ struct RoutingOptions {
   std::uint8_t ttl = 16;    ///< the default of ETS projects
   wire::IndividualAddress address{0xfffa};  ///< own: 15.15.250; unique on the backbone
   Outbox::Limits limits{0, 1, 10000};       ///< in addition to the 50 per second of routing; default: none
+  secure::GroupGuard* guard = nullptr;      ///< of secured groups; must outlive the line
   std::uint64_t seed = 0;                   ///< different in each process: for the pauses after ROUTING_BUSY
   /// KNX IP Secure: nothing is sent or taken in plain but searches. nullopt = plain.
   std::optional<secure::RoutingKeys> secure{};

@@ -250,15 +250,20 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     ++counters_.lte;
     return;
   }
-  const auto telegram = wire::to_telegram(*frame);
-  if (!telegram) {
-    ++counters_.other_frames;
-    return;
-  }
+  const auto telegram = decode(options_.guard, *frame);
+  if (!telegram) return dropped(telegram.error());
   ++counters_.received;
   // The telegram is delivered all the same: in some installations several tunnels share an address.
   if (telegram->source == state_.own) ++counters_.duplicate_address;
   if (callbacks_.received) callbacks_.received(*telegram);
+}
+
+void TunnelLine::dropped(const secure::GroupGuard::Dropped& frame) {
+  if (frame.counter().empty()) {
+    ++counters_.other_frames;
+    return;
+  }
+  note(std::string(frame.counter()), frame.why);
 }
 
 void TunnelLine::finish(Tunnel::Outcome outcome) {
@@ -408,7 +413,7 @@ void TunnelLine::pump() {
   while (tunnel_ && tunnel_->idle()) {
     const auto* telegram = outbox_.take();
     if (telegram == nullptr) return;
-    const auto cemi = wire::write_telegram(wire::CemiCode::kDataRequest, *telegram);
+    const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own);
     if (!cemi) {
       outbox_.finish(SendOutcome::kRefused, cemi.error().text);
       if (watch.ended()) return;
@@ -464,6 +469,7 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
                                            {"other-frames", counters_.other_frames},
                                            {"doubled-address", counters_.duplicate_address}};
   if (options_.secure) add_session_counters(all);
+  if (options_.guard != nullptr) all.merge(options_.guard->counters());
   return all;
 }
 

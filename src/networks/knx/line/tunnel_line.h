@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/lifetime.h"
+#include "networks/knx/line/guarded.h"
 #include "networks/knx/line/hold_off.h"
 #include "networks/knx/line/line.h"
 #include "networks/knx/line/outbox.h"
@@ -28,6 +29,7 @@ struct TunnelOptions {
   /// Keys of KNX IP Secure: everything goes through a session of their user. Without them everything is plain.
   std::optional<secure::SessionKeys> secure{};
   Outbox::Limits limits{};
+  secure::GroupGuard* guard = nullptr;  ///< of secured groups; must outlive the line
 };
 
 /// A tunnel to a KNXnet/IP server, over UDP or TCP: connects the state machine Tunnel to sockets and a send queue, and
@@ -79,6 +81,7 @@ class TunnelLine final : public Line {
   // Callbacks of the tunnel.
   void up();
   void received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> outcome);
+  void dropped(const secure::GroupGuard::Dropped& frame);
   void finish(Tunnel::Outcome outcome);
   void count_unconfirmed(Tunnel::Outcome outcome);
   void set_bus(bool connected, std::string_view why);

@@ -15,9 +15,16 @@ using Dropped = GroupGuard::Dropped;
 constexpr std::uint8_t kStandardFrame = 0x80;
 constexpr std::size_t kLongestStandard = 15, kLongestExtended = 254;
 
-constexpr std::array<std::string_view, GroupGuard::kDrops> kCounters{
-    "",           "secure-plain-dropped", "secure-no-key",          "secure-unknown-sender", "secure-wrong-mac",
-    "secure-old", "secure-tool-access",   "secure-synchronisation", "secure-point-to-point", "secure-other"};
+constexpr std::array<std::string_view, GroupGuard::kDrops> kCounters{"",
+                                                                     "data-secure-plain-dropped",
+                                                                     "data-secure-no-key",
+                                                                     "data-secure-unknown-sender",
+                                                                     "data-secure-wrong-mac",
+                                                                     "data-secure-old",
+                                                                     "data-secure-tool-access",
+                                                                     "data-secure-synchronisation",
+                                                                     "data-secure-point-to-point",
+                                                                     "data-secure-other"};
 
 tl::unexpected<Dropped> drop(Drop why, std::string text) {
   return tl::unexpected<Dropped>(Dropped{why, std::move(text)});
@@ -200,7 +207,7 @@ Result<GroupGuard::Peeked> GroupGuard::peek(const wire::DataFrame& frame) const 
 }
 
 std::map<std::string, std::uint64_t> GroupGuard::counters() const {
-  std::map<std::string, std::uint64_t> all{{"secure-sent", sent_}, {"secure-received", received_}};
+  std::map<std::string, std::uint64_t> all{{"data-secure-sent", sent_}, {"data-secure-received", received_}};
   for (std::size_t i = 1; i < kDrops; ++i) all[std::string(kCounters[i])] = dropped_[i];
   return all;
 }

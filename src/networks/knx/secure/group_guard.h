@@ -66,7 +66,7 @@ class GroupGuard {
   /// wrong MAC or no key; kUnsupported: no group telegram.
   Result<Peeked> peek(const wire::DataFrame& frame) const;
 
-  /// By name (`secure-...`).
+  /// By name (`data-secure-...`).
   std::map<std::string, std::uint64_t> counters() const;
 
  private:

@@ -101,7 +101,7 @@ SenderSequences::~SenderSequences() {
 }
 
 void SenderSequences::note(std::string_view text) {
-  if (note_) note_("secure-storage", text);
+  if (note_) note_("data-secure-storage", text);
 }
 
 void SenderSequences::load(std::uint8_t line) {

@@ -40,8 +40,8 @@ TEST(GroupGuard, WhatOneGuardProtectsAnotherOpens) {
       EXPECT_EQ(*received, telegram);
     }
   }
-  EXPECT_EQ(here.count("secure-sent"), 12U);
-  EXPECT_EQ(there.count("secure-received"), 12U);
+  EXPECT_EQ(here.count("data-secure-sent"), 12U);
+  EXPECT_EQ(there.count("data-secure-received"), 12U);
 }
 
 TEST(GroupGuard, TwoBytesNeedAnExtendedFrameAndOneDoesNot) {
@@ -74,7 +74,7 @@ TEST(GroupGuard, ASecuredGroupTakesNoPlainTelegram) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().drop, Drop::kPlain);
   EXPECT_THAT(result.error().why, HasSubstr("0.0.0 to 1/2/7"));
-  EXPECT_EQ(bench.count("secure-plain-dropped"), 1U);
+  EXPECT_EQ(bench.count("data-secure-plain-dropped"), 1U);
 }
 
 TEST(GroupGuard, RepeatedAndOlderTelegramsAreDropped) {
@@ -88,7 +88,7 @@ TEST(GroupGuard, RepeatedAndOlderTelegramsAreDropped) {
   EXPECT_TRUE(opened(guard, indication(wire::IndividualAddress(0x110c), 4, value_for(kSecuredGroup))))
       << "each sender counts for itself";
   EXPECT_TRUE(opened(guard, indication(kOther, kMaxSequence, value_for(kSecuredGroup))));
-  EXPECT_EQ(bench.count("secure-old"), 3U);
+  EXPECT_EQ(bench.count("data-secure-old"), 3U);
 }
 
 TEST(GroupGuard, SequenceZeroIsNeverValid) {
@@ -129,10 +129,10 @@ TEST(GroupGuard, WhatIsNotHandledIsCountedByItsKind) {
   auto to_device = wire::read_data_frame(good).value();
   to_device.control2 = 0x60;
   EXPECT_EQ(guard.open(to_device).error().drop, Drop::kPointToPoint);
-  EXPECT_EQ(bench.count("secure-tool-access"), 1U);
-  EXPECT_EQ(bench.count("secure-synchronisation"), 2U);
-  EXPECT_EQ(bench.count("secure-point-to-point"), 1U);
-  EXPECT_EQ(bench.count("secure-other"), 3U);
+  EXPECT_EQ(bench.count("data-secure-tool-access"), 1U);
+  EXPECT_EQ(bench.count("data-secure-synchronisation"), 2U);
+  EXPECT_EQ(bench.count("data-secure-point-to-point"), 1U);
+  EXPECT_EQ(bench.count("data-secure-other"), 3U);
 }
 
 TEST(GroupGuard, AGoodTelegramWithoutAGroupValueIsDroppedAndItsNumberIsUsed) {

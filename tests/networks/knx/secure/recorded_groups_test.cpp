@@ -155,9 +155,9 @@ TEST(RecordedGroups, EachRefusedTelegramIsDroppedForItsReason) {
   }
   if (checked == 0) GTEST_SKIP() << "no ../shared/data/knx-secure beside the source tree";
   EXPECT_EQ(checked, 8U);
-  EXPECT_EQ(ends.second.count("secure-received"), 2U);
-  EXPECT_EQ(ends.second.count("secure-old"), 2U);
-  EXPECT_EQ(ends.second.count("secure-wrong-mac"), 2U);
+  EXPECT_EQ(ends.second.count("data-secure-received"), 2U);
+  EXPECT_EQ(ends.second.count("data-secure-old"), 2U);
+  EXPECT_EQ(ends.second.count("data-secure-wrong-mac"), 2U);
 }
 
 TEST(RecordedGroups, TelegramsOfAnotherClientAreOpenedAndMadeByteForByte) {
