@@ -10,7 +10,7 @@ namespace rubicon::networks::knx::secure {
 namespace {
 
 constexpr std::uint8_t kTpciMask = 0xfc, kApciHigh = 0x03, kApciLow = 0xf1;
-constexpr std::size_t kBeforeApdu = 9, kMacSize = 4, kSequenceSize = 6;
+constexpr std::size_t kBeforeApdu = 9, kShortMac = 4, kSequenceSize = 6;
 /// Address type and extended frame format in Ctrl2; the hop count between them changes on the way.
 constexpr std::uint8_t kConstantControl2 = 0x8f;
 
@@ -47,14 +47,14 @@ bool is_secured(ByteView tpdu) {
 }
 
 Result<SecuredApdu> read_secured(ByteView tpdu) {
-  if (tpdu.size() < kBeforeApdu + 2 + kMacSize)
+  if (tpdu.size() < kBeforeApdu + 2 + kShortMac)
     return fail(ErrorCode::kInvalid, fmt::format("secured telegram of {} bytes, expected at least {}", tpdu.size(),
-                                                 kBeforeApdu + 2 + kMacSize));
+                                                 kBeforeApdu + 2 + kShortMac));
   SecuredApdu out;
   out.control = tpdu[2];
   for (const auto byte : tpdu.subspan(3, kSequenceSize)) out.sequence = out.sequence << 8U | byte;
-  out.apdu = tpdu.subspan(kBeforeApdu, tpdu.size() - kBeforeApdu - kMacSize);
-  out.mac = tpdu.last(kMacSize);
+  out.apdu = tpdu.subspan(kBeforeApdu, tpdu.size() - kBeforeApdu - kShortMac);
+  out.mac = tpdu.last(kShortMac);
   return out;
 }
 
@@ -64,20 +64,20 @@ Result<Bytes> seal(Ccm& ccm, const Key& key, const wire::DataFrame& plain, std::
   const bool encrypts = (control & control::kAlgorithm) != 0;
   const auto nonce = nonce_of(plain, sequence, encrypts ? tpdu.size() : 0);
   Bytes out{nonce.b0[12], kApciLow, control};
-  out.reserve(kBeforeApdu + tpdu.size() + kMacSize);
+  out.reserve(kBeforeApdu + tpdu.size() + kShortMac);
   out.insert(out.end(), nonce.b0.begin(), nonce.b0.begin() + kSequenceSize);
   out.push_back(static_cast<std::uint8_t>(tpdu[0] & ~kTpciMask));
   out.insert(out.end(), tpdu.begin() + 1, tpdu.end());
-  out.resize(out.size() + kMacSize);
+  out.resize(out.size() + kShortMac);
   const auto apdu = std::span(out).subspan(kBeforeApdu, tpdu.size());
-  const auto mac = std::span(out).last(kMacSize);
+  const auto mac = std::span(out).last(kShortMac);
   if (encrypts) {
     if (auto done = ccm.seal(key, nonce, std::array{control}, apdu, mac); !done) return fail(done.error());
     return out;
   }
   const auto whole = mac_of(ccm, key, nonce, control, apdu);
   if (!whole) return fail(whole.error());
-  std::copy_n(whole->begin(), kMacSize, mac.begin());
+  std::copy_n(whole->begin(), kShortMac, mac.begin());
   return out;
 }
 
@@ -98,7 +98,7 @@ Result<Bytes> open(Ccm& ccm, const Key& key, const wire::DataFrame& secured) {
   } else {
     const auto whole = mac_of(ccm, key, nonce, parts->control, plain);
     if (!whole) return fail(whole.error());
-    good = equal(ByteView(*whole).first(kMacSize), parts->mac);
+    good = equal(ByteView(*whole).first(kShortMac), parts->mac);
   }
   if (!good) return fail(ErrorCode::kRefused, "wrong MAC");
   plain[0] = static_cast<std::uint8_t>(plain[0] | (secured.tpdu[0] & kTpciMask));
