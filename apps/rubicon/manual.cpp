@@ -70,7 +70,8 @@ std::string manual(const CLI::App& app) {
       ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TCP, RUBICON_TAG, RUBICON_LEASE, "
       "RUBICON_PATIENCE,\n"
       "RUBICON_PREFIX, RUBICON_CONFIG and RUBICON_JSON stand for the options of these names; what is on the command\n"
-      "line wins. NO_COLOR turns colours off.\n.SH SEE ALSO\n.BR rubicon\\-proxy (1)\n";
+      "line wins. NO_COLOR turns colours off. RUBICON_KNX_PASSWORD is a password of ETS.\n.SH SEE "
+      "ALSO\n.BR rubicon\\-proxy (1)\n";
   return out;
 }
 

@@ -8,6 +8,7 @@ rubicon_library(networks/knx/secure LINKS rubicon_networks_knx_wire rubicon_tran
 rubicon_library(networks/knx/line LINKS rubicon_networks_knx_wire rubicon_networks_knx_secure rubicon_transport)
 rubicon_library(networks/knx/dpt LINKS rubicon_networks_knx_wire)
 rubicon_library(networks/knx/xml LINKS rubicon_base EXPAT::EXPAT)
+rubicon_library(networks/knx/keyring LINKS rubicon_networks_knx_secure rubicon_networks_knx_wire rubicon_networks_knx_xml)
 rubicon_library(networks/knx/groups LINKS rubicon_networks_knx_dpt rubicon_networks_knx_wire rubicon_networks_knx_xml rubicon_transport)
 rubicon_library(networks/knx/project LINKS rubicon_networks_knx_groups rubicon_networks_knx_secure rubicon_networks_knx_xml rubicon_transport PkgConfig::LIBZIP)
 rubicon_network(knx LINKS rubicon_networks_knx_line rubicon_networks_knx_project)

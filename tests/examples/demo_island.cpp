@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "support/keyring_writer.h"
 #include "support/knx_project.h"
 
 namespace rubicon::examples {
@@ -134,6 +135,7 @@ void DemoIsland::write_files() const {
   protected_house.password = "flatpass";
   write("hall.knxproj", protected_house.file());
   write("hall.password", "flatpass\n");
+  write("hall.knxkeys", support::write_keyring(support::keyring_root("Hall"), "flatpass"));
   fs::permissions(folder_ / "hall.password", fs::perms::owner_read | fs::perms::owner_write);
 }
 

@@ -3,7 +3,8 @@
 namespace rubicon::cli {
 
 void add_knx(Cli& cli) {
-  auto* app = cli.app().add_subcommand("knx", "Tools for KNX: discover, monitor, read, write, import, decode, encode");
+  auto* app =
+      cli.app().add_subcommand("knx", "Tools for KNX: discover, monitor, read, write, import, keyring, decode, encode");
   app->require_subcommand(1);
   app->fallthrough();
   app->get_formatter()->label("SUBCOMMAND", "COMMAND");
@@ -18,6 +19,7 @@ void add_knx(Cli& cli) {
   knx::add_discover(cli, app);
   knx::add_bus(cli, app);
   knx::add_import(cli, app);
+  knx::add_keyring(cli, app);
   knx::add_convert(cli, app);
 }
 
