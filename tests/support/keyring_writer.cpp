@@ -13,7 +13,7 @@ namespace {
 namespace secure = networks::knx::secure;
 using Attribute = KeyringElement::Attribute;
 
-std::string escaped(const std::string& text) {
+std::string attribute_text(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
@@ -28,9 +28,9 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-class Writer {
+class KeyringWriter {
  public:
-  Writer(const std::string& password, const std::string& created, unsigned seed)
+  KeyringWriter(const std::string& password, const std::string& created, unsigned seed)
       : key_(secure::key_of_password(base::as_bytes(password), "1.keyring.ets.knx.org").value()), random_(seed) {
     const auto digest = secure::sha256(base::as_bytes(created)).value();
     std::copy_n(digest.begin(), start_.size(), start_.begin());
@@ -58,7 +58,8 @@ class Writer {
     Bytes out;
     for (int i = 0; i < 8; ++i) out.push_back(static_cast<std::uint8_t>(random_()));
     out.insert(out.end(), text.begin(), text.end());
-    const auto padding = 16 - out.size() % 16;
+    const auto block = random_() % 2 == 0 ? std::size_t{16} : std::size_t{32};  // ETS pads to 32
+    const auto padding = block - out.size() % block;
     out.insert(out.end(), padding, static_cast<std::uint8_t>(padding));
     return out;
   }
@@ -86,7 +87,7 @@ class Writer {
   static std::string xml(const KeyringElement& element, const std::string& indent) {
     std::string out = indent + "<" + element.name;
     for (const auto& attribute : element.attributes)
-      out += " " + attribute.name + "=\"" + escaped(attribute.value) + "\"";
+      out += " " + attribute.name + "=\"" + attribute_text(attribute.value) + "\"";
     if (element.children.empty()) return out + " />\n";
     out += ">\n";
     for (const auto& child : element.children) out += xml(child, indent + "  ");
@@ -106,7 +107,7 @@ std::string write_keyring(const KeyringElement& root, const std::string& passwor
   for (const auto& attribute : root.attributes) {
     if (attribute.name == "Created") created = attribute.value;
   }
-  return Writer(password, created, seed).write(root);
+  return KeyringWriter(password, created, seed).write(root);
 }
 
 KeyringElement keyring_root(const std::string& project) {

@@ -12,13 +12,14 @@ namespace rubicon::networks::knx::keyring {
 namespace {
 
 constexpr std::string_view kSalt = "1.keyring.ets.knx.org";
-constexpr std::size_t kRandomBytes = 8, kBlock = 16;
+/// ETS 5.7 pads to multiples of 32, other writers to multiples of 16.
+constexpr std::size_t kRandomBytes = 8, kMaxPadding = 32;
 
-/// Length without the padding: n bytes of value n, 1 to 16. 0 = wrong padding, or nothing but that.
+/// Length without the padding: n bytes of value n. 0 = wrong padding, or nothing but that.
 std::size_t unpadded(ByteView bytes) {
   if (bytes.empty()) return 0;
   const std::size_t padding = bytes.back();
-  if (padding < 1 || padding > kBlock || padding >= bytes.size()) return 0;
+  if (padding < 1 || padding > kMaxPadding || padding >= bytes.size()) return 0;
   const auto tail = bytes.last(padding);
   const bool good = std::all_of(tail.begin(), tail.end(), [&](auto byte) { return byte == padding; });
   return good ? bytes.size() - padding : 0;

@@ -25,7 +25,7 @@ Error explain(const KeyringFile& file, const Cipher& cipher) {
   const auto look = [&](const Bytes& encrypted) {
     if (encrypted.empty()) return;
     ++stored;
-    good += cipher.password(encrypted) ? 1 : 0;
+    if (cipher.password(encrypted)) ++good;
   };
   for (const auto& one : file.interfaces) {
     look(one.password);

@@ -24,7 +24,8 @@ class Cipher {
 
   /// A group key, backbone key or tool key; kInvalid unless it is one block.
   Result<secure::Key> key(ByteView encrypted) const;
-  /// A password: 8 random bytes, then UTF-8, then padding (PKCS#7). kInvalid: that is not what comes out.
+  /// A password: 8 random bytes, then UTF-8, then padding as of PKCS#7, of up to 32 bytes. kInvalid: that is not what
+  /// comes out.
   Result<secure::Secret> password(ByteView encrypted) const;
   /// Whether the signature of the file is that of this key.
   Result<bool> signed_by_this(const KeyringFile& file) const;

@@ -14,7 +14,7 @@ namespace rubicon::networks::knx::keyring {
 
 namespace {
 
-constexpr std::size_t kBlock = 16;
+constexpr std::size_t kKeyBlock = 16;
 constexpr std::uint64_t kMaxSequence = (std::uint64_t{1} << 48U) - 1;
 constexpr std::uint8_t kElementBegins = 1, kElementEnds = 2;
 /// Each list of a keyring; real ones have some thousand entries.
@@ -156,7 +156,7 @@ class KeyringReader final : public xml::Listener {
         return fail(ErrorCode::kInvalid,
                     fmt::format("SequenceNumber is '{}', expected a number of 48 bits", shown(text)));
     }
-    if (auto read = read_blocks(attributes, "ToolKey", out.tool_key, false, kBlock); !read) return read;
+    if (auto read = read_blocks(attributes, "ToolKey", out.tool_key, false, kKeyBlock); !read) return read;
     if (auto read = read_blocks(attributes, "ManagementPassword", out.management_password, false); !read) return read;
     if (auto read = read_blocks(attributes, "Authentication", out.authentication, false); !read) return read;
     return add(file_.devices, std::move(out));
@@ -197,9 +197,9 @@ class KeyringReader final : public xml::Listener {
     if (text.empty() && !required) return {};
     const auto bytes = base::from_base64(text);
     if (!bytes) return fail(ErrorCode::kInvalid, fmt::format("{} is not base 64", name));
-    if (bytes->empty() || bytes->size() % kBlock != 0 || bytes->size() > (required ? kBlock : largest))
+    if (bytes->empty() || bytes->size() % kKeyBlock != 0 || bytes->size() > (required ? kKeyBlock : largest))
       return fail(ErrorCode::kInvalid, fmt::format("{} has {} bytes, expected {}", name, bytes->size(),
-                                                   required || largest == kBlock ? "16" : "a multiple of 16"));
+                                                   required || largest == kKeyBlock ? "16" : "a multiple of 16"));
     const auto view = base::as_bytes(*bytes);
     into.assign(view.begin(), view.end());
     return {};
