@@ -165,7 +165,7 @@ void put(Output& out, const Pick& pick, const Keyring& keyring) {
                   access.authentication ? "" : "; no authentication code, so the interface cannot be verified"));
   for (const auto& [group, entry] : keyring.groups(access.address).groups)
     put(out, "  group",
-        fmt::format("{} {}, {} senders", to_string(group), entry.may_send ? "read and write" : "read only",
+        fmt::format("{} {}, senders: {}", to_string(group), entry.may_send ? "read and write" : "read only",
                     entry.senders.size()));
 }
 

@@ -76,7 +76,7 @@ TEST_F(KnxKeyring, ShowsWhatIsInItAndWhatIsPickedButNoSecret) {
             "group      1/2/7; secrets: key\n"
             "device     1.1.30; secrets: tool key, management password; sequence number 4294967297\n"
             "picked     tunnel 1.1.10 of 1.1.0, user 2\n"
-            "  group    1/2/7 read and write, 2 senders\n");
+            "  group    1/2/7 read and write, senders: 2\n");
 }
 
 TEST_F(KnxKeyring, AsJsonItHasTheSame) {
