@@ -107,7 +107,7 @@ TEST_F(KnxKeyring, ThePasswordMayComeFromTheEnvironment) {
   EXPECT_THAT(shown.output, HasSubstr("signature  good"));
 }
 
-TEST_F(KnxKeyring, TellsAWrongPasswordFromAChangedFile) {
+TEST_F(KnxKeyring, AWrongPasswordAndAChangedFileHaveDifferentErrors) {
   const auto wrong = rubicon({"knx", "keyring", file, "--password-file", password_file("wrong", "a guess")});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_EQ(wrong.output, "");

@@ -74,15 +74,16 @@ class KeyringReader final : public xml::Listener {
 
   // Elements.
 
-  bool below(std::string_view parent) const { return path_.size() > 1 && path_[path_.size() - 2] == parent; }
-
+  /// Only at its place an element has a meaning: the same name deeper in an unknown element has none.
   Result<void> element(std::string_view name, const xml::Attributes& attributes) {
     if (path_.size() == 1) return keyring(name, attributes);
-    if (name == "Backbone" && below("Keyring")) return backbone(attributes);
-    if (name == "Interface" && below("Keyring")) return interface(attributes);
-    if (name == "Group" && below("Interface")) return group(attributes);
-    if (name == "Group" && below("GroupAddresses")) return group_key(attributes);
-    if (name == "Device" && below("Devices")) return device(attributes);
+    if (path_.size() == 2 && name == "Backbone") return backbone(attributes);
+    if (path_.size() == 2 && name == "Interface") return interface(attributes);
+    if (path_.size() != 3) return {};
+    const auto& parent = path_[1];
+    if (parent == "Interface" && name == "Group") return group(attributes);
+    if (parent == "GroupAddresses" && name == "Group") return group_key(attributes);
+    if (parent == "Devices" && name == "Device") return device(attributes);
     return {};
   }
 

@@ -47,6 +47,15 @@ TEST(KeyringFile, FormsOfEtsAreRead) {
   EXPECT_FALSE(file->backbone);
 }
 
+TEST(KeyringFile, ElementsHaveAMeaningAtTheirPlaceOnly) {
+  const auto file = parse_keyring(document(R"(<Intreface><Group Address="1" Senders="x"/></Intreface>
+<Future><Interface Type="Tunneling" UserID="x"><Group Address="1" Senders="1.1.1"/></Interface><Backbone/></Future>
+<Interface Type="USB"><Future><Group Address="1"/></Future></Interface>)"));
+  ASSERT_TRUE(file) << file.error().text;
+  ASSERT_THAT(file->interfaces, SizeIs(1));
+  EXPECT_THAT(file->interfaces[0].groups, SizeIs(0));
+}
+
 TEST(KeyringFile, LatencyHasADefault) {
   const auto with = [](const std::string& latency) {
     return parse_keyring(

@@ -77,7 +77,7 @@ Result<Keyring> read(const KeyringElement& root, const std::string& password = k
 
 // Signature and password.
 
-TEST(Keyring, AWrongPasswordAndAChangedFileAreToldApart) {
+TEST(Keyring, AWrongPasswordAndAChangedFileHaveDifferentErrors) {
   const auto text = support::write_keyring(house(), kPassword);
   auto changed = text;
   changed.replace(changed.find("1500"), 4, "1501");
