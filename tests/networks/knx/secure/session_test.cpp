@@ -1,5 +1,8 @@
 #include "networks/knx/secure/session.h"
 
+#include <map>
+#include <optional>
+
 #include "networks/knx/secure/session_fixture.h"
 
 namespace rubicon::networks::knx::secure {
