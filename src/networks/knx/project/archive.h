@@ -18,8 +18,8 @@ namespace rubicon::networks::knx::project {
 
 /// Bounds of an archive (knx.md, section 13.4): beyond them it is refused before anything is unpacked.
 struct ArchiveLimits {
-  std::uint64_t bytes = std::uint64_t{512} << 20U;         ///< of the file
-  std::size_t entries = 10'000;                            ///<
+  std::uint64_t bytes = std::uint64_t{512} << 20U;  ///< of the file
+  std::size_t entries = 10'000;
   std::uint64_t directory = std::uint64_t{8} << 20U;       ///< bytes of the list of entries
   std::uint64_t unpacked = std::uint64_t{1} << 30U;        ///< of all entries together
   std::uint64_t ratio = 300;                               ///< unpacked to packed bytes of one entry ...

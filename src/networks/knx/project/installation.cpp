@@ -3,12 +3,14 @@
 #include <utility>
 
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/group_list.h"
 #include "networks/knx/project/document.h"
 
 namespace rubicon::networks::knx::project {
 
 namespace {
+
+/// Real objects state up to 24 types in 230 bytes.
+constexpr std::size_t kMaxTypesText = 1024;
 
 template <class T>
 void fill(std::optional<T>& above, const std::optional<T>& below) {
@@ -27,7 +29,7 @@ ObjectTraits traits_of(const xml::Attributes& attributes) {
   traits.read = flag_of(attributes, "ReadFlag");
   traits.write = flag_of(attributes, "WriteFlag");
   traits.transmit = flag_of(attributes, "TransmitFlag");
-  traits.types = groups::clean_text(attributes.text("DatapointType"), groups::kMaxFieldBytes);
+  traits.types = groups::clean_text(attributes.text("DatapointType"), kMaxTypesText);
   traits.size = short_text(attributes, "ObjectSize");
   traits.text = short_text(attributes, "Text");
   traits.function_text = short_text(attributes, "FunctionText");

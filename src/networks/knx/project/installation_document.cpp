@@ -162,9 +162,18 @@ void InstallationDocument::start_object(const xml::Attributes& attributes) {
 }
 
 void InstallationDocument::end_object() {
-  if (in_object_ && !object_.links.empty() && bounded(objects_, kMaxObjects, "linked communication objects"))
+  if (in_object_ && !object_.links.empty() && bounded(objects_, kMaxObjects, "linked communication objects")) {
+    keep(object_.id.size() + object_.channel.size() + object_.traits.types.size() + object_.traits.text.size());
     here().devices.back().objects.push_back(std::move(object_));
+  }
   in_object_ = false;
+}
+
+/// Counts bytes of text that are kept.
+void InstallationDocument::keep(std::size_t bytes) {
+  texts_ += bytes;
+  if (texts_ > kMaxTexts)
+    parser().refuse(fmt::format("more than {} bytes of names and texts: file refused, nothing imported", kMaxTexts));
 }
 
 void InstallationDocument::link(std::string_view id) {
@@ -185,10 +194,7 @@ void InstallationDocument::start_address(const xml::Attributes& attributes) {
   address.types = field_of(attributes, "DatapointType");
   if (!ranges_.empty()) address.main_group = ranges_.front();
   if (ranges_.size() > 1) address.middle_group = ranges_[1];
-  texts_ += address.name.size() + address.description.size() + address.main_group.size() + address.middle_group.size();
-  if (texts_ > kMaxTexts)
-    parser().refuse(
-        fmt::format("more than {} bytes of names and descriptions: file refused, nothing imported", kMaxTexts));
+  keep(address.name.size() + address.description.size() + address.main_group.size() + address.middle_group.size());
   address.security = short_text(attributes, "Security");
   address.has_key = !attributes.text("Key").empty();
   address.central = flag_of(attributes, "Central").value_or(false);

@@ -11,7 +11,8 @@ namespace rubicon::networks::knx::project {
 /// Bounds of one project: a file beyond them is refused.
 inline constexpr std::size_t kMaxDevices = 65'536, kMaxSpaces = 65'536, kMaxObjects = 200'000, kMaxLinks = 500'000,
                              kMaxFunctions = 65'536, kMaxMembers = 200'000, kMaxArguments = 500'000;
-/// Bytes of all names and descriptions of group addresses, and of the groups they are in.
+/// Bytes of the names and descriptions of all group addresses and of the groups they are in, and of the texts of
+/// objects.
 inline constexpr std::size_t kMaxTexts = std::size_t{64} << 20U;
 
 /// `0.xml`: addresses, devices with the objects that are linked, rooms and functions. Keys and passwords in it are not
@@ -33,6 +34,7 @@ class InstallationDocument final : public Document {
 
   bool bounded(std::size_t& count, std::size_t most, std::string_view what);
   Installation& here();
+  void keep(std::size_t bytes);
   void start_device(const xml::Attributes& attributes);
   void start_object(const xml::Attributes& attributes);
   void end_object();

@@ -86,8 +86,9 @@ class InstallationList {
   void choose_types() {
     std::vector<std::vector<dpt::DptId>> of_objects(entries_.size());
     for (const auto& object : objects_) {
-      for (const auto address : object.addresses)
-        of_objects[address].insert(of_objects[address].end(), object.types.begin(), object.types.end());
+      for (const auto address : object.addresses) {
+        for (const auto type : object.types) add_type(of_objects[address], type);
+      }
     }
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       auto chosen = type_of(entries_[i].dpt, of_objects[i]);

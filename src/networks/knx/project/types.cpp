@@ -17,10 +17,6 @@ std::optional<dpt::DptId> type_of_size(std::string_view size) {
   return std::nullopt;
 }
 
-void add_once(std::vector<dpt::DptId>& types, dpt::DptId type) {
-  if (std::find(types.begin(), types.end(), type) == types.end()) types.push_back(type);
-}
-
 std::string list_text(const std::vector<dpt::DptId>& types) {
   constexpr std::size_t kShown = 6;
   std::string out;
@@ -31,6 +27,10 @@ std::string list_text(const std::vector<dpt::DptId>& types) {
 
 }  // namespace
 
+void add_type(std::vector<dpt::DptId>& types, dpt::DptId type) {
+  if (types.size() < kMaxTypes && std::find(types.begin(), types.end(), type) == types.end()) types.push_back(type);
+}
+
 std::vector<dpt::DptId> object_types(std::string_view types, std::string_view size) {
   std::vector<dpt::DptId> all;
   while (true) {
@@ -40,7 +40,7 @@ std::vector<dpt::DptId> object_types(std::string_view types, std::string_view si
     types.remove_prefix(word.size());
     const auto id = dpt::parse_dpt(word);
     const auto* known = id ? dpt::find_dpt(*id) : nullptr;
-    if (known != nullptr) add_once(all, known->id.sub == kMainOnly ? known->id : *id);
+    if (known != nullptr) add_type(all, known->id.sub == kMainOnly ? known->id : *id);
   }
   if (const auto by_size = all.empty() ? type_of_size(size) : std::nullopt) all.push_back(*by_size);
   return all;
@@ -50,7 +50,7 @@ ChosenType type_of(std::optional<dpt::DptId> own, const std::vector<dpt::DptId>&
   if (own && own->sub != kMainOnly) return {own, {}};
   std::vector<dpt::DptId> types;
   for (const auto type : of_objects) {
-    if (!own || type.main == own->main) add_once(types, type);
+    if (!own || type.main == own->main) add_type(types, type);
   }
   if (types.empty()) return {own, {}};
   if (types.size() == 1) return {types.front(), {}};

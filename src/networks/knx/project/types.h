@@ -9,6 +9,12 @@
 
 namespace rubicon::networks::knx::project {
 
+/// Of an object and of an address at most this many different types count.
+inline constexpr std::size_t kMaxTypes = 64;
+
+/// Adds a type that is not there yet.
+void add_type(std::vector<dpt::DptId>& types, dpt::DptId type);
+
 /// The types of a communication object: all that are stated (`DPST-9-1 DPST-9-2`; of an unknown sub type the main
 /// type, unknown main types not at all), else the main type that its size gives (`1 Bit`, `2 Bit`, `4 Bit`; larger
 /// sizes fit several). knx.md, section 21.9.

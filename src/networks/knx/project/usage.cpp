@@ -13,7 +13,7 @@ using groups::Use;
 /// Larger channels and functions are not searched for pairs: each member is compared with each other.
 constexpr std::size_t kMaxCompared = 256;
 
-/// The pairs of command and state addresses; the first source that says something about an address counts.
+/// The pairs of command and state addresses that one source finds.
 class States {
  public:
   explicit States(std::size_t count) : found_(count), doubtful_(count) {}
@@ -24,7 +24,7 @@ class States {
     found_[command] = state;
   }
 
-  /// Settles what add() got: what was settled before stays.
+  /// Adds the pairs that are beyond doubt; what an earlier source settled stays.
   void settle(std::vector<std::optional<std::size_t>>& states) {
     std::map<std::size_t, std::size_t> commands_of;
     for (std::size_t i = 0; i < found_.size(); ++i) {

@@ -31,6 +31,12 @@ TEST(ProjectTypes, OfAnObjectAllCountAndItsSizeIfThereIsNone) {
   EXPECT_EQ(object_types("DPT-999 nonsense", "1 Bit"), types({"1.*"})) << "unknown main type";
 }
 
+TEST(ProjectTypes, AreBounded) {
+  std::string all;
+  for (int sub = 1; sub < 500; ++sub) all += "DPST-20-" + std::to_string(sub) + " DPST-1-" + std::to_string(sub) + " ";
+  EXPECT_LE(object_types(all, "").size(), kMaxTypes);
+}
+
 struct Rule {
   const char* own;
   std::vector<dpt::DptId> objects;
@@ -173,7 +179,7 @@ TEST(ProjectDocuments, CountsAreBounded) {
   std::string names = "<KNX><GroupRange Name='" + std::string(4000, 'x') + "'>";
   for (int i = 0; i < 20'000; ++i) names += "<GroupAddress/>";
   InstallationDocument long_names;
-  EXPECT_THAT(long_names.read_text(names).error().text, HasSubstr("bytes of names and descriptions"));
+  EXPECT_THAT(long_names.read_text(names).error().text, HasSubstr("bytes of names and texts"));
 }
 
 }  // namespace

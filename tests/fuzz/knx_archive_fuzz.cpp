@@ -1,0 +1,22 @@
+#include <cstdlib>
+
+#include "networks/knx/groups/group_file.h"
+#include "networks/knx/project/project.h"
+#include "networks/knx/project/zip_source.h"
+
+/// Input: a project of the ETS (.knxproj), plain or with the password `flatpass`.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon::networks::knx;
+  static const auto password = secure::Secret::of_text("flatpass");
+  project::ArchiveLimits limits;
+  limits.unpacked = limits.inner_archive = std::uint64_t{4} << 20U;
+  auto project = project::read_project(project::file_of({data, data + size}), "fuzz.knxproj", {&password, limits});
+  if (!project) {
+    if (project.error().text.find("flatpass") != std::string::npos) std::abort();
+    return 0;
+  }
+  if (project->list.report.taken != project->list.entries.size()) std::abort();
+  const auto count = project->list.entries.size();
+  if (groups::import_list(std::move(project->list)).points.size() > count) std::abort();
+  return 0;
+}
