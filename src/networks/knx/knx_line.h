@@ -14,6 +14,7 @@ struct LineOptions {
   Via via = Via::kTunnel;
   line::TunnelOptions tunnel;
   line::RoutingOptions routing;
+  bool multicast_given = false;  ///< the options name the group of routing
 };
 
 /// True if a line that was made with one of them need not be replaced for the other.

@@ -34,8 +34,10 @@ class KnxNetwork final : public network::Network {
  public:
   KnxNetwork(const network::NetworkConfig& config, KnxOptions options, network::NetworkHost& host)
       : options_(std::move(options)),
+        configured_line_(options_.line),
         host_(host),
         types_(config.types),
+        remembers_(config.remembers),
         log_(host.limited_log()),
         capture_(options_.capture),
         points_(host, {}, [this](const std::string& subject, std::string_view text) { warn(subject, text); }),
@@ -54,7 +56,7 @@ class KnxNetwork final : public network::Network {
         reporter_(host, [this] { return state(); }) {
     points_.set_table(PointTable(options_.points, types_));
     options_.points = {};  // the table has them
-    make_line();
+    if (!options_.secure.any()) make_line();
   }
 
   Result<void> open() override;
@@ -66,6 +68,10 @@ class KnxNetwork final : public network::Network {
 
  private:
   void make_line();
+  Result<void> derive_keys();
+  void use_keys(Result<SecureAccess> access);
+  void make_guard(secure::GroupKeys keys);
+  secure::GroupStorage storage();
   void line_changed(const line::LineState& state);
   void line_lost(Error why);
   void line_down();
@@ -73,13 +79,17 @@ class KnxNetwork final : public network::Network {
   bool is_repetition(const wire::Telegram& telegram);
   void send_exposed(wire::Telegram telegram, std::function<void(bool sent)> done);
   ToolRequests::Meaning meaning(wire::GroupAddress address) const;
+  void show_sent(ByteView cemi);
   void warn(const std::string& subject, std::string_view text);
   void warn_of_duplicate_address(const model::State& state);
+  model::State state_without_keys() const;
   std::optional<model::State> state();
 
   KnxOptions options_;
+  const LineOptions configured_line_;  ///< without what the keys added
   network::NetworkHost& host_;
   const TypeCatalogue& types_;
+  const bool remembers_;  ///< the island has a state file
   base::LimitedLog log_;
   Capture capture_;
   BusPoints points_;
@@ -90,7 +100,11 @@ class KnxNetwork final : public network::Network {
   std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
   std::uint64_t repetitions_ = 0;
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
-  std::unique_ptr<line::Line> line_;  ///< last: destroyed first, because its callbacks use all others
+  std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
+  std::string refused_;                        ///< why there are no keys; the options are to be changed
+  std::unique_ptr<secure::GroupGuard> guard_;
+  std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
+  base::Lifetime lifetime_;
 };
 
 void KnxNetwork::make_line() {
@@ -103,10 +117,69 @@ void KnxNetwork::make_line() {
     if (outgoing) reporter_.counters_changed();
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
     if (!outgoing || !tools_.monitored()) return;
-    if (const auto telegram = wire::read_telegram(cemi)) tools_.seen(*telegram, true);
+    show_sent(cemi);
   };
   calls.note = [this](const std::string& subject, std::string_view text) { warn(subject, text); };
   line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
+}
+
+/// A telegram of ours, for monitors: of a secured group it is encrypted.
+void KnxNetwork::show_sent(ByteView cemi) {
+  const auto frame = wire::read_data_frame(cemi);
+  if (!frame) return;
+  if (!guard_) {
+    if (const auto telegram = wire::to_telegram(*frame)) tools_.seen(*telegram, true);
+  } else if (const auto peeked = guard_->peek(*frame)) {
+    tools_.seen(peeked->telegram, true);
+  }
+}
+
+/// Passwords become keys on a thread of their own, because each takes some 15 ms.
+Result<void> KnxNetwork::derive_keys() {
+  if (worker_ || !refused_.empty()) return {};
+  auto worker = host_.transports().start_worker("knx-keys");
+  if (!worker) return fail(worker.error());
+  worker_ = std::move(*worker);
+  auto use = lifetime_.guard([this](Result<SecureAccess> access) { use_keys(std::move(access)); });
+  worker_->run([secure = options_.secure, line = options_.line, &scheduler = host_.scheduler(), use] {
+    auto access = std::make_shared<Result<SecureAccess>>(derive_access(secure, line));
+    scheduler.post([use, access]() mutable { use(std::move(*access)); });
+  });
+  reporter_.line_changed();
+  return {};
+}
+
+void KnxNetwork::use_keys(Result<SecureAccess> access) {
+  worker_.reset();
+  if (!access) {
+    refused_ = access.error().text;
+    return reporter_.line_changed();
+  }
+  auto& line = options_.line;
+  line.tunnel.secure = std::move(access->session);
+  if (access->tunnel) line.tunnel.wanted = access->tunnel;
+  line.routing.secure = std::move(access->routing);
+  if (line.routing.secure) line.routing.storage = storage();
+  if (!access->multicast.empty() && !line.multicast_given) line.routing.group.address = access->multicast;
+  if (!access->groups.groups.empty()) make_guard(std::move(access->groups));
+  make_line();
+  if (auto opened = line_->open(); !opened) line_lost(opened.error());
+}
+
+secure::GroupStorage KnxNetwork::storage() {
+  return {[this](std::string_view name, ByteView value) { return host_.remember(name, value); },
+          [this](std::string_view name) { return host_.remembered(name); }};
+}
+
+void KnxNetwork::make_guard(secure::GroupKeys keys) {
+  const auto own = options_.line.via == Via::kRouting ? options_.line.routing.address
+                                                      : options_.line.tunnel.wanted.value_or(wire::IndividualAddress{});
+  guard_ = std::make_unique<secure::GroupGuard>(
+      host_.scheduler(), std::move(keys), storage(), own,
+      [this](std::string_view subject, std::string_view text) { warn(std::string(subject), text); });
+  options_.line.tunnel.guard = options_.line.routing.guard = guard_.get();
+  if (const auto can = guard_->can_send(); !can)
+    host_.log().warning(fmt::format("secured groups can only be read: {}", can.error().text));
 }
 
 Result<void> KnxNetwork::open() {
@@ -118,7 +191,7 @@ Result<void> KnxNetwork::open() {
     points_.begin();
     exposures_.set(options_.exposures);
   }
-  return line_->open();
+  return line_ ? line_->open() : derive_keys();
 }
 
 Result<void> KnxNetwork::reopen() {
@@ -133,11 +206,22 @@ std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {
 }
 
 std::vector<network::Missing> KnxNetwork::missing() const {
+  std::vector<network::Missing> all;
   const auto& wanted = options_.line.routing.interface_address;
-  const auto all = transport::ipv4_interfaces();
+  const auto interfaces = transport::ipv4_interfaces();
   const auto is_wanted = [&wanted](const auto& interface) { return interface.address == wanted; };
-  if (wanted.empty() || std::any_of(all.begin(), all.end(), is_wanted)) return {};
-  return {{"interface", fmt::format("no interface of this host has the address {}", wanted)}};
+  if (!wanted.empty() && std::none_of(interfaces.begin(), interfaces.end(), is_wanted))
+    all.push_back({"interface", fmt::format("no interface of this host has the address {}", wanted)});
+  if (options_.secure.any()) {
+    const auto access = derive_access(options_.secure, options_.line);
+    if (!access) {
+      all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
+    } else if (!access->groups.groups.empty() && !remembers_) {
+      all.push_back(
+          {"keyring", "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
+    }
+  }
+  return all;
 }
 
 void KnxNetwork::line_changed(const line::LineState& state) {
@@ -188,6 +272,7 @@ void KnxNetwork::received(const wire::Telegram& telegram) {
 }
 
 void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)> done) {
+  if (!line_) return done(false);
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
               [done = std::move(done)](line::SendOutcome outcome, std::string_view) {
                 done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed);
@@ -224,8 +309,10 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   auto read = network::read_options<read_knx_options>(config, host_);
   if (!read) return fail(std::move(read.error()));
   KnxOptions next = std::move(*read);
-  if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the options of the line differ");
+  if (!same_access(next.secure, options_.secure) || !same_line(next.line, configured_line_))
+    return fail(ErrorCode::kUnsupported, "the options of the line differ");
   PointTable table(std::exchange(next.points, {}), types_);
+  next.line = std::move(options_.line);  // with its keys
   options_ = std::move(next);
   capture_.set_limits(options_.capture);
   if (!options_.report.empty()) host_.log().info(options_.report);
@@ -250,8 +337,15 @@ void KnxNetwork::warn_of_duplicate_address(const model::State& state) {
       fmt::format("{} is also the address of another device on the bus", to_string(line_->state().own)));
 }
 
+model::State KnxNetwork::state_without_keys() const {
+  if (!refused_.empty()) return {model::LineState::kRefused, refused_, {}};
+  return {model::LineState::kConnecting, "derives the keys of KNX Secure from its passwords", {}};
+}
+
 /// None while the line is lost: the supervisor then reports.
 std::optional<model::State> KnxNetwork::state() {
+  if (opened_ && !line_) return state_without_keys();
+  if (!line_) return std::nullopt;
   const auto& line = line_->state();
   using Phase = line::LineState::Phase;
   if (!opened_ || line.phase == Phase::kOff) return std::nullopt;
@@ -273,6 +367,7 @@ std::optional<model::State> KnxNetwork::state() {
                          {"exposed", exposures_.size()},
                          {"unassigned-addresses", unassigned_.size()},
                          {"dropped-unassigned", unassigned_.dropped()}});
+  if (guard_) state.counters.merge(guard_->counters());
   state.texts = {{"unassigned", unassigned_.json()},
                  {"server", line.server},
                  {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},

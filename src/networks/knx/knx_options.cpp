@@ -83,6 +83,7 @@ void read_line(ConfigReader& options, LineOptions& out) {
   out.via = via == "tunnel" ? Via::kTunnel : via == "routing" ? Via::kRouting : Via::kTunnelTcp;
   out.tunnel.via = out.via == Via::kTunnelTcp ? line::TunnelOptions::Via::kTcp : line::TunnelOptions::Via::kUdp;
   if (out.via == Via::kRouting) {
+    out.multicast_given = options.has("multicast");
     read_routing(options, out.routing);
   } else {
     read_tunnel(options, out.tunnel);
@@ -238,6 +239,7 @@ KnxOptions read_knx_options(const network::NetworkConfig& config, transport::Tra
   ConfigReader& options = config.options;
   KnxOptions out;
   read_line(options, out.line);
+  out.secure = read_secure_options(config, transports, out.line.via);
   read_points(config, transports, out);
   for (auto& [key, entry] : options.maps("expose")) read_exposure(key, entry, out.exposures);
   check_exposures(options, out);

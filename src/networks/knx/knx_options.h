@@ -8,12 +8,14 @@
 #include "networks/knx/exposures.h"
 #include "networks/knx/groups/group_point.h"
 #include "networks/knx/knx_line.h"
+#include "networks/knx/secure_access.h"
 
 namespace rubicon::networks::knx {
 
 /// The options of a network of `type: knx`.
 struct KnxOptions {
   LineOptions line;
+  SecureOptions secure;
   std::vector<groups::GroupPoint> points;
   std::vector<Exposure> exposures;
   Capture::Limits capture;

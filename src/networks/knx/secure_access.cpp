@@ -1,0 +1,231 @@
+#include "networks/knx/secure_access.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "base/text.h"
+#include "networks/knx/secure/password_file.h"
+#include "transport/read_text.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using Policy = SecureOptions::Policy;
+
+constexpr std::size_t kKeyFileBytes = 64;
+
+/// Reads the options of KNX Secure and the files that they name.
+class Reader {
+ public:
+  Reader(const network::NetworkConfig& config, transport::Transports& transports, Via via)
+      : config_(config), options_(config.options), transports_(transports), via_(via) {}
+
+  SecureOptions read() {
+    SecureOptions out;
+    read_keyring(out);
+    via_ == Via::kRouting ? read_backbone(out) : read_user(out);
+    read_policy(out);
+    return out;
+  }
+
+ private:
+  std::string path_of(const std::string& name) const {
+    return std::filesystem::path(base::resolve_path(config_.directory, name)).lexically_normal().string();
+  }
+
+  /// The password in the file that `key` names; nullopt, with an error, if it cannot be read.
+  std::optional<secure::Secret> password_of(const std::string& key) {
+    auto password = secure::read_password_file(transports_, path_of(options_.text(key, "")));
+    if (password) return std::move(*password);
+    options_.error(key, password.error().text);
+    return {};
+  }
+
+  void read_keyring(SecureOptions& out) {
+    const auto name = options_.text("keyring", "");
+    if (name.empty()) return refuse_without_keyring();
+    SecureOptions::KeyringSource source;
+    source.path = path_of(name);
+    const auto text = transport::read_text(transports_, source.path, keyring::kMaxKeyringBytes);
+    auto file = text ? keyring::parse_keyring(*text) : Result<keyring::KeyringFile>(fail(text.error()));
+    if (!file) {
+      options_.error("keyring", text ? fmt::format("{}: {}", source.path, file.error().text) : file.error().text);
+    } else {
+      source.file = std::move(*file);
+    }
+    read_keyring_password(source);
+    read_server(source);
+    out.keyring = std::move(source);
+  }
+
+  void refuse_without_keyring() {
+    for (const auto* key : {"keyring-password-file", "server-address"})
+      if (options_.has(key)) options_.error(key, "is given without 'keyring', expected both or none");
+  }
+
+  void read_keyring_password(SecureOptions::KeyringSource& source) {
+    const auto name = options_.text("keyring-password-file", "");
+    auto password = secure::find_password(transports_, name.empty() ? name : path_of(name), secure::kPasswordVariable);
+    if (!password) return options_.error("keyring-password-file", password.error().text);
+    if (*password) return void(source.password = std::move(**password));
+    options_.error("keyring-password-file",
+                   fmt::format("is missing: it names a file with the password of the keyring (or set {})",
+                               secure::kPasswordVariable));
+  }
+
+  void read_server(SecureOptions::KeyringSource& source) {
+    const auto text = options_.text("server-address", "");
+    if (text.empty()) return;
+    const auto address = wire::parse_individual(text);
+    if (!address) return options_.error("server-address", address.error().text);
+    source.server = *address;
+  }
+
+  void read_user(SecureOptions& out) {
+    for (const auto* key : {"backbone-key-file", "latency"})
+      if (options_.has(key)) options_.error(key, "is an option of routing");
+    if (!options_.has("user-password-file")) {
+      for (const auto* key : {"user", "device-password-file"})
+        if (options_.has(key)) options_.error(key, "is given without 'user-password-file'");
+      return;
+    }
+    if (out.keyring) return options_.error("user-password-file", "is not used beside 'keyring': expected one of them");
+    SecureOptions::User user;
+    user.number = static_cast<std::uint8_t>(options_.integer("user", user.number, 1, 127));
+    if (auto password = password_of("user-password-file")) user.password = std::move(*password);
+    if (options_.has("device-password-file")) user.device_password = password_of("device-password-file");
+    out.user = std::move(user);
+  }
+
+  void read_backbone(SecureOptions& out) {
+    for (const auto* key : {"user", "user-password-file", "device-password-file"})
+      if (options_.has(key)) options_.error(key, "is an option of tunnels");
+    if (!options_.has("backbone-key-file")) {
+      if (options_.has("latency")) options_.error("latency", "is given without 'backbone-key-file'");
+      return;
+    }
+    if (out.keyring) return options_.error("backbone-key-file", "is not used beside 'keyring': expected one of them");
+    SecureOptions::Backbone backbone;
+    backbone.latency = options_.duration("latency", backbone.latency);
+    if (backbone.latency < std::chrono::milliseconds(1) || backbone.latency > std::chrono::seconds(8))
+      options_.error("latency", "expected 1ms to 8s");
+    const auto text = password_of("backbone-key-file");
+    auto bytes = base::from_hex(text && text->size() <= kKeyFileBytes ? text->text() : std::string_view());
+    auto key = secure::Key::from(bytes ? ByteView(*bytes) : ByteView());
+    if (bytes) secure::wipe(*bytes);
+    if (text && !key) options_.error("backbone-key-file", "does not hold a key: expected 32 hexadecimal digits");
+    if (key) backbone.key = std::move(*key);
+    out.backbone = std::move(backbone);
+  }
+
+  /// Where keys are given, plain would be a surprise.
+  void read_policy(SecureOptions& out) {
+    const auto text = options_.choice("secure", out.any() ? "require" : "allow", {"require", "allow", "off"});
+    out.policy = text == "require" ? Policy::kRequire : text == "off" ? Policy::kOff : Policy::kAllow;
+    if (out.policy == Policy::kRequire && !out.any())
+      options_.error("secure", via_ == Via::kRouting ? "require needs 'keyring' or 'backbone-key-file'"
+                                                     : "require needs 'keyring' or 'user-password-file'");
+    if (out.policy == Policy::kOff && (out.user || out.backbone))
+      options_.error("secure", "is off, although a key for the line is given");
+  }
+
+  const network::NetworkConfig& config_;
+  ConfigReader& options_;
+  transport::Transports& transports_;
+  Via via_;
+};
+
+Error in_file(const SecureOptions::KeyringSource& source, const Error& error) {
+  return {error.code, fmt::format("{}: {}", source.path, error.text)};
+}
+
+Result<void> derive_tunnel(const SecureOptions& options, const keyring::Keyring& keyring, const LineOptions& line,
+                           SecureAccess& out) {
+  const auto access = keyring.tunnel({line.tunnel.wanted, options.keyring->server, {}});
+  if (!access) {
+    if (options.policy == Policy::kAllow && access.error().code == ErrorCode::kNotFound) return {};
+    return fail(in_file(*options.keyring, access.error()));
+  }
+  auto keys = access->session_keys();
+  if (!keys) return fail(keys.error());
+  out.session = std::move(*keys);
+  if (number(access->address) != 0) out.tunnel = access->address;
+  return {};
+}
+
+Result<void> derive_routing(const SecureOptions& options, const keyring::Keyring& keyring, SecureAccess& out) {
+  if (keyring.routing()) {
+    out.routing = keyring.routing()->keys;
+    out.multicast = keyring.routing()->multicast;
+    return {};
+  }
+  if (options.policy == Policy::kAllow) return {};
+  return fail(in_file(*options.keyring, {ErrorCode::kNotFound,
+                                         "it has no backbone key for secure routing; with "
+                                         "'secure: allow' the line would be plain"}));
+}
+
+Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const LineOptions& line) {
+  const auto keyring = keyring::Keyring::open(options.keyring->file, options.keyring->password);
+  if (!keyring) return fail(in_file(*options.keyring, keyring.error()));
+  SecureAccess out;
+  const bool routing = line.via == Via::kRouting;
+  if (options.policy != Policy::kOff) {
+    auto done = routing ? derive_routing(options, *keyring, out) : derive_tunnel(options, *keyring, line, out);
+    if (!done) return fail(done.error());
+  }
+  const auto tunnel = out.tunnel ? out.tunnel : line.tunnel.wanted;
+  out.groups = keyring->groups(routing ? line.routing.address : tunnel.value_or(wire::IndividualAddress{}));
+  return out;
+}
+
+Result<SecureAccess> derive_from_user(const SecureOptions::User& user) {
+  auto key = secure::user_key(user.password);
+  if (!key) return fail(key.error());
+  secure::SessionKeys keys{user.number, std::move(*key), {}};
+  if (user.device_password) {
+    auto code = secure::device_code(*user.device_password);
+    if (!code) return fail(code.error());
+    keys.device_code = std::move(*code);
+  }
+  SecureAccess out;
+  out.session = std::move(keys);
+  return out;
+}
+
+}  // namespace
+
+bool same_access(const SecureOptions& one, const SecureOptions& other) {
+  const auto same_keyring = [](const SecureOptions::KeyringSource& a, const SecureOptions::KeyringSource& b) {
+    return a.path == b.path && a.file.signature == b.file.signature && a.file.signed_bytes == b.file.signed_bytes &&
+           a.password == b.password && a.server == b.server;
+  };
+  const auto same_user = [](const SecureOptions::User& a, const SecureOptions::User& b) {
+    return a.number == b.number && a.password == b.password && a.device_password == b.device_password;
+  };
+  const auto same_backbone = [](const SecureOptions::Backbone& a, const SecureOptions::Backbone& b) {
+    return a.key == b.key && a.latency == b.latency;
+  };
+  const auto same = [](const auto& a, const auto& b, auto equal) {
+    return a.has_value() == b.has_value() && (!a || equal(*a, *b));
+  };
+  return one.policy == other.policy && same(one.keyring, other.keyring, same_keyring) &&
+         same(one.user, other.user, same_user) && same(one.backbone, other.backbone, same_backbone);
+}
+
+SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports, Via via) {
+  return Reader(config, transports, via).read();
+}
+
+Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line) {
+  if (options.keyring) return derive_from_keyring(options, line);
+  if (options.user) return derive_from_user(*options.user);
+  SecureAccess out;
+  if (options.backbone) out.routing = secure::RoutingKeys{options.backbone->key, options.backbone->latency};
+  return out;
+}
+
+}  // namespace rubicon::networks::knx

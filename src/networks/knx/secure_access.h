@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "network/network.h"
+#include "networks/knx/keyring/keyring.h"
+#include "networks/knx/knx_line.h"
+
+namespace rubicon::networks::knx {
+
+/// What the configuration says of KNX Secure. Passwords are not keys yet: derive_access() does that.
+struct SecureOptions {
+  /// The connection to the interface. kRequire: secure or not at all; kAllow: secure where there are keys for it;
+  /// kOff: plain. Secured groups take and get secured telegrams only, whatever this says.
+  enum class Policy : std::uint8_t { kRequire, kAllow, kOff };
+
+  struct KeyringSource {
+    std::string path;
+    keyring::KeyringFile file;
+    secure::Secret password;
+    std::optional<wire::IndividualAddress> server{};  ///< the interface, if the keyring has several
+  };
+  /// Of a tunnel without a keyring.
+  struct User {
+    std::uint8_t number = 2;
+    secure::Secret password;
+    std::optional<secure::Secret> device_password{};  ///< nullopt: the interface is not verified
+  };
+  /// Of routing without a keyring.
+  struct Backbone {
+    secure::Key key;
+    Duration latency = std::chrono::seconds(2);
+  };
+
+  Policy policy = Policy::kAllow;
+  std::optional<KeyringSource> keyring;
+  std::optional<User> user;
+  std::optional<Backbone> backbone;
+
+  /// There is something to derive: the line waits for it.
+  bool any() const { return keyring || user || backbone; }
+};
+
+/// True if keys derived from one of them are those of the other.
+bool same_access(const SecureOptions& one, const SecureOptions& other);
+
+/// `secure`, `keyring` and the keys without a keyring, with the files that they name. `via` is that of the line. Errors
+/// are added to those of the reader.
+SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports, Via via);
+
+/// The keys of one line.
+struct SecureAccess {
+  std::optional<secure::SessionKeys> session{};
+  std::optional<wire::IndividualAddress> tunnel{};  ///< the tunnel of the session's user
+  std::optional<secure::RoutingKeys> routing{};
+  std::string multicast{};  ///< of the keyring's backbone; empty = not known
+  secure::GroupKeys groups{};
+};
+
+/// Decrypts the keyring and derives the keys of passwords: some 15 ms for each, so not on the event loop. Errors are
+/// those of Keyring, with the name of the file; each is a matter of configuration.
+Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line);
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,330 @@
+#include "networks/knx/bench.h"
+#include "networks/knx/secure/group_guard.h"
+#include "networks/knx/secure/passwords.h"
+#include "networks/knx/wire/cemi.h"
+#include "support/keyring_writer.h"
+
+namespace rubicon::networks::knx {
+namespace {
+
+using model::LineState;
+using model::Outcome;
+using support::KeyringElement;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr const char* kGroupKey = "303132333435363738393a3b3c3d3e3f";
+constexpr std::string_view kSecureHouse = R"({"via": "tunnel-tcp", "host": "10.0.0.10", "telegrams-per-second": 0,
+  "keyring": "house.knxkeys", "keyring-password-file": "house.password", "groups": {
+  "1/2/7": {"dpt": "9.001", "name": "Hall temperature"},
+  "1/2/8": {"dpt": "9.001", "name": "Garden temperature"},
+  "2/0/1": {"dpt": "9.001", "kind": "actuator", "name": "Set point"}}})";
+
+secure::Key key_of_user(const char* password) {
+  return secure::user_key(secure::Secret::of_text(password))->key;
+}
+
+/// Server 1.1.0 with the tunnel 1.1.201 of user 4; 1/2/7 and 2/0/1 are secured, and written by 1.1.30 too.
+std::string house_keyring(const std::string& password = "ring word", const char* user_password = "four") {
+  const auto link = [](const char* number) {
+    return KeyringElement{"Group"}.text("Address", number).text("Senders", "1.1.30 1.1.201");
+  };
+  const auto group = [](const char* number) {
+    return KeyringElement{"Group"}.text("Address", number).key("Key", kGroupKey);
+  };
+  auto root = support::keyring_root();
+  KeyringElement tunnel{"Interface"};
+  tunnel.text("Type", "Tunneling").text("IndividualAddress", "1.1.201").text("Host", "1.1.0").text("UserID", "4");
+  tunnel.password("Password", user_password).password("Authentication", "the device");
+  root.add(tunnel.add(link("2567")).add(link("4097")));
+  root.add(KeyringElement{"GroupAddresses"}.add(group("2567")).add(group("4097")));
+  return support::write_keyring(root, password);
+}
+
+class SecureKnx : public KnxBench {
+ protected:
+  SecureKnx() {
+    host.files.put("house.knxkeys", house_keyring());
+    host.files.put("house.password", "ring word\n");
+    knx_simulator::SecureOptions secured;
+    secured.device_code = secure::device_code(secure::Secret::of_text("the device"))->key;
+    secured.users = {{4, key_of_user("four"), 0x11c9}};
+    support::KnxServer::Options options;
+    options.at = {"10.0.0.10", 3671};
+    options.wanted_addresses = true;
+    options.secure = std::move(secured);
+    secure_server = std::make_unique<support::KnxServer>(host.time, host.net, options);
+  }
+
+  /// Another device of the installation: 1.1.30.
+  Bytes from_device(std::uint16_t group, Bytes value) {
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress(group);
+    telegram.payload = {std::move(value), false};
+    telegram.source = kDevice;
+    return device_guard.protect(wire::CemiCode::kDataIndication, telegram, kDevice).value();
+  }
+  static secure::GroupKeys device_keys() {
+    secure::GroupKeys keys;
+    const auto key = secure::Key::from(base::from_hex(kGroupKey).value()).value();
+    for (const auto group : {0x0a07, 0x1001})
+      keys.groups[wire::GroupAddress(static_cast<std::uint16_t>(group))] = {key,
+                                                                            {wire::IndividualAddress(0x11c9), kDevice}};
+    return keys;
+  }
+  secure::GroupStorage device_storage() {
+    return {[this](std::string_view name, ByteView value) -> Result<void> {
+              device_memory[std::string(name)] = Bytes(value.begin(), value.end());
+              return {};
+            },
+            [this](std::string_view name) -> Result<std::optional<Bytes>> {
+              const auto found = device_memory.find(std::string(name));
+              return found == device_memory.end() ? std::optional<Bytes>() : std::optional(found->second);
+            }};
+  }
+  void command(double value) {
+    ASSERT_TRUE(send(model::Actuate{5, point(Kind::kActuator, "temperature"), value}, "2/0/1"));
+    host.time.run_for(5s);
+  }
+  std::vector<Outcome> outcomes() const {
+    std::vector<Outcome> all;
+    for (const auto& [device, answer] : host.all<model::Acknowledge>()) all.push_back(answer.outcome);
+    return all;
+  }
+  /// What the bus heard of ours for 2/0/1.
+  std::vector<Bytes> heard() const {
+    std::vector<Bytes> all;
+    for (const auto& one : secure_server->heard())
+      if (one.destination == group("2/0/1")) all.push_back(one.tpdu);
+    return all;
+  }
+  static std::uint64_t sequence_of(const Bytes& tpdu) {
+    std::uint64_t number = 0;
+    for (std::size_t i = 3; i < 9; ++i) number = number << 8U | tpdu.at(i);
+    return number;
+  }
+  std::uint64_t count(const std::string& name) const { return last_state().counters.at(name); }
+
+  static constexpr wire::IndividualAddress kDevice{0x111e};
+  std::unique_ptr<support::KnxServer> secure_server;
+  std::map<std::string, Bytes> device_memory;
+  secure::GroupGuard device_guard{host.time, device_keys(), device_storage(), kDevice, {}};
+};
+
+TEST_F(SecureKnx, AKeyringIsAllThatASecureTunnelNeeds) {
+  start(kSecureHouse);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+  EXPECT_EQ(count("secure-sessions"), 1U);
+  EXPECT_EQ(count("secure-unverified"), 0U);
+  EXPECT_EQ(secure_server->counters.plain_frames, 0U);
+}
+
+TEST_F(SecureKnx, KeysAreDerivedApartFromTheLoop) {
+  make(kSecureHouse);
+  ASSERT_TRUE(network->open());
+  EXPECT_TRUE(secure_server->heard().empty());
+  host.time.run_for(Duration::zero());
+  const auto states = host.all<model::State>();
+  ASSERT_FALSE(states.empty());
+  EXPECT_EQ(states.front().second.line, LineState::kConnecting);
+  EXPECT_THAT(states.front().second.reason, HasSubstr("derives the keys"));
+}
+
+TEST_F(SecureKnx, AWrongKeyringPasswordIsSaidAndNothingIsSent) {
+  host.files.put("house.password", "another word\n");
+  start(kSecureHouse);
+  host.time.run_for(10min);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason,
+              AllOf(HasSubstr("house.knxkeys"), HasSubstr("password"), Not(HasSubstr("another word"))));
+  EXPECT_EQ(secure_server->sessions()->size(), 0U);
+  ASSERT_TRUE(network->open()) << "the supervisor may ask again";
+  EXPECT_THAT(host.failures, IsEmpty());
+}
+
+TEST_F(SecureKnx, AWrongUserPasswordInTheKeyringIsARefusalOfTheInterface) {
+  host.files.put("house.knxkeys", house_keyring("ring word", "five"));
+  start(kSecureHouse);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("password"));
+}
+
+TEST_F(SecureKnx, KeysWithoutAKeyring) {
+  host.files.put("user.password", "four");
+  host.files.put("device.password", "the device");
+  start(R"({"via": "tunnel-tcp", "host": "10.0.0.10", "user": 4, "user-password-file": "user.password",
+            "device-password-file": "device.password"})");
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(count("secure-unverified"), 0U);
+}
+
+TEST_F(SecureKnx, AnotherDeviceInItsPlaceIsNotTrusted) {
+  host.files.put("user.password", "four");
+  host.files.put("device.password", "the device that it was");
+  start(R"({"via": "tunnel-tcp", "host": "10.0.0.10", "user": 4, "user-password-file": "user.password",
+            "device-password-file": "device.password"})");
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("not the"));
+}
+
+TEST_F(SecureKnx, SecuredGroupsAreReadAndWritten) {
+  start(kSecureHouse);
+  secure_server->inject_cemi(from_device(0x0a07, {0x0c, 0x33}));
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
+  command(21.5);
+  EXPECT_THAT(outcomes(), ElementsAre(Outcome::kSent));
+  ASSERT_THAT(heard(), SizeIs(1));
+  EXPECT_EQ(heard()[0][0] & 0x03, 0x03);
+  EXPECT_EQ(heard()[0][1], 0xf1) << "secured";
+  EXPECT_EQ(count("data-secure-sent"), 1U);
+}
+
+TEST_F(SecureKnx, NothingPlainIsTakenForASecuredGroup) {
+  start(kSecureHouse);
+  secure_server->inject(0x111e, 0x0a07, 0x80, {0x0c, 0x33});
+  secure_server->inject(0x111e, 0x0a08, 0x80, {0x0c, 0x33});
+  host.time.run_for(10s);
+  EXPECT_THAT(values_of("1/2/7"), IsEmpty());
+  EXPECT_THAT(values_of("1/2/8"), ElementsAre("21.5")) << "not secured";
+  EXPECT_EQ(count("data-secure-plain-dropped"), 1U);
+}
+
+TEST_F(SecureKnx, ARepeatedTelegramIsDroppedAlsoAfterARestart) {
+  start(kSecureHouse);
+  const auto telegram = from_device(0x0a07, {0x0c, 0x33});
+  secure_server->inject_cemi(telegram);
+  secure_server->inject_cemi(telegram);
+  host.time.run_for(1min);
+  EXPECT_EQ(values_of("1/2/7").size(), 1U);
+  network.reset();
+  host.delivered.clear();
+  start(kSecureHouse);
+  secure_server->inject_cemi(telegram);
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/2/7"), IsEmpty());
+}
+
+TEST_F(SecureKnx, SequenceNumbersRiseOverRestartsAndAClockThatIsSetBack) {
+  std::uint64_t last = 0;
+  for (int i = 0; i < 3; ++i) {
+    start(kSecureHouse);
+    command(20 + i);
+    ASSERT_EQ(heard().size(), static_cast<std::size_t>(i + 1));
+    EXPECT_GT(sequence_of(heard().back()), last);
+    last = sequence_of(heard().back());
+    network.reset();
+    host.time.set_wall(host.time.wall_now() - 24h * 365);
+  }
+}
+
+TEST_F(SecureKnx, WithoutAStateFileSecuredGroupsAreReadOnly) {
+  host.forgetful = true;
+  start(kSecureHouse);
+  EXPECT_EQ(last_state().line, LineState::kUp);
+  command(21.5);
+  EXPECT_THAT(heard(), IsEmpty());
+  ASSERT_THAT(outcomes(), SizeIs(1));
+  EXPECT_NE(outcomes()[0], Outcome::kSent);
+  secure_server->inject_cemi(from_device(0x0a07, {0x0c, 0x33}));
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
+  const auto missing = network->missing();
+  ASSERT_THAT(missing, SizeIs(1));
+  EXPECT_THAT(missing[0].text, HasSubstr("can only be read"));
+}
+
+TEST_F(SecureKnx, ChangesOfPointsKeepTheSessionThoseOfKeysDoNot) {
+  start(kSecureHouse);
+  std::string other(kSecureHouse);
+  other.replace(other.find("Garden"), 6, "Terrace");
+  ASSERT_TRUE(change(other));
+  host.time.run_for(1s);
+  EXPECT_EQ(count("secure-sessions"), 1U);
+  EXPECT_EQ(last_state().line, LineState::kUp);
+  host.files.put("house.password", "another word\n");
+  EXPECT_EQ(change(other).error().code, ErrorCode::kUnsupported);
+  host.files.put("house.password", "ring word\n");
+  host.files.put("house.knxkeys", house_keyring("ring word", "five"));
+  EXPECT_EQ(change(other).error().code, ErrorCode::kUnsupported);
+}
+
+TEST_F(SecureKnx, TheCheckOfTheConfigurationTriesThePassword) {
+  host.files.put("house.password", "another word\n");
+  make(kSecureHouse);
+  const auto missing = network->missing();
+  ASSERT_THAT(missing, SizeIs(1));
+  EXPECT_EQ(missing[0].option, "keyring");
+  EXPECT_THAT(missing[0].text, HasSubstr("password"));
+}
+
+TEST_F(SecureKnx, SecureRoutingTakesTheBackboneOfTheKeyring) {
+  auto root = support::keyring_root();
+  root.add(
+      KeyringElement{"Backbone"}.text("MulticastAddress", "224.0.23.77").text("Latency", "1000").key("Key", kGroupKey));
+  host.files.put("house.knxkeys", support::write_keyring(root, "ring word"));
+  start(R"({"via": "routing", "interface": "127.0.0.1", "keyring": "house.knxkeys",
+            "keyring-password-file": "house.password"})");
+  host.time.run_for(10s);
+  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_THAT(last_state().texts.at("server"), HasSubstr("224.0.23.77"));
+  EXPECT_GE(count("secure-notifies-sent"), 1U);
+}
+
+TEST_F(SecureKnx, ARoutingLineWithoutABackboneKeyIsNotPlain) {
+  start(R"({"via": "routing", "interface": "127.0.0.1", "keyring": "house.knxkeys",
+            "keyring-password-file": "house.password"})");
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("no backbone key"));
+}
+
+struct WrongOption {
+  const char* options;
+  const char* error;
+};
+
+class WrongSecureOptions : public SecureKnx, public testing::WithParamInterface<WrongOption> {};
+
+TEST_P(WrongSecureOptions, AreNamed) {
+  host.files.put("user.password", "four");
+  host.files.put("open.password", "four");
+  host.files.open_to_all("open.password");
+  host.files.put("broken.knxkeys", "<Keyring");
+  host.files.put("short.key", "0011");
+  const auto text = std::string(R"({"host": "10.0.0.10", )") + GetParam().options + "}";
+  const ConfigNode node = support::config_of(std::string_view(text));
+  ConfigReader reader(node, "networks.knx", errors);
+  EXPECT_FALSE(kType.make({"knx", IslandId{1}, reader, types, {}}, host));
+  EXPECT_THAT(errors.text(), HasSubstr(GetParam().error));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Options, WrongSecureOptions,
+    testing::Values(
+        WrongOption{R"("keyring": "none.knxkeys", "keyring-password-file": "house.password")", "none.knxkeys"},
+        WrongOption{R"("keyring": "broken.knxkeys", "keyring-password-file": "house.password")", "broken.knxkeys"},
+        WrongOption{R"("keyring": "house.knxkeys")", "keyring-password-file: is missing"},
+        WrongOption{R"("keyring": "house.knxkeys", "keyring-password-file": "open.password")", "chmod"},
+        WrongOption{R"("keyring": "house.knxkeys", "keyring-password-file": "house.password",
+                       "server-address": "1.1.300")",
+                    "server-address"},
+        WrongOption{R"("keyring": "house.knxkeys", "keyring-password-file": "house.password",
+                       "user-password-file": "user.password")",
+                    "expected one of them"},
+        WrongOption{R"("keyring-password-file": "house.password")", "without 'keyring'"},
+        WrongOption{R"("user": 4)", "without 'user-password-file'"},
+        WrongOption{R"("user": 200, "user-password-file": "user.password")", "user"},
+        WrongOption{R"("secure": "require")", "require needs"}, WrongOption{R"("secure": "yes")", "secure"},
+        WrongOption{R"("secure": "off", "user-password-file": "user.password")", "is off, although"},
+        WrongOption{R"("backbone-key-file": "short.key")", "is an option of routing"},
+        WrongOption{R"("via": "routing", "backbone-key-file": "short.key")", "32 hexadecimal digits"},
+        WrongOption{R"("via": "routing", "latency": "2s")", "without 'backbone-key-file'"},
+        WrongOption{R"("via": "routing", "user": 3)", "is an option of tunnels"}));
+
+}  // namespace
+}  // namespace rubicon::networks::knx
