@@ -50,7 +50,7 @@ int print_plan(const CheckOptions& options) {
   for (const auto& line : plan.lines) fmt::print("{}\n", line);
   if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
   const bool files = std::any_of(next->networks.begin(), next->networks.end(),
-                                 [](const auto& setup) { return !setup.type->file_option.empty(); });
+                                 [](const auto& setup) { return !setup.type->file_options.empty(); });
   if (files) fmt::print("whether files that options name have changed, `reload try` of the running island says\n");
   return plan.refusals.empty() ? kExitOk : kExitConfiguration;
 }

@@ -94,7 +94,7 @@ struct Island::Impl {
   FreeSpace free_space;
   IslandMetrics metrics;
   IslandPresence presence;
-  std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
+  std::map<std::string, FileDigests> file_digests;  ///< of what options name, by network id
 };
 
 /// Publishes the free space of the disks that the island writes to, so that users see in time that one fills up.
@@ -260,7 +260,7 @@ Result<void> Island::Impl::try_options(const island::IslandConfig& next, island:
 }
 
 void Island::Impl::note_file(const island::NetworkSetup& setup) {
-  file_digests[setup.id] = digest_of_options_file(setup, config.directory, transports);
+  file_digests[setup.id] = digests_of_options_files(setup, config.directory, transports);
 }
 
 /// Adds to the plan the networks whose options name a file that changed, and those that an earlier reload failed to
@@ -275,9 +275,11 @@ void Island::Impl::add_what_files_changed(const island::IslandConfig& next, isla
     if (!has(running, setup.id)) {
       plan.added.push_back(setup.id);
       plan.lines.push_back(fmt::format("network {}: is added, an earlier attempt failed", setup.id));
-    } else if (digest_of_options_file(setup, next.directory, transports) != file_digests[setup.id]) {
+    } else if (const auto files =
+                   changed_files(file_digests[setup.id], digests_of_options_files(setup, next.directory, transports));
+               !files.empty()) {
       plan.changed.push_back(setup.id);
-      plan.lines.push_back(fmt::format("network {}: its {} file changed", setup.id, setup.type->file_option));
+      plan.lines.push_back(fmt::format("network {}: its {} changed", setup.id, fmt::join(files, ", ")));
     }
   }
 }

@@ -1,17 +1,25 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "island/island_config.h"
 #include "transport/transports.h"
 
 namespace rubicon::island {
 
-/// Tells two contents of the file that the network's options name (NetworkType::file_option) apart; 0 = there is no
-/// such option, or the file cannot be read. Reads at most kLargestOptionsFile bytes of it.
-std::size_t digest_of_options_file(const island::NetworkSetup& setup, const std::string& directory,
-                                   transport::Transports& transports);
+/// Tells two contents of a file apart, by the option that names the file; 0 = the file cannot be read.
+using FileDigests = std::map<std::string, std::size_t>;
+
+/// Of the files that the network's options name (NetworkType::file_options). Options that are not given are left out.
+/// Reads at most kLargestOptionsFile bytes of each file, and keeps none of them: some hold passwords.
+FileDigests digests_of_options_files(const island::NetworkSetup& setup, const std::string& directory,
+                                     transport::Transports& transports);
 inline constexpr std::size_t kLargestOptionsFile = 64 << 20;
+
+/// The files that differ, for the user: `keyring file`, `keyring-password-file`.
+std::vector<std::string> changed_files(const FileDigests& before, const FileDigests& now);
 
 }  // namespace rubicon::island

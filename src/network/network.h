@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -153,8 +154,9 @@ struct NetworkType {
   /// of a new device, and `discovery` applies to it. False: such a device comes from the options, and is always
   /// admitted.
   bool discovers = false;
-  /// The option that names a file which is read with the options: a reload compares its content too. Empty = none.
-  std::string_view file_option{};
+  /// The options that name files which are read with the options: a reload compares their contents too. What it names
+  /// lives as long as the program.
+  std::span<const std::string_view> file_options{};
   /// Roaming domain of types whose addresses are unique in the world (docs/roaming.md); a key part, empty = none. The
   /// option `roaming` overrides it.
   std::string_view roaming{};

@@ -2,6 +2,7 @@
 
 #include "island/network_types.h"
 #include "scenarios/ecology.h"
+#include "support/keyring_writer.h"
 
 namespace rubicon::scenarios {
 namespace {
@@ -250,6 +251,30 @@ networks: {salad: {type: salad, properties: flat.properties}}
   transports.put("flat.properties", "device_1=DOOR,sensor.balloon\n");
   EXPECT_FALSE(reload(kFlat));
   EXPECT_TRUE(exists("proxy.salad.2.description"));
+}
+
+TEST_F(Reload, EachFileThatOptionsNameIsCompared) {
+  constexpr const char* kHouse = R"(
+island: {id: 6541}
+networks: {knx: {type: knx, via: tunnel-tcp, host: 10.0.0.10, import: flat.yaml, keyring: house.knxkeys,
+                 keyring-password-file: house.password}}
+)";
+  transports.put("flat.yaml", "groups: {1/2/7: 9.001}\n");
+  transports.put("house.knxkeys", support::write_keyring(support::keyring_root(), "ring word"));
+  transports.put("house.password", "ring word\n");
+  start(kHouse);
+  EXPECT_THAT(reload(kHouse)->lines, IsEmpty());
+  transports.put("house.password", "another word\n");
+  const auto plan = reload(kHouse);
+  ASSERT_TRUE(plan) << plan.error().text;
+  EXPECT_THAT(plan->lines, ElementsAre("network knx: its keyring-password-file changed"));
+  transports.put("house.password", "ring word\n");
+  transports.put("house.knxkeys", support::write_keyring(support::keyring_root(), "ring  word"));
+  EXPECT_THAT(reload(kHouse)->lines, ElementsAre("network knx: its keyring file, keyring-password-file changed"));
+  transports.put("flat.yaml", "groups: {1/2/7: 9.001, 1/2/8: 9.001}\n");
+  EXPECT_THAT(reload(kHouse)->lines, ElementsAre("network knx: its import file changed"));
+  EXPECT_TRUE(exists("proxy.knx.1_2_8.description"));
+  EXPECT_THAT(reload(kHouse)->lines, IsEmpty());
 }
 
 TEST_F(Reload, CountersOfARecreatedNetworkAreNotLost) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <tuple>
 #include <utility>
@@ -377,13 +378,21 @@ std::optional<model::State> KnxNetwork::state() {
 
 }  // namespace
 
+constexpr std::array<std::string_view, 7> kFileOptions{"import",
+                                                       "import-password-file",
+                                                       "keyring",
+                                                       "keyring-password-file",
+                                                       "user-password-file",
+                                                       "device-password-file",
+                                                       "backbone-key-file"};
+
 const network::NetworkType kType{
     .name = "knx",
     .summary = "a KNX installation, by a KNXnet/IP tunnel or by routing",
     .sample_config = kSample,
     .make = network::make_network<KnxNetwork, read_knx_options>,
     .lists_devices = true,
-    .file_option = "import",
+    .file_options = kFileOptions,
     .quiet = true,
 };
 

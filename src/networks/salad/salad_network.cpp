@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -261,13 +262,15 @@ model::State SaladNetwork::state() {
 
 }  // namespace
 
+constexpr std::array<std::string_view, 1> kFileOptions{"properties"};
+
 const network::NetworkType kType{
     .name = "salad",
     .summary = "the devices of the SALAD middleware, over UDP",
     .sample_config = kSample,
     .make = network::make_network<SaladNetwork, read_salad_options>,
     .lists_devices = true,
-    .file_option = "properties",
+    .file_options = kFileOptions,
 };
 
 }  // namespace rubicon::networks::salad
