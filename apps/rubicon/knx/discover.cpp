@@ -58,9 +58,13 @@ Line as_json(const networks::knx::line::FoundServer& server) {
             {"serial", base::to_hex(about.serial)},
             {"mac", base::to_hex(about.mac)}};
   for (const auto& one : about.families) line["families"][std::to_string(static_cast<int>(one.family))] = one.version;
+  line["secure"] = to_string(server.security());
   for (const auto& one : about.secured) line["secured"].push_back(static_cast<int>(one.family));
   for (const auto& slot : about.slots)
-    line["tunnels"].push_back({{"address", to_string(slot.address)}, {"free", slot.free}});
+    line["tunnels"].push_back({{"address", to_string(slot.address)},
+                               {"free", slot.free},
+                               {"usable", slot.usable},
+                               {"authorised", slot.authorised}});
   return line;
 }
 
@@ -99,7 +103,8 @@ void add_discover(Cli& cli, CLI::App* under) {
   const auto options = std::make_shared<DiscoverOptions>();
   auto* app = cli.command({"discover", "Find KNX IP interfaces and routers",
                            "  rubicon knx discover\n"
-                           "  rubicon knx discover --host 192.168.1.10    # where multicast does not arrive\n",
+                           "  rubicon knx discover --host 192.168.1.10    # where multicast does not arrive\n"
+                           "The line `secure` names the services that take KNX IP Secure only.\n",
                            under},
                           [options](const Settings& settings) { return discover(settings, *options); });
   app->add_option("--host", options->hosts, "ask this host for its description")->type_name("HOST");

@@ -46,6 +46,29 @@ std::string slots_text(const FoundServer& server) {
   return fmt::format("{} of {} free: {}", server.free_slots(), slots.size(), fmt::join(words, ", "));
 }
 
+/// What to configure where plain connections are refused.
+std::string remedy_text(const wire::ServerDescription& about) {
+  const auto secured = [&](wire::Family family) {
+    return std::any_of(about.secured.begin(), about.secured.end(),
+                       [&](const auto& one) { return one.family == family; });
+  };
+  const bool tunnelling = secured(wire::Family::kTunnelling), routing = secured(wire::Family::kRouting);
+  if (!tunnelling && !routing) return "KNX IP Secure is required";
+  return fmt::format("KNX IP Secure is required: configure {}`keyring: FILE.knxkeys`",
+                     tunnelling ? "`via: tunnel-tcp` and " : "");
+}
+
+std::string security_text(const FoundServer& server) {
+  switch (server.security()) {
+    case Security::kRequired:
+      return fmt::format("{} ({})", families_text(server.description.secured), remedy_text(server.description));
+    case Security::kPossible: return "possible, not required";
+    case Security::kNone: return "not required";
+    case Security::kUnknown: break;
+  }
+  return {};
+}
+
 std::string mac_text(const std::array<std::uint8_t, 6>& mac) {
   return fmt::format("{:02x}", fmt::join(mac, ":"));
 }
@@ -55,6 +78,22 @@ std::string mac_text(const std::array<std::uint8_t, 6>& mac) {
 std::size_t FoundServer::free_slots() const {
   return static_cast<std::size_t>(std::count_if(description.slots.begin(), description.slots.end(),
                                                 [](const auto& slot) { return slot.usable && slot.free; }));
+}
+
+Security FoundServer::security() const {
+  if (!description.secured.empty()) return Security::kRequired;
+  if (!extended) return Security::kUnknown;
+  return description.version(wire::Family::kSecurity) != 0 ? Security::kPossible : Security::kNone;
+}
+
+std::string_view to_string(Security security) {
+  switch (security) {
+    case Security::kUnknown: break;
+    case Security::kNone: return "none";
+    case Security::kPossible: return "possible";
+    case Security::kRequired: return "required";
+  }
+  return "unknown";
 }
 
 void merge(wire::ServerDescription& into, const wire::ServerDescription& more) {
@@ -109,7 +148,7 @@ std::string describe(const FoundServer& server) {
   if (is_set(about.mac)) line("MAC", mac_text(about.mac));
   if (is_set(about.multicast)) line("group", fmt::format("{}", fmt::join(about.multicast, ".")));
   if (!about.families.empty()) line("families", families_text(about.families));
-  if (!about.secured.empty()) line("secure", families_text(about.secured) + " (KNX IP Secure is required)");
+  if (const auto secure = security_text(server); !secure.empty()) line("secure", secure);
   if (about.max_apdu) line("max APDU", fmt::format("{} bytes", *about.max_apdu));
   if (!about.slots.empty()) line("tunnels", slots_text(server));
   if (about.slots.empty() && !about.addresses.empty()) {

@@ -1,12 +1,24 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "networks/knx/wire/message.h"
 #include "transport/udp.h"
 
 namespace rubicon::networks::knx::line {
+
+/// What a server demands of the services that islands use, tunnelling and routing.
+enum class Security : std::uint8_t {
+  kUnknown,   ///< it did not answer an extended search, which alone says it
+  kNone,      ///< it does not know KNX IP Secure
+  kPossible,  ///< it knows KNX IP Secure and takes plain connections too
+  kRequired   ///< tunnelling, routing or both are secure only: ServerDescription::secured
+};
+/// `unknown`, `none`, `possible`, `required`.
+std::string_view to_string(Security security);
 
 /// A KNXnet/IP server, described by its answers to searches and description requests.
 struct FoundServer {
@@ -15,6 +27,7 @@ struct FoundServer {
   bool extended = false;  ///< it answered an extended search: a server of Core version 2
 
   std::size_t free_slots() const;
+  Security security() const;
   friend bool operator==(const FoundServer&, const FoundServer&) = default;
 };
 

@@ -14,6 +14,7 @@ using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 /// Of knxd 0.14.54 (knx.md, section 18), its control endpoint 10.77.0.1:3671; the name padded to 30 bytes.
@@ -118,7 +119,8 @@ TEST_F(Discovering, AnswersOfOneServerAreMergedByItsControlEndpoint) {
             "router  10.77.0.1:3671  1.1.1  TP1\n"
             "  serial     010203040506\n"
             "  families   core 2, routing 1, tunnelling 2\n"
-            "  secure     tunnelling 1 (KNX IP Secure is required)\n"
+            "  secure     tunnelling 1 (KNX IP Secure is required: configure `via: tunnel-tcp` and `keyring: "
+            "FILE.knxkeys`)\n"
             "  max APDU   254 bytes\n"
             "  tunnels    1 of 2 free: 1.1.2 free, 1.1.3 used (needs authorisation)");
 }
@@ -218,8 +220,25 @@ TEST_F(Discovering, AHostOfVersionTwoIsQueriedForItsSecuredServices) {
   ASSERT_THAT(server.received, SizeIs(2));
   EXPECT_EQ(server.received[1].second, "0610020b001408010a4d0002c000060401020607");
   ASSERT_THAT(result->servers, SizeIs(1));
-  EXPECT_THAT(describe(result->servers[0]), HasSubstr("tunnelling 1 (KNX IP Secure is required)"));
+  EXPECT_THAT(describe(result->servers[0]), HasSubstr("tunnelling 1 (KNX IP Secure is required: configure `via"));
+  EXPECT_EQ(to_string(result->servers[0].security()), "required");
   EXPECT_THAT(result->problems, IsEmpty());
+}
+
+TEST(FoundServers, SayWhetherSecureConnectionsAreRequired) {
+  FoundServer server;
+  EXPECT_EQ(to_string(server.security()), "unknown") << "a plain search does not say it";
+  EXPECT_THAT(describe(server), Not(HasSubstr("secure")));
+  server.extended = true;
+  EXPECT_THAT(describe(server), HasSubstr("\n  secure     not required"));
+  server.description.families = {{wire::Family::kCore, 2}, {wire::Family::kSecurity, 1}};
+  EXPECT_EQ(to_string(server.security()), "possible");
+  EXPECT_THAT(describe(server), HasSubstr("\n  secure     possible, not required"));
+  server.description.secured = {{wire::Family::kRouting, 1}};
+  EXPECT_EQ(to_string(server.security()), "required");
+  EXPECT_THAT(describe(server), HasSubstr("routing 1 (KNX IP Secure is required: configure `keyring: FILE.knxkeys`)"));
+  server.description.secured = {{wire::Family::kDeviceManagement, 1}};
+  EXPECT_THAT(describe(server), HasSubstr("device management 1 (KNX IP Secure is required)"));
 }
 
 TEST_F(Discovering, AHostWithoutExtendedSearchIsDescribedToo) {
