@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/island_look.h"
+#include "apps/rubicon/secure_findings.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 
@@ -111,6 +112,7 @@ class Doctor {
     add(check_lines(seen, now));
     add(check_devices(seen));
     add(check_losses(seen));
+    add(check_secure(seen));
     add(check_disks(seen));
     add(check_history(seen));
     add(check_clock(seen, now));
@@ -214,7 +216,7 @@ void add_doctor(Cli& cli) {
                    "  rubicon doctor --json\n"
                    "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
                    "other domains, duplicate ids and protocol versions; and of each island, twice, its lines,\n"
-                   "devices, losses, disks, history, clock, inbox, and settings of servers behind networks.\n"},
+                   "devices, losses, KNX Secure, disks, history, clock, inbox, and settings of servers behind networks.\n"},
                   [length](const Settings& settings) {
                     return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
                   });

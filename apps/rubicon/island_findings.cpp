@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/rubicon/secure_findings.h"
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
@@ -37,21 +38,28 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
   const auto& line = network.line;
   const auto what = fmt::format("network {} of island {}: ", network.id, name_of(seen.island));
   const auto since = age_text(line.since, when);
+  const auto remedy = std::string(secure_remedy(line.reason));
   if (line.works()) {
     const auto state = fmt::format("{}{} for {}, {} of {} devices reachable", what, line.line, since, network.reachable,
                                    network.devices);
     if (line.reason.empty() || line.line == "ended") return {kLine, Grade::kGood, state};
-    return {kLine, Grade::kNote, fmt::format("{}; {}", state, line.reason), page("errors.md#lines-and-devices")};
+    const auto text = fmt::format("{}; {}", state, line.reason);
+    if (remedy.empty()) return {kLine, Grade::kNote, text, page("errors.md#lines-and-devices")};
+    return {kLine, when - line.since < kOpening ? Grade::kNote : Grade::kProblem, text,
+            fmt::format("{}; {}", remedy, page("knx-secure.md#line-states"))};
   }
   if (line.line == "connecting" && when - line.since < kOpening)
     return {kLine, Grade::kNote, what + "is being opened", "run doctor again in some seconds"};
   const auto next = next_attempt_text(line, when);
-  return {
-      kLine, Grade::kProblem,
-      fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason reported" : line.reason),
-      fmt::format("check cable, power and network of what `networks: {}:` names, and its address there; the "
-                  "island goes on trying ({} attempts so far{}{}); {}",
-                  network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
+  const auto text =
+      fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason reported" : line.reason);
+  if (!remedy.empty())
+    return {kLine, Grade::kProblem, text,
+            fmt::format("{}{}{}; {}", remedy, next.empty() ? "" : "; ", next, page("knx-secure.md#line-states"))};
+  return {kLine, Grade::kProblem, text,
+          fmt::format("check cable, power and network of what `networks: {}:` names, and its address there; the "
+                      "island goes on trying ({} attempts so far{}{}); {}",
+                      network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
 }
 
 /// `before`: nullptr = not known.
@@ -61,6 +69,7 @@ Findings check_counters(const std::string& who, const Counters* before, const Co
   const auto growth = before ? growth_of(*before, losses) : Counters();
   const auto* still = before ? ", unchanged during the check" : "; first value unknown";
   for (const auto& [name, count] : losses) {
+    if (is_secure_counter(name)) continue;
     const auto grown = growth.find(name);
     const bool grows = grown != growth.end();
     all.push_back({kLoss, grows ? Grade::kProblem : Grade::kNote,

@@ -1,0 +1,163 @@
+#include "apps/rubicon/secure_findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace rubicon::cli {
+
+namespace {
+
+using Grade = Finding::Grade;
+
+/// A part of the reasons that src/networks/knx gives (a test compares them), and what to do. The first that fits
+/// counts.
+struct Remedy {
+  std::string_view part, fix;
+};
+constexpr std::array kRemedies{
+    Remedy{"the password of the keyring is wrong, or the keyring",
+           "write the password that was chosen when the keyring was exported into the file of `keyring-password-file`; "
+           "if it is that one, export the keyring from ETS again"},
+    Remedy{
+        "the password of the keyring is wrong",
+        "write the password that was chosen when the keyring was exported (not that of the project) into the file of "
+        "`keyring-password-file`, and reload"},
+    Remedy{"the keyring was changed after ETS exported it", "export the keyring from ETS again, and reload"},
+    Remedy{"the keyring has no tunnel",
+           "compare `tunnel-address` and `server-address` with what `rubicon knx keyring FILE` lists; if the tunnel is "
+           "missing there, activate secure tunnelling in ETS, download the interface and export the keyring again"},
+    Remedy{"the keyring has no user and password for the tunnel",
+           "set `tunnel-address` to a tunnel that `rubicon knx keyring FILE` lists with a user, or export the keyring "
+           "from ETS again"},
+    Remedy{"the keyring has tunnels of several interfaces",
+           "set `server-address` to the individual address of the interface at `host`"},
+    Remedy{"it has no backbone key",
+           "activate security of the backbone in ETS and export the keyring again, or name a file with the key: "
+           "`backbone-key-file`; `secure: allow` makes the line plain"},
+    Remedy{"the interface is not the device that the configuration names",
+           "check that `host` is the address of that interface; then export the keyring again, or correct "
+           "`device-password-file`. Nothing is sent to a device without this proof"},
+    Remedy{"the interface does not accept user",
+           "the passwords of the tunnels were changed: download the interface in ETS and export the keyring again; "
+           "without a keyring correct `user` and `user-password-file`"},
+    Remedy{"of the keyring has no tunnel there",
+           "the tunnels were changed: download the interface in ETS and export the keyring again"},
+    Remedy{"(does it require KNX IP Secure?)",
+           "`rubicon knx discover --host HOST` shows whether it does; then export a keyring from ETS and configure "
+           "`keyring`, `keyring-password-file` and `via: tunnel-tcp`"},
+    Remedy{"all secure sessions of the interface are in use",
+           "end another client of the interface (ETS, a visualisation); the island goes on trying"},
+    Remedy{
+        "does not answer the request for a secure session",
+        "`rubicon knx discover --host HOST` shows whether the interface is secured: if so use `via: tunnel-tcp`, else "
+        "activate security in ETS and download it"},
+    Remedy{"what the group sends has another backbone key",
+           "download the routers in ETS, export the keyring again and reload"},
+    Remedy{"no other member of the secure routing group was heard yet",
+           "check `interface`, the multicast address of the backbone in ETS, and that switches pass it on"},
+};
+
+/// A counter of dropped frames, why, and what to do.
+struct Drop {
+  std::string_view counter, meaning, fix;
+};
+constexpr std::array kDrops{
+    Drop{"data-secure-plain-dropped", "plain telegrams to secured groups",
+         "the log names the sender: it was not downloaded since the group was secured, or the telegrams are forged"},
+    Drop{"data-secure-no-key", "secured telegrams of groups without a key",
+         "the keyring is older than the project: export it again and reload"},
+    Drop{"data-secure-unknown-sender", "secured telegrams of devices that may not send to these groups",
+         "the log names the device: if it was linked lately, export the keyring again and reload"},
+    Drop{"data-secure-wrong-mac", "secured telegrams that were changed, or have another key",
+         "download the sender that the log names, export the keyring again and reload"},
+    Drop{"data-secure-old", "secured telegrams with an old sequence number",
+         "few are repetitions on the bus, or replays; if a device that the log names is never heard again, it lost its "
+         "number: download it in ETS"},
+    Drop{"data-secure-other", "secured telegrams that cannot be read", "the log has the reasons"},
+    Drop{"secure-plain-frames", "plain frames on a secured line",
+         "the log names the sender: a plain router in the same multicast group, or forged frames"},
+    Drop{"secure-early-frames", "frames before the authentication of the session",
+         "the interface does not keep the rules: is there a newer firmware?"},
+    Drop{"secure-wrong-mac", "frames that were changed, or have another key",
+         "routing: download the routers in ETS, export the keyring again; tunnel: something changes frames on the way"},
+    Drop{"secure-replays", "frames that arrived a second time",
+         "something on the network repeats frames, or records "
+         "and replays them"},
+    Drop{"secure-other-sessions", "frames of another session", "a restart of the interface explains few of them"},
+    Drop{"secure-forbidden-frames", "frames with content that is not permitted", "the log has the reasons"},
+    Drop{"secure-forbidden", "frames with content that is not permitted", "the log has the reasons"},
+    Drop{"secure-old", "frames beyond the latency tolerance of secure routing",
+         "the network is slow, or they are replays; ETS sets the tolerance (Latency) of the backbone"},
+    Drop{"secure-bad-frames", "frames that cannot be read", "the log has the reasons"},
+};
+constexpr std::string_view kUnverified = "secure-unverified";
+
+std::uint64_t count_of(const Counters& counters, std::string_view name) {
+  const auto found = counters.find(std::string(name));
+  return found == counters.end() ? 0 : found->second;
+}
+
+/// `growth`: nullopt = not known.
+Finding dropped(const std::string& who, const Drop& drop, std::uint64_t count, std::optional<std::uint64_t> growth) {
+  const bool grows = growth.value_or(0) > 0;
+  const auto change = grows ? fmt::format(", {} of them during the check", *growth)
+                            : std::string(growth ? ", none during the check" : "");
+  return {"secure", grows ? Grade::kProblem : Grade::kNote,
+          fmt::format("{}: dropped {} ({}) since its start{}: {}", who, count, drop.counter, change, drop.meaning),
+          fmt::format("{}; {}", drop.fix, page("knx-secure.md#counters"))};
+}
+
+Findings check_network(const std::string& who, const Counters* before, const Counters& now) {
+  Findings all;
+  const auto growth = before ? growth_of(*before, now) : Counters();
+  for (const auto& drop : kDrops) {
+    const auto count = count_of(now, drop.counter);
+    if (count == 0) continue;
+    all.push_back(dropped(who, drop, count, before ? std::optional(count_of(growth, drop.counter)) : std::nullopt));
+  }
+  if (count_of(now, kUnverified) > 0)
+    all.push_back(
+        {"secure", Grade::kNote,
+         who + ": the interface is not verified: another device in its place would not be noticed",
+         "name a file with its authentication code: `device-password-file`, or export the keyring of the whole "
+         "project; " +
+             page("knx-secure.md#counters")});
+  return all;
+}
+
+}  // namespace
+
+std::string_view secure_remedy(std::string_view reason) {
+  const auto found = std::find_if(kRemedies.begin(), kRemedies.end(),
+                                  [&](const Remedy& one) { return reason.find(one.part) != reason.npos; });
+  return found == kRemedies.end() ? std::string_view() : found->fix;
+}
+
+std::vector<std::string_view> secure_reasons() {
+  std::vector<std::string_view> all;
+  for (const auto& one : kRemedies) all.push_back(one.part);
+  return all;
+}
+
+bool is_secure_counter(std::string_view name) {
+  return std::any_of(kDrops.begin(), kDrops.end(), [&](const Drop& one) { return one.counter == name; });
+}
+
+Findings check_secure(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    const auto known =
+        std::find_if(seen.before.begin(), seen.before.end(), [&](const auto& one) { return one.id == network.id; });
+    const bool compares = seen.known_before && known != seen.before.end();
+    const auto before = compares ? counters_of(known->properties) : Counters();
+    for (auto& one : check_network(fmt::format("network {} of island {}", network.id, name_of(seen.island)),
+                                   compares ? &before : nullptr, counters_of(network.properties)))
+      all.push_back(std::move(one));
+  }
+  return all;
+}
+
+}  // namespace rubicon::cli
