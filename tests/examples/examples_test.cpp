@@ -96,6 +96,7 @@ std::set<std::string> not_run() {
       "rubicon knx discover",
       "rubicon knx discover --host 192.168.1.10    # where multicast does not arrive",
       "rubicon knx monitor --direct 192.168.1.10",
+      "rubicon knx monitor --direct 192.168.1.10 --keyring hall.knxkeys --password-file hall.password",
       "rubicon knx read 1/2/7 9.001 --direct 192.168.1.10",
       "rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10",
       "rubicon set --json living.lamp-1 on | jq .state",

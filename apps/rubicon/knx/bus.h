@@ -11,7 +11,10 @@ namespace rubicon::cli::knx {
 /// How `monitor`, `read`, `write` and `capture` reach the bus.
 struct BusOptions {
   std::string direct;  ///< HOST or HOST:PORT of a KNXnet/IP interface; empty = through the running island
-  bool tcp = false;    ///< with `direct`: by TCP, else UDP
+  bool tcp = false;    ///< with `direct`: by TCP, else UDP; always with `keyring`
+  /// With `direct`: a keyring of the ETS, the file with its password (empty = RUBICON_KNX_PASSWORD), and the interface
+  /// that is meant if the keyring has several.
+  std::string keyring, password_file, server;
   NetworkChoice network{"knx"};
 };
 

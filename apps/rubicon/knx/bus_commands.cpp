@@ -164,7 +164,19 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
   auto* direct = app->add_option("--direct", options->bus.direct,
                                  "do not use an island: open a tunnel to this KNXnet/IP interface")
                      ->type_name("HOST[:PORT]");
-  app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
+  app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP; always with --keyring")->needs(direct);
+  auto* keyring = app->add_option("--keyring", options->bus.keyring,
+                                  "with --direct: a secure tunnel, and secured groups, with this keyring of ETS")
+                      ->type_name("FILE")
+                      ->check([](const std::string& name) { return std::string(name.empty() ? "no file" : ""); })
+                      ->needs(direct);
+  app->add_option("--password-file", options->bus.password_file,
+                  "file with the password of the keyring; default: RUBICON_KNX_PASSWORD")
+      ->type_name("FILE")
+      ->needs(keyring);
+  app->add_option("--server", options->bus.server, "the interface's individual address, if the keyring has several")
+      ->type_name("ADDRESS")
+      ->needs(keyring);
   app->add_option("--island", options->bus.network.island, "use the line of this island")
       ->type_name("ID")
       ->excludes(direct);
@@ -178,12 +190,14 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
 
 void add_bus(Cli& cli, CLI::App* parent) {
   const auto options = std::make_shared<Options>();
-  auto* app = add(cli, parent,
-                  {"monitor", "Print the telegrams of the bus as they arrive, decoded",
-                   "  rubicon knx monitor\n"
-                   "  rubicon knx monitor 1/2/7 1/2/8\n"
-                   "  rubicon knx monitor --direct 192.168.1.10\n"},
-                  options, monitor);
+  auto* app =
+      add(cli, parent,
+          {"monitor", "Print the telegrams of the bus as they arrive, decoded",
+           "  rubicon knx monitor\n"
+           "  rubicon knx monitor 1/2/7 1/2/8\n"
+           "  rubicon knx monitor --direct 192.168.1.10\n"
+           "  rubicon knx monitor --direct 192.168.1.10 --keyring hall.knxkeys --password-file hall.password\n"},
+          options, monitor);
   app->add_option("GA", options->only, "only these group addresses");
   app = add(cli, parent,
             {"read", "Read the value of a group address from the bus",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <utility>
 
 #include "apps/rubicon/tuple_text.h"
@@ -11,6 +12,7 @@
 #include "model/json_members.h"
 #include "networks/knx/knx_network.h"
 #include "networks/knx/line/discovery.h"
+#include "networks/knx/secure/password_file.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
 #include "transport/local_transports.h"
@@ -59,6 +61,7 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
 
   using ToolLine::receive;
   void receive(const Message& message);
+  bool tries_again(const model::State& state) const;
   void stop_if_done() {
     out_.flush();
     if (done_() || interrupted_ || out_.broken()) loop_.stop();
@@ -74,6 +77,8 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
   Output out_{1};
   TypeCatalogue types_;
   bool interrupted_ = false, up_ = false;
+  bool hopeless_ = false;  ///< the line is refused, and not tried again while the user waits
+  WallTime patience_ends_{};
   std::string reason_ = "no answer";
   std::function<bool()> done_ = [] { return false; };
   transport::Signals signals_;
@@ -81,30 +86,53 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
   std::unique_ptr<network::Network> network_;
 };
 
-Result<void> DirectBus::open(const BusOptions& options, Duration timeout) {
-  const auto server = base::parse_host_port(options.direct, networks::knx::line::kKnxPort);
-  if (!server || server->host.empty())
-    return fail(ErrorCode::kInvalid,
-                fmt::format("--direct is {}, expected HOST or HOST:PORT", model::quoted(options.direct)));
+/// The options of a KNX network with this tunnel.
+ConfigNode tunnel_options(const BusOptions& options, const base::HostPort& server) {
   ConfigNode node;
   node.kind = ConfigNode::Kind::kMap;
   const auto set = [&node](const char* key, std::string text) {
+    if (text.empty()) return;
     ConfigNode value;
     value.kind = ConfigNode::Kind::kScalar;
     value.text = std::move(text);
     node.entries.emplace_back(key, std::move(value));
   };
-  set("via", options.tcp ? "tunnel-tcp" : "tunnel");
-  set("host", server->host);
-  set("port", std::to_string(server->port));
+  set("via", options.tcp || !options.keyring.empty() ? "tunnel-tcp" : "tunnel");
+  set("host", server.host);
+  set("port", std::to_string(server.port));
+  set("keyring", options.keyring);
+  set("keyring-password-file", options.password_file);
+  set("server-address", options.server);
+  return node;
+}
+
+Result<void> DirectBus::open(const BusOptions& options, Duration timeout) {
+  const auto server = base::parse_host_port(options.direct, networks::knx::line::kKnxPort);
+  if (!server || server->host.empty())
+    return fail(ErrorCode::kInvalid,
+                fmt::format("--direct is {}, expected HOST or HOST:PORT", model::quoted(options.direct)));
+  if (!options.keyring.empty() && options.password_file.empty() &&
+      std::getenv(networks::knx::secure::kPasswordVariable) == nullptr)
+    return fail(ErrorCode::kInvalid, fmt::format("--keyring needs its password: --password-file FILE, or {}",
+                                                 networks::knx::secure::kPasswordVariable));
+  const auto node = tunnel_options(options, *server);
   ConfigErrors errors;
   ConfigReader reader(node, "knx", errors);
   auto made = networks::knx::kType.make({"knx", IslandId(1), reader, types_, {}}, *this);
   if (!made) return fail(ErrorCode::kInvalid, errors.empty() ? made.error().text : errors.text());
   network_ = std::move(*made);
   open_network();
-  if (run([this] { return up_; }, timeout)) return {};
+  patience_ends_ = loop_.scheduler().wall_now() + std::chrono::ceil<std::chrono::microseconds>(timeout);
+  run([this] { return up_ || hopeless_; }, timeout);
+  if (up_) return {};
   return fail(ErrorCode::kUnreachable, fmt::format("no tunnel to {}: {}", options.direct, reason_));
+}
+
+/// While the user still waits.
+bool DirectBus::tries_again(const model::State& state) const {
+  const auto next = state.counters.find("next-attempt");
+  return next != state.counters.end() && next->second != 0 &&
+         WallTime(std::chrono::seconds(next->second)) < patience_ends_;
 }
 
 void DirectBus::send(const json& request) {
@@ -123,6 +151,7 @@ void DirectBus::receive(const Message& message) {
   } else if (const auto* state = std::get_if<model::State>(&message.body)) {
     const bool up = state->line == model::LineState::kUp;
     if (!up && !state->reason.empty()) reason_ = state->reason;
+    hopeless_ = state->line == model::LineState::kRefused && !tries_again(*state);
     set_line(up);
   }
   stop_if_done();

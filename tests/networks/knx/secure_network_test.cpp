@@ -1,6 +1,9 @@
+#include <nlohmann/json.hpp>
+
 #include "networks/knx/bench.h"
 #include "networks/knx/secure/group_guard.h"
 #include "networks/knx/secure/passwords.h"
+#include "networks/knx/tool_requests.h"
 #include "networks/knx/wire/cemi.h"
 #include "support/keyring_writer.h"
 
@@ -183,6 +186,23 @@ TEST_F(SecureKnx, SecuredGroupsAreReadAndWritten) {
   EXPECT_EQ(heard()[0][0] & 0x03, 0x03);
   EXPECT_EQ(heard()[0][1], 0xf1) << "secured";
   EXPECT_EQ(count("data-secure-sent"), 1U);
+}
+
+TEST_F(SecureKnx, MonitorsSeeTelegramsOfSecuredGroupsDecrypted) {
+  start(kSecureHouse);
+  const auto request = base::as_bytes(std::string_view(R"({"id":"m","do":"monitor","seconds":60})"));
+  ASSERT_TRUE(send(model::Opaque{std::string(kRequestTag), Bytes(request.begin(), request.end())}, ""));
+  secure_server->inject_cemi(from_device(0x0a07, {0x0c, 0x33}));
+  host.time.run_for(1s);
+  command(22.5);
+  std::vector<std::string> seen;
+  for (const auto& message : host.delivered) {
+    const auto* opaque = std::get_if<model::Opaque>(&message.body);
+    if (!opaque || opaque->type != kTelegramTag) continue;
+    const auto telegram = nlohmann::json::parse(opaque->bytes);
+    seen.push_back(telegram.value("address", "") + " " + telegram.value("value", ""));
+  }
+  EXPECT_THAT(seen, ElementsAre("1/2/7 21.5", "2/0/1 22.5"));
 }
 
 TEST_F(SecureKnx, NothingPlainIsTakenForASecuredGroup) {
