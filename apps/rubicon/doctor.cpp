@@ -209,17 +209,17 @@ int doctor(const Settings& settings, Duration length) {
 
 void add_doctor(Cli& cli) {
   const auto length = std::make_shared<std::string>();
-  auto* app =
-      cli.command({"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
-                   "  rubicon doctor\n"
-                   "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
-                   "  rubicon doctor --json\n"
-                   "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
-                   "other domains, duplicate ids and protocol versions; and of each island, twice, its lines,\n"
-                   "devices, losses, KNX Secure, disks, history, clock, inbox, and settings of servers behind networks.\n"},
-                  [length](const Settings& settings) {
-                    return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
-                  });
+  auto* app = cli.command(
+      {"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
+       "  rubicon doctor\n"
+       "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
+       "  rubicon doctor --json\n"
+       "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
+       "other domains, duplicate ids and protocol versions; and of each island, twice, its lines,\n"
+       "devices, losses, KNX Secure, disks, history, clock, inbox, and settings of servers behind networks.\n"},
+      [length](const Settings& settings) {
+        return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
+      });
   add_duration_option(app, "--for", *length, "time between the two checks of an island; default 2.5s");
 }
 
