@@ -37,6 +37,9 @@ constexpr std::array kRemedies{
     Remedy{"it has no backbone key",
            "activate security of the backbone in ETS and export the keyring again, or name a file with the key: "
            "`backbone-key-file`; `secure: allow` makes the line plain"},
+    Remedy{"for the secured group",
+           "export the keyring of the whole project from ETS, configure `keyring` and `keyring-password-file` with it, "
+           "and reload; if the group is plain by now, import the project again"},
     Remedy{"the interface is not the device that the configuration names",
            "check that `host` is the address of that interface; then export the keyring again, or correct "
            "`device-password-file`. Nothing is sent to a device without this proof"},

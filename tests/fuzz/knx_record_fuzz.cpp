@@ -4,6 +4,7 @@
 
 #include "config/yaml.h"
 #include "networks/knx/groups/group_file.h"
+#include "networks/knx/groups/secured_groups.h"
 
 namespace {
 
@@ -11,11 +12,17 @@ using namespace rubicon;
 using namespace rubicon::networks::knx::groups;
 using namespace rubicon::networks::knx::wire;
 
-std::vector<GroupPoint> points_of(const ConfigNode& root, base::ConfigErrors& errors) {
+struct Record {
   std::vector<GroupPoint> points;
+  std::vector<GroupAddress> secured;
+};
+
+Record record_of(const ConfigNode& root, base::ConfigErrors& errors) {
+  Record record;
   base::ConfigReader reader(root, "", errors);
-  read_groups(reader, points);
-  return points;
+  read_groups(reader, record.points);
+  record.secured = read_secured_groups(reader);
+  return record;
 }
 
 }  // namespace
@@ -26,13 +33,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const auto root = config::parse_yaml({reinterpret_cast<const char*>(bytes), size}, "fuzz.yaml");
   if (!root) return 0;
   base::ConfigErrors errors;
-  const auto points = points_of(*root, errors);
-  if (!conflicts(points).empty()) __builtin_trap();
-  const auto text = to_yaml(points, "fuzz.yaml");
+  const auto record = record_of(*root, errors);
+  if (!conflicts(record.points).empty()) __builtin_trap();
+  const auto text = to_yaml(record.points, "fuzz.yaml", record.secured);
   const auto again = config::parse_yaml(text, "again.yaml");
   if (!again) __builtin_trap();
   base::ConfigErrors none;
-  const auto same = points_of(*again, none);
-  if (!none.empty() || same.size() != points.size() || to_yaml(same, "fuzz.yaml") != text) __builtin_trap();
+  const auto same = record_of(*again, none);
+  if (!none.empty() || same.points.size() != record.points.size()) __builtin_trap();
+  if (to_yaml(same.points, "fuzz.yaml", same.secured) != text) __builtin_trap();
   return 0;
 }

@@ -11,6 +11,7 @@
 #include "config/yaml.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/groups/secured_groups.h"
 #include "networks/knx/project/project.h"
 #include "networks/knx/secure/password_file.h"
 #include "transport/local_transports.h"
@@ -27,7 +28,8 @@ struct ImportOptions {
   bool no_guess = false;
 };
 
-Result<std::vector<GroupPoint>> read_record(const std::string& path) {
+/// The group file to merge into: its points and secured groups.
+Result<void> read_record(const std::string& path, networks::knx::groups::ImportOptions& out) {
   transport::LocalTransports disk;
   const auto text = transport::read_text(disk, path, networks::knx::groups::kMaxListBytes);
   if (!text) return fail(text.error());
@@ -43,9 +45,11 @@ Result<std::vector<GroupPoint>> read_record(const std::string& path) {
   ConfigReader reader(*root, "", errors);
   std::vector<GroupPoint> points;
   networks::knx::groups::read_groups(reader, points);
+  out.known_secured = networks::knx::groups::read_secured_groups(reader);
   reader.finish();
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
-  return points;
+  out.known = std::move(points);
+  return {};
 }
 
 /// Replaces the file at once and completely: it may be the file that was merged.
@@ -107,19 +111,18 @@ int import(const ImportOptions& options) {
   networks::knx::groups::ImportOptions how;
   how.guess = !options.no_guess;
   if (!options.record.empty()) {
-    auto known = read_record(options.record);
-    if (!known) {
+    if (const auto known = read_record(options.record, how); !known) {
       print_error(known.error().text);
       return kUsage;
     }
-    how.known = std::move(*known);
   }
   const auto imported = read_file(options, how);
   if (!imported) {
     print_error(imported.error().text);
     return kFailed;
   }
-  const auto code = put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source));
+  const auto code =
+      put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured));
   std::fputs(report_text(imported->report).c_str(), stderr);
   return code;
 }

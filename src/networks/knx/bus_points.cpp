@@ -30,7 +30,8 @@ bool is_rounded(const BoundPoint& point) {
 BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn)
     : host_(host),
       warn_(std::move(warn)),
-      reads_(host.scheduler(), reads, [this](wire::GroupAddress address) { no_answer(address); }) {}
+      reads_(host.scheduler(), reads,
+             [this](wire::GroupAddress address, std::string_view why) { no_answer(address, why); }) {}
 
 void BusPoints::set_table(PointTable table) {
   PointTable before = std::exchange(table_, std::move(table));
@@ -212,7 +213,8 @@ void BusPoints::verify(const std::string& device, const model::Actuate& command)
   });
 }
 
-void BusPoints::no_answer(wire::GroupAddress address) {
+void BusPoints::no_answer(wire::GroupAddress address, std::string_view why) {
+  if (!why.empty()) return warn_("refused reads", fmt::format("{} cannot be read: {}", to_string(address), why));
   warn_(fmt::format("no answer {}", to_string(address)),
         fmt::format("no device on the bus answers for {}: none has its read flag set, or the one that has is off",
                     to_string(address)));

@@ -52,7 +52,7 @@ class BusPoints {
   void sent(const std::string& device, const model::Actuate& command, line::SendOutcome outcome, std::string_view why);
   void verify(const std::string& device, const model::Actuate& command);
   bool is_fresh(const BoundPoint& point) const;
-  void no_answer(wire::GroupAddress address);
+  void no_answer(wire::GroupAddress address, std::string_view why);
 
   network::NetworkHost& host_;
   Warn warn_;

@@ -80,8 +80,9 @@ void GroupReads::put(wire::GroupAddress address) {
   telegram.service = wire::Service::kRead;
   telegram.destination = address;
   line_->send(std::move(telegram), scheduler_.now() + kLifetime,
-              [this, address, watch = lifetime_.watch()](line::SendOutcome, std::string_view) {
-                if (!watch.ended()) sent(address);
+              [this, address, watch = lifetime_.watch()](line::SendOutcome outcome, std::string_view why) {
+                if (watch.ended()) return;
+                outcome == line::SendOutcome::kRefused ? give_up(address, why) : sent(address);
               });
 }
 
@@ -97,10 +98,16 @@ void GroupReads::timed_out(wire::GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
   if (found->second.attempts < kMaxReadAttempts) return put(address);
+  give_up(address, {});
+}
+
+void GroupReads::give_up(wire::GroupAddress address, std::string_view why) {
+  const auto found = open_.find(address);
+  if (found == open_.end()) return;
   --open_count_[static_cast<std::size_t>(found->second.rank)];
   open_.erase(found);
   ++unanswered_;
-  no_answer_(address);
+  no_answer_(address, why);
   fill();
 }
 

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <string_view>
 
 #include "base/lifetime.h"
 #include "base/scheduler.h"
@@ -12,7 +13,8 @@
 namespace rubicon::networks::knx {
 
 /// Reads group addresses, a few at a time (knx.md, section 8). Any response or write to the address counts as the
-/// answer. After 2 s without an answer a read is repeated once; then `no_answer` is called.
+/// answer. After 2 s without an answer a read is repeated once; then `no_answer` is called. A read that the line
+/// refuses is not repeated.
 class GroupReads {
  public:
   /// Why a value is read. Each rank has its own bound of open reads, so that unanswered reads of one do not delay
@@ -24,7 +26,8 @@ class GroupReads {
     std::array<std::size_t, kRanks> open{2, 4, 2, 2};  ///< open reads, by rank
     Duration answer_time = std::chrono::seconds(2);
   };
-  using NoAnswer = std::function<void(wire::GroupAddress)>;
+  /// `why`: the line refused the read; empty: no device answered.
+  using NoAnswer = std::function<void(wire::GroupAddress, std::string_view why)>;
 
   GroupReads(Scheduler& scheduler, Options options, NoAnswer no_answer);
 
@@ -52,6 +55,7 @@ class GroupReads {
   void put(wire::GroupAddress address);
   void sent(wire::GroupAddress address);
   void timed_out(wire::GroupAddress address);
+  void give_up(wire::GroupAddress address, std::string_view why);
 
   Scheduler& scheduler_;
   Options options_;

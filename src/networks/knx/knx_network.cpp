@@ -12,6 +12,7 @@
 #include "networks/knx/bus_points.h"
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
+#include "networks/knx/missing_keys.h"
 #include "networks/knx/tool_requests.h"
 #include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
@@ -57,7 +58,6 @@ class KnxNetwork final : public network::Network {
         reporter_(host, [this] { return state(); }) {
     points_.set_table(PointTable(options_.points, types_));
     options_.points = {};  // the table has them
-    if (!options_.secure.any()) make_line();
   }
 
   Result<void> open() override;
@@ -71,7 +71,7 @@ class KnxNetwork final : public network::Network {
   void make_line();
   Result<void> derive_keys();
   void use_keys(Result<SecureAccess> access);
-  void make_guard(secure::GroupKeys keys);
+  void secure_groups(secure::GroupKeys keys);
   secure::GroupStorage storage();
   void line_changed(const line::LineState& state);
   void line_lost(Error why);
@@ -83,6 +83,7 @@ class KnxNetwork final : public network::Network {
   void show_sent(ByteView cemi);
   void warn(const std::string& subject, std::string_view text);
   void warn_of_duplicate_address(const model::State& state);
+  void add_missing_keys(std::vector<network::Missing>& all) const;
   model::State state_without_keys() const;
   std::optional<model::State> state();
 
@@ -103,6 +104,7 @@ class KnxNetwork final : public network::Network {
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
   std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
   std::string refused_;                        ///< why there are no keys; the options are to be changed
+  std::string missing_keys_;                   ///< secured groups without a key, for the user
   std::unique_ptr<secure::GroupGuard> guard_;
   std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
   base::Lifetime lifetime_;
@@ -162,7 +164,7 @@ void KnxNetwork::use_keys(Result<SecureAccess> access) {
   line.routing.secure = std::move(access->routing);
   if (line.routing.secure) line.routing.storage = storage();
   if (!access->multicast.empty() && !line.multicast_given) line.routing.group.address = access->multicast;
-  if (!access->groups.groups.empty()) make_guard(std::move(access->groups));
+  secure_groups(std::move(access->groups));
   make_line();
   if (auto opened = line_->open(); !opened) line_lost(opened.error());
 }
@@ -172,14 +174,19 @@ secure::GroupStorage KnxNetwork::storage() {
           [this](std::string_view name) { return host_.remembered(name); }};
 }
 
-void KnxNetwork::make_guard(secure::GroupKeys keys) {
+/// Makes the guard of the groups with a key, and of those that are secured without one.
+void KnxNetwork::secure_groups(secure::GroupKeys keys) {
+  const bool has_keys = !keys.groups.empty();
+  missing_keys_ = explain_missing_keys(add_without_keys(keys, options_.secured), options_.secure);
+  if (keys.groups.empty()) return;
+  if (!missing_keys_.empty()) host_.log().warning(missing_keys_);
   const auto own = options_.line.via == Via::kRouting ? options_.line.routing.address
                                                       : options_.line.tunnel.wanted.value_or(wire::IndividualAddress{});
   guard_ = std::make_unique<secure::GroupGuard>(
       host_.scheduler(), std::move(keys), storage(), own,
       [this](std::string_view subject, std::string_view text) { warn(std::string(subject), text); });
   options_.line.tunnel.guard = options_.line.routing.guard = guard_.get();
-  if (const auto can = guard_->can_send(); !can)
+  if (const auto can = guard_->can_send(); has_keys && !can)
     host_.log().warning(fmt::format("secured groups can only be read: {}", can.error().text));
 }
 
@@ -192,11 +199,16 @@ Result<void> KnxNetwork::open() {
     points_.begin();
     exposures_.set(options_.exposures);
   }
-  return line_ ? line_->open() : derive_keys();
+  if (!line_ && options_.secure.any()) return derive_keys();
+  if (!line_) {
+    secure_groups({});
+    make_line();
+  }
+  return line_->open();
 }
 
 Result<void> KnxNetwork::reopen() {
-  return line_->reopen() ? Result<void>() : Network::reopen();
+  return line_ && line_->reopen() ? Result<void>() : Network::reopen();
 }
 
 std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {
@@ -213,16 +225,18 @@ std::vector<network::Missing> KnxNetwork::missing() const {
   const auto is_wanted = [&wanted](const auto& interface) { return interface.address == wanted; };
   if (!wanted.empty() && std::none_of(interfaces.begin(), interfaces.end(), is_wanted))
     all.push_back({"interface", fmt::format("no interface of this host has the address {}", wanted)});
-  if (options_.secure.any()) {
-    const auto access = derive_access(options_.secure, options_.line);
-    if (!access) {
-      all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
-    } else if (!access->groups.groups.empty() && !remembers_) {
-      all.push_back(
-          {"keyring", "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
-    }
-  }
+  add_missing_keys(all);
   return all;
+}
+
+void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
+  auto access = derive_access(options_.secure, options_.line);
+  if (!access) return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
+  if (!access->groups.groups.empty() && !remembers_)
+    all.push_back({"keyring", "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
+  const auto without = add_without_keys(access->groups, options_.secured);
+  if (!without.empty())
+    all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure)});
 }
 
 void KnxNetwork::line_changed(const line::LineState& state) {
@@ -310,7 +324,8 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   auto read = network::read_options<read_knx_options>(config, host_);
   if (!read) return fail(std::move(read.error()));
   KnxOptions next = std::move(*read);
-  if (!same_access(next.secure, options_.secure) || !same_line(next.line, configured_line_))
+  if (!same_access(next.secure, options_.secure) || next.secured != options_.secured ||
+      !same_line(next.line, configured_line_))
     return fail(ErrorCode::kUnsupported, "the options of the line differ");
   PointTable table(std::exchange(next.points, {}), types_);
   next.line = std::move(options_.line);  // with its keys
@@ -368,7 +383,7 @@ std::optional<model::State> KnxNetwork::state() {
                          {"exposed", exposures_.size()},
                          {"unassigned-addresses", unassigned_.size()},
                          {"dropped-unassigned", unassigned_.dropped()}});
-  if (guard_) state.counters.merge(guard_->counters());
+  if (up_ && !missing_keys_.empty()) state.reason += (state.reason.empty() ? "" : "; ") + missing_keys_;
   state.texts = {{"unassigned", unassigned_.json()},
                  {"server", line.server},
                  {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/groups/secured_groups.h"
 #include "networks/knx/project/project.h"
 #include "networks/knx/secure/password_file.h"
 #include "rubicon/key.hpp"
@@ -133,24 +134,24 @@ void check_exposures(ConfigReader& options, const KnxOptions& out) {
   }
 }
 
-/// The points of a group file in YAML, as `rubicon knx import` writes it.
-std::vector<groups::GroupPoint> read_group_file(const network::NetworkConfig& config, std::string_view text,
-                                                const std::string& path) {
-  std::vector<groups::GroupPoint> points;
+/// A group file in YAML, as `rubicon knx import` writes it.
+groups::Import read_group_file(const network::NetworkConfig& config, std::string_view text, const std::string& path) {
+  groups::Import out;
   auto& options = config.options;
   if (config.read_yaml == nullptr) {
     options.error("import", "this program does not read group files in YAML, expected an ETS export");
-    return points;
+    return out;
   }
   const auto root = config.read_yaml(text, path);
   if (!root) {
     options.error("import", root.error().text);
-    return points;
+    return out;
   }
   ConfigReader file(*root, "", options.errors());
-  groups::read_groups(file, points);
+  groups::read_groups(file, out.points);
+  out.secured = groups::read_secured_groups(file);
   file.finish();
-  return points;
+  return out;
 }
 
 /// One line for the log; `rubicon knx import` prints the whole report.
@@ -182,13 +183,13 @@ Result<groups::Import> import_project(const network::NetworkConfig& config, tran
   return imported;
 }
 
-/// The points of a project, of an ETS export or of a group file.
-std::vector<groups::GroupPoint> import_points(const network::NetworkConfig& config, transport::Transports& transports,
-                                              const std::string& name, bool guess, std::string& report) {
+/// A project, an ETS export or a group file.
+groups::Import import_groups(const network::NetworkConfig& config, transport::Transports& transports,
+                             const std::string& name, bool guess, std::string& report) {
   const auto path = path_of(config, name);
   const auto refused = [&](const Error& error) {
     config.options.error("import", error.text);
-    return std::vector<groups::GroupPoint>();
+    return groups::Import();
   };
   auto file = transports.open_file(path);
   if (!file) return refused(file.error());
@@ -207,12 +208,13 @@ std::vector<groups::GroupPoint> import_points(const network::NetworkConfig& conf
   }
   if (!imported) return refused(imported.error());
   report = summary_of(imported->report, path);
-  return std::move(imported->points);
+  return std::move(*imported);
 }
 
 void read_points(const network::NetworkConfig& config, transport::Transports& transports, KnxOptions& out) {
   ConfigReader& options = config.options;
   groups::read_groups(options, out.points);
+  out.secured = groups::read_secured_groups(options);
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
   if (name.empty()) {
@@ -225,7 +227,9 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
     configured.insert(point.address);
     if (point.state) configured.insert(*point.state);
   }
-  for (auto& point : import_points(config, transports, name, guess, out.report)) {
+  auto imported = import_groups(config, transports, name, guess, out.report);
+  out.secured = groups::joined(out.secured, imported.secured);
+  for (auto& point : imported.points) {
     if (configured.contains(point.address)) continue;
     if (point.state && configured.contains(*point.state)) point.state.reset();
     out.points.push_back(std::move(point));

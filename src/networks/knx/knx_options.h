@@ -17,6 +17,7 @@ struct KnxOptions {
   LineOptions line;
   SecureOptions secure;
   std::vector<groups::GroupPoint> points;
+  std::vector<wire::GroupAddress> secured;  ///< groups that are secured by the import or the options; sorted
   std::vector<Exposure> exposures;
   Capture::Limits capture;
   std::string report;  ///< summary of the import, for the log; empty = nothing was imported

@@ -93,6 +93,19 @@ TEST(KnxImport, PrintsTheRecordAndReportsWhatItGuessed) {
   EXPECT_EQ(rubicon({"knx", "import", file, "--merge", file}).code, 2) << "no record";
 }
 
+TEST(KnxImport, KeepsWhichGroupsAreSecured) {
+  const Folder folder;
+  std::string text(kExport);
+  const auto first = rubicon({"knx", "import", folder.write("open.csv", text)});
+  EXPECT_THAT(first.output, Not(HasSubstr("secured-groups")));
+  text.replace(text.find("DPST-9-1\";\"Auto"), 15, "DPST-9-1\";\"On");
+  const auto file = folder.write("flat.csv", text);
+  const auto record = folder.write("flat.yaml", rubicon({"knx", "import", file}).output);
+  EXPECT_THAT(content_of(record), HasSubstr("secured-groups: [1/2/7]"));
+  const auto again = rubicon({"knx", "import", folder.file("open.csv"), "--merge", record});
+  EXPECT_THAT(again.output, HasSubstr("secured-groups: [1/2/7]")) << "a list without it does not know";
+}
+
 TEST(KnxImport, ReplacesTheVeryRecordThatItMerges) {
   const Folder folder;
   const auto file = folder.write("flat.csv", std::string(kExport));

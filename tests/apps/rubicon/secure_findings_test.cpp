@@ -71,6 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"refused",
                 "the interface does not authorise this user (status 28); user 4 of the keyring has no tunnel there",
                 "download the interface"},
+        Refusal{"up", "there is no key for the secured group 1/2/7: nothing is sent to it or taken from it",
+                "configure `keyring`"},
         Refusal{"up", "what the group sends has another backbone key: compare the keyring with the ETS project",
                 "export the keyring again"}));
 

@@ -26,8 +26,9 @@ std::optional<ReadRule> parse_read_rule(std::string_view text);
 std::string to_string(const ReadRule& rule);
 
 /// The group file as YAML: sorted by address, one line per point; equal points give equal text. `source` is named in a
-/// comment.
-std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source);
+/// comment. `secured`: the groups that take secured telegrams only.
+std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source,
+                    const std::vector<wire::GroupAddress>& secured = {});
 
 /// Merges a newer import into the points of a group file, sorted by address. Known points keep device, instance, kind,
 /// type, read rule and state address; the import sets their name, description and groups. New are addresses that the

@@ -36,8 +36,8 @@ struct GroupEntry {
   std::optional<dpt::DptId> dpt{};
   std::uint8_t size_bits = 0;  ///< of an ESF, which has it besides the type; 0 = unknown
   bool central = false, unfiltered = false;
-  std::string security = "Auto";             ///< `Auto`, `On`, `Off`
-  bool secured = false;                      ///< the list has its key, which is not kept: telegrams are secured
+  std::string security = "Auto";  ///< `Auto`, `On`, `Off`
+  bool secured = false;  ///< it takes secured telegrams only: it is `On`, or not `Off` and the list has its key
   std::vector<wire::GroupAddress> listen{};  ///< ESF: further addresses that its objects listen to
   Use use = Use::kUnknown;
   std::optional<wire::GroupAddress> state{};  ///< reports its state, as functions and objects of a project say
@@ -90,6 +90,8 @@ std::string report_text(const Report& report);
 /// The addresses of one file. Refused files have none.
 struct GroupList {
   std::vector<GroupEntry> entries;  ///< in the order of the file, without duplicates
+  /// Projects: an address that is not secured here is plain. Lists have no keys, so that `Auto` leaves it open there.
+  bool knows_plain = false;
   Report report;
 };
 

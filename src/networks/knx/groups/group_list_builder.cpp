@@ -137,6 +137,8 @@ void GroupListBuilder::add(GroupEntry entry, const std::vector<std::string>& cha
     return;
   }
   entry.notation = notation_;
+  const auto security = to_lower(entry.security);
+  entry.secured = security == "on" || (entry.secured && security != "off");
   auto all = changes;
   if (entry.name.empty()) {
     entry.name = to_string(entry.address, notation_);

@@ -41,7 +41,7 @@ class GroupListBuilder {
   std::optional<dpt::DptId> type(std::string_view text, std::vector<std::string>& changes) const;
   /// The text of a field, cut to kMaxFieldBytes.
   std::string field(std::string_view what, std::string_view utf8, std::vector<std::string>& changes) const;
-  /// Adds the entry; `changes` become one warning. The name may be empty.
+  /// Adds the entry; `changes` become one warning. The name may be empty; `secured`: whether the file has its key.
   void add(GroupEntry entry, const std::vector<std::string>& changes);
 
   /// True, with an error in the report, if the list has kMaxGroupAddresses.

@@ -9,6 +9,7 @@
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/infer_points.h"
 #include "networks/knx/groups/readers.h"
+#include "networks/knx/groups/secured_groups.h"
 
 namespace rubicon::networks::knx::groups {
 
@@ -44,6 +45,7 @@ Import import_list(GroupList list, const ImportOptions& options) {
   Import out;
   auto report = std::move(list.report);
   out.points = points_for(list, options, report);
+  out.secured = options.known ? merge_secured(options.known_secured, list, report) : secured_of(list);
   sort_findings(report);
   out.report = std::move(report);
   return out;

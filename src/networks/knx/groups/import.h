@@ -12,12 +12,14 @@ namespace rubicon::networks::knx::groups {
 
 struct ImportOptions {
   bool guess = true;  ///< false: nothing is inferred from names; each address is a point of its own
-  std::optional<std::vector<GroupPoint>> known{};  ///< the points of a group file to merge into
+  std::optional<std::vector<GroupPoint>> known{};   ///< the points of a group file to merge into
+  std::vector<wire::GroupAddress> known_secured{};  ///< with `known`: `secured-groups` of that file
 };
 
 /// The points of a file, sorted by address, and the report of the import.
 struct Import {
   std::vector<GroupPoint> points;
+  std::vector<wire::GroupAddress> secured;  ///< these take secured telegrams only; sorted
   Report report;
 };
 

@@ -138,6 +138,15 @@ std::string line_of(const GroupPoint& point, const GroupNames& names) {
   return fmt::format("  {}: {{{}}}\n", to_string(point.address), out);
 }
 
+/// `secured-groups: [1/2/7, 1/2/8]`, some addresses a line.
+std::string secured_text(const std::vector<wire::GroupAddress>& secured) {
+  constexpr std::size_t kInLine = 10;
+  std::string out;
+  for (std::size_t i = 0; i < secured.size(); ++i)
+    out += fmt::format("{}{}", i == 0 ? "" : i % kInLine == 0 ? ",\n  " : ", ", to_string(secured[i]));
+  return out.empty() ? out : fmt::format("secured-groups: [{}]\n", out);
+}
+
 std::string comment(std::string_view text) {
   std::string out;
   for (const char c : clean_text(text, 200)) out += c == '\n' ? ' ' : c;
@@ -163,7 +172,8 @@ std::string to_string(const ReadRule& rule) {
   return fmt::format("{} {}{}", rule.when == When::kEvery ? "every" : "expire", rule.period / unit->length, unit->name);
 }
 
-std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source) {
+std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source,
+                    const std::vector<wire::GroupAddress>& secured) {
   std::vector<const GroupPoint*> sorted;
   sorted.reserve(points.size());
   for (const auto& point : points) sorted.push_back(&point);
@@ -174,6 +184,7 @@ std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& so
       "# `rubicon knx import FILE --merge THIS` only adds and renames.\n",
       points.size(), comment(source));
   out += names.text();
+  out += secured_text(secured);
   out += points.empty() ? "groups: {}\n" : "groups:\n";
   for (const auto* point : sorted) out += line_of(*point, names);
   return out;

@@ -162,6 +162,7 @@ Result<Project> read_parts(const ProjectFile& file) {
                  fmt::format("more than {} group addresses: {} are left out", groups::kMaxGroupAddresses,
                              body.addresses_left_out()));
   complete_objects(file, project.installations, report);
+  project.list.knows_plain = true;
   groups::GroupListBuilder builder(project.list, head.notation());
   for (const auto& installation : project.installations) InstallationList(installation, builder).make();
   if (project.list.entries.empty()) report.warning(0, {}, "the project has no group address");

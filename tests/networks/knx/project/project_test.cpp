@@ -142,6 +142,7 @@ TEST(KnxProject, PointsHaveKindStateRoomAndDescription) {
   EXPECT_EQ(points[4].state, ga("2/0/3"));
   EXPECT_EQ(imported->report.paired_by_project, 3U);
   EXPECT_EQ(imported->report.paired, 0U);
+  EXPECT_EQ(imported->secured, std::vector{ga("2/0/2")});
   const auto yaml = to_yaml(points, "house.knxproj");
   EXPECT_THAT(yaml, HasSubstr("room: Ground floor / Kitchen"));
   EXPECT_THAT(report_text(imported->report),
