@@ -45,6 +45,7 @@ async function addDevices(page) {
         ]);
       }
       call({ data: JSON.stringify({ s: number, k: keys, set }) });
+      if (leaf === "status") window.changeStatus = () => call({ data: JSON.stringify({ s: number, set: set.slice(0, 1) }) });
     }
   }, devices);
 }
@@ -68,6 +69,61 @@ async function onlyVisibleRowsExist({ page, open }) {
   const last = await list.getAttribute("aria-rowcount");
   await page.locator(`.row.active[aria-rowindex="${last}"]`).waitFor();
   assert.ok((await rowsIn(page)) <= room);
+}
+
+/** Scrolls by five rows a frame, with a change of a device in each. */
+function scrollWithChanges(page, frames) {
+  return page.evaluate(
+    (frames) =>
+      new Promise((done) => {
+        const list = document.querySelector(".list");
+        const step = () => {
+          if (frames-- === 0) return done();
+          list.scrollTop += 5 * 30;
+          window.changeStatus();
+          requestAnimationFrame(step);
+        };
+        requestAnimationFrame(step);
+      }),
+    frames,
+  );
+}
+
+/** Rows that are in memory, but no more in the document, after a collection of garbage. */
+async function rowsLeftBehind(page) {
+  const session = await page.context().newCDPSession(page);
+  const { result } = await session.send("Runtime.evaluate", { expression: "HTMLDivElement.prototype" });
+  const { objects } = await session.send("Runtime.queryObjects", { prototypeObjectId: result.objectId });
+  const counted = await session.send("Runtime.callFunctionOn", {
+    objectId: objects.objectId,
+    functionDeclaration: 'function () { return this.filter((one) => !one.isConnected && one.matches(".row")).length; }',
+    returnByValue: true,
+  });
+  await session.detach();
+  return counted.result.value;
+}
+
+/** What still holds a row of before must not hold, by its handlers, those that were drawn with it, and so on. */
+async function rowsThatLeftAreGivenUp({ page, open }) {
+  await addDevices(page);
+  await open("devices?q=Device");
+  const listed = () =>
+    page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, devices);
+  await listed();
+  const window = await rowsIn(page);
+  await scrollWithChanges(page, 60);
+  const first = await rowsLeftBehind(page);
+  assert.ok(first <= 2 * window, `${first} rows are held, of ${window} in the document`);
+  // The second time, the first call of the list draws rows already.
+  await page.keyboard.press("g");
+  await page.keyboard.press("n");
+  await page.getByRole("grid", { name: "Networks" }).waitFor();
+  await page.keyboard.press("g");
+  await page.keyboard.press("d");
+  await listed();
+  await scrollWithChanges(page, 60);
+  const second = await rowsLeftBehind(page);
+  assert.ok(second <= 2 * window, `${second} rows are held, of ${window} in the document`);
 }
 
 /** Each pause in a large list asks for the rows that are shown then; those of before are given back. */
@@ -168,6 +224,7 @@ async function theLastValueArrives({ page, open }) {
 
 export const tests = () => [
   { name: "rows: of ten thousand devices only the visible ones are in the document", body: onlyVisibleRowsExist },
+  { name: "rows: those that left the list are given up", body: rowsThatLeftAreGivenUp },
   {
     name: "rows: scrolling a large list on a large screen",
     settings: { context: { viewport: { width: 3840, height: 2160 } } },

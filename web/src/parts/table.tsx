@@ -7,7 +7,9 @@ import { type ListProps, VirtualList } from "./virtual_list";
 
 export interface Column<T> {
   id: string;
-  title: ComponentChildren;
+  title: string;
+  /** The title is for screen readers only. */
+  spoken?: boolean;
   /** A track of a CSS grid: `90px` or `minmax(90px,1fr)`. Each row is a grid of its own, so that nothing may depend on contents. */
   width: string;
   cell(row: T): ComponentChildren;
@@ -76,7 +78,6 @@ export function Table<T>(props: TableProps<T>) {
     const entry = rows[index];
     if (entry && "row" in entry) call?.(entry.row);
   };
-  const open = at(onOpen);
   const keys = Object.fromEntries(Object.entries(props.keys ?? {}).map(([key, { what, run }]) => [key, { what, run: at(run) }]));
   const rowsIn = (first: number, end: number) => rows.slice(first, end).flatMap((entry) => ("row" in entry ? [entry.row] : []));
   return (
@@ -93,10 +94,10 @@ export function Table<T>(props: TableProps<T>) {
         heightsVersion={heightsVersion}
         place={props.place}
         nameAt={nameAt}
-        onOpen={onOpen ? open : undefined}
+        onOpen={onOpen && at(onOpen)}
         onWindow={props.onWindow && ((first, end) => props.onWindow?.(rowsIn(first, end)))}
         keys={keys}
-        head={<Head columns={shown} sorting={props.sorting} />}
+        head={() => <Head columns={shown} sorting={props.sorting} />}
         row={(index, attributes) => {
           const entry = rows[index];
           if (!entry) return null;
@@ -124,9 +125,6 @@ export function Table<T>(props: TableProps<T>) {
               aria-rowindex={index + 2}
               aria-selected={props.marked ? props.marked(row) : active}
               class={`row${active ? " active" : ""}${props.marked?.(row) ? " marked" : ""}${onOpen ? " opens" : ""}`}
-              onClick={(event) => {
-                if (!(event.target as HTMLElement).closest("a, button, input, label")) open(index);
-              }}
               {...rest}
             >
               {shown.map((column) => (
@@ -176,7 +174,7 @@ function Head<T>({ columns, sorting }: { columns: Column<T>[]; sorting?: Sorting
                   </span>
                 </button>
               ) : (
-                column.title
+                <span class={column.spoken ? "spoken" : ""}>{column.title}</span>
               )}
             </div>
           );

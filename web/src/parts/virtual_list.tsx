@@ -17,30 +17,42 @@ export interface ListProps {
   label: string;
   role: "grid" | "tree" | "listbox";
   columns?: number;
-  head?: ComponentChildren;
+  head?(): ComponentChildren;
   /** The list keeps its place under this name when the user comes back. */
   place?: string;
   /** The active row, if the view knows it; where it is another one, the list scrolls there. */
   active?: number;
   onActive?(index: number): void;
   onOpen?(index: number): void;
+  /** A click on a row, but not on a control in it, opens the row if this is not given. */
+  onPress?(index: number, target: Element): void;
   /** The rows in the document, after scrolling has paused. */
   onWindow?(first: number, end: number): void;
   /** More keys of the active row. */
   keys?: Record<string, { what: string; run(index: number): void }>;
 }
 
+/** No handlers: the list handles the events of its rows. An element keeps its handlers when it leaves the document. */
 export interface RowAttributes {
   id: string;
   style: string;
   active: boolean;
-  onPointerDown(): void;
 }
 
 const places = new Map<string, { top: number; active: ActiveRow }>();
 let lists = 0;
 
-/** A list of which only the visible rows exist in the document. Rows that do not exist are still counted. */
+/** The index of the row in which an event happened, or -1. */
+function rowOf(target: Element): number {
+  return Number(target.closest(".list-rows > *")?.id.replace(/^.*-/, "") ?? -1);
+}
+
+/**
+ * A list of which only the visible rows exist in the document. Rows that do not exist are still counted.
+ *
+ * The functions of one call share their scope, and some live as long as the list. The scope may hold no element of
+ * Preact (`props.head` is a function): an element leads to the tree of its call, and that to the rows of then.
+ */
 export function VirtualList(props: ListProps) {
   const { count, heights, place } = props;
   const box = useRef<HTMLDivElement>(null);
@@ -98,6 +110,12 @@ export function VirtualList(props: ListProps) {
     if (props.active !== undefined && props.active !== drawn.current) show(props.active);
     drawn.current = props.active;
   }, [props.active]);
+  const press = (target: Element) => {
+    const index = rowOf(target);
+    if (index < 0 || target.closest("a, button, input, label")) return;
+    if (props.onPress) props.onPress(index, target);
+    else props.onOpen?.(index);
+  };
   const page = Math.max(1, Math.floor(view.height / layout.height(0)) - 1);
   const latest = useRef({ move, choose, active, page, props });
   latest.current = { move, choose, active, page, props };
@@ -116,7 +134,6 @@ export function VirtualList(props: ListProps) {
         id: `${name}-${index}`,
         style: `transform:translateY(${shown.shift + layout.offset(index)}px);height:${layout.height(index)}px`,
         active: index === active,
-        onPointerDown: () => choose(index),
       }),
     );
   }
@@ -132,8 +149,17 @@ export function VirtualList(props: ListProps) {
       onScroll={measure}
       {...grid}
     >
-      {props.head}
-      <div class="list-rows" role={props.role === "grid" ? "rowgroup" : "presentation"} style={`height:${layout.drawnTotal}px`}>
+      {props.head?.()}
+      <div
+        class="list-rows"
+        role={props.role === "grid" ? "rowgroup" : "presentation"}
+        style={`height:${layout.drawnTotal}px`}
+        onPointerDown={(event) => {
+          const index = rowOf(event.target as Element);
+          if (index >= 0) choose(index);
+        }}
+        onClick={(event) => press(event.target as Element)}
+      >
         {rows}
       </div>
     </div>

@@ -77,7 +77,8 @@ export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Devi
   return [
     {
       id: "chosen",
-      title: <span class="spoken">{text.select}</span>,
+      title: text.select,
+      spoken: true,
       width: "34px",
       cell: (device) => <Choose device={device} chosen={chosen} toggle={toggle} />,
     },

@@ -61,7 +61,8 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
   const columns: Column<Tuple>[] = [
     {
       id: "chosen",
-      title: <span class="spoken">{devicesText.select}</span>,
+      title: devicesText.select,
+      spoken: true,
       width: "34px",
       cell: (tuple) => <Pick tuple={tuple} use={use} />,
     },

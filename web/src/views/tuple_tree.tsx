@@ -71,6 +71,12 @@ export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin,
       active={active}
       onActive={choose}
       onOpen={on(onOpen)}
+      onPress={(index, target) => {
+        const row = rowAt(index);
+        if (!row || row.pending) return;
+        if (target.closest(".twisty")) onToggle(row.branch);
+        else onOpen(row.branch);
+      }}
       keys={{
         ArrowRight: { what: text.expand, run: right },
         ArrowLeft: { what: text.collapse, run: left },
@@ -93,19 +99,11 @@ export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin,
             aria-expanded={isLeaf(branch) ? undefined : open}
             aria-selected={branch.path === chosen}
             class={`row leaf${isActive ? " active" : ""}${branch.path === chosen ? " marked" : ""}${branch.tuple && !branch.tuple.present ? " absent" : ""}`}
-            onClick={() => onOpen(branch)}
             {...rest}
             style={`${rest.style};--level:${level}`}
           >
             <span class="branch" style={`padding-left:${(level - 1) * (phone.value ? 12 : 18)}px`}>
-              <span
-                class={`twisty${isLeaf(branch) ? " none" : ""}${open ? " open" : ""}`}
-                aria-hidden="true"
-                onClick={(event) => {
-                  event.stopPropagation();
-                  onToggle(branch);
-                }}
-              />
+              <span class={`twisty${isLeaf(branch) ? " none" : ""}${open ? " open" : ""}`} aria-hidden="true" />
               <span class="part">{branch.parent ? branch.part : ownerName(branch)}</span>
               {pinnedBranches.value.includes(branch.path) && <Icon name="pin" size={14} />}
               {branch.children.size > 0 && <span class="muted count">{formatCount(branch.count)}</span>}
@@ -185,7 +183,6 @@ export function FoundTuples({ tuples, rates, chosen, onOpen }: FoundProps) {
             aria-posinset={index + 1}
             aria-selected={tuple.id === chosen}
             class={`row leaf${active ? " active" : ""}${tuple.id === chosen ? " marked" : ""}`}
-            onClick={() => onOpen(tuple)}
             {...rest}
           >
             <span class="branch whole-key" title={tuple.id}>
