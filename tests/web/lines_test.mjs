@@ -61,6 +61,7 @@ async function anIgnoredDeviceIsApproved({ page, open, island }) {
   await page.getByText("No device is ignored.").waitFor();
   await page.keyboard.press("Escape");
   await page.getByRole("heading", { name: "Inbox" }).waitFor();
+  await rows.nth(before - 2).waitFor();
   assert.equal(await rows.count(), before - 1);
 }
 
