@@ -120,9 +120,11 @@ async function drawing(page, island, rate, scroll) {
     script_percent: share("ScriptDuration"),
     layout_and_style_percent: rounded(share("LayoutDuration") + share("RecalcStyleDuration")),
     rows_in_document: mostRows,
+    heap_mb: await heapOf(page),
   };
 }
 
+/** The heap of the page after a collection of garbage, in MB. */
 async function heapOf(page) {
   const session = await page.context().newCDPSession(page);
   await session.send("HeapProfiler.collectGarbage");

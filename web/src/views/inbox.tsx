@@ -120,7 +120,7 @@ function Inbox({ route }: { route: Route }) {
   );
   const state = ignoring ? ignored.state : loadingOf(feeds);
   const order = useOrder(() => all, version, {
-    name: JSON.stringify([q, sort, island]),
+    name: JSON.stringify([q, sort, island, ignoring]),
     keep: (tuple) => (!island || tuple.owner === island) && (q === "" || matches(q, searchedOf(tuple))),
     compare: compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))),
     live: columns.some((column) => column.live && column.id === sort.replace(/^-/, "")),
