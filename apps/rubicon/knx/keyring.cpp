@@ -9,7 +9,6 @@
 #include "model/json_members.h"
 #include "networks/knx/secure/password_file.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
 
 namespace rubicon::cli::knx {
 
@@ -22,15 +21,10 @@ using networks::knx::wire::IndividualAddress;
 
 struct KeyringOptions {
   std::string file, password_file, tunnel, server;
-};
 
-Result<KeyringFile> read_keyring(transport::Transports& disk, const std::string& path) {
-  const auto text = transport::read_text(disk, path, networks::knx::keyring::kMaxKeyringBytes);
-  if (!text) return fail(text.error());
-  auto file = networks::knx::keyring::parse_keyring(*text);
-  if (!file) return fail(file.error().code, fmt::format("{}: {}", path, printable(file.error().text)));
-  return file;
-}
+  /// One tunnel is asked for.
+  bool picks() const { return !tunnel.empty() || !server.empty(); }
+};
 
 /// A tunnel that would be used, or why there is none.
 struct Pick {
@@ -38,17 +32,23 @@ struct Pick {
   Result<TunnelAccess> access;
 };
 
-Result<std::vector<Pick>> picks_of(const Keyring& keyring, const KeyringFile& file, const KeyringOptions& options) {
+/// The addresses of the options.
+Result<Keyring::Wish> wish_of(const KeyringOptions& options) {
+  Keyring::Wish wish;
+  for (const auto& [text, into] :
+       {std::pair(&options.tunnel, &wish.tunnel), std::pair(&options.server, &wish.server)}) {
+    if (text->empty()) continue;
+    const auto address = networks::knx::wire::parse_individual(*text);
+    if (!address) return fail(address.error());
+    *into = *address;
+  }
+  return wish;
+}
+
+/// The wanted tunnel, else one of each server.
+std::vector<Pick> picks_of(const Keyring& keyring, const KeyringFile& file, const Keyring::Wish& wish) {
   std::vector<Pick> picks;
-  if (!options.tunnel.empty() || !options.server.empty()) {
-    Keyring::Wish wish;
-    for (const auto& [text, into] :
-         {std::pair(&options.tunnel, &wish.tunnel), std::pair(&options.server, &wish.server)}) {
-      if (text->empty()) continue;
-      const auto address = networks::knx::wire::parse_individual(*text);
-      if (!address) return fail(address.error());
-      *into = *address;
-    }
+  if (wish.tunnel || wish.server) {
     picks.push_back({wish.server.value_or(IndividualAddress{}), keyring.tunnel(wish)});
     return picks;
   }
@@ -62,7 +62,8 @@ Result<std::vector<Pick>> picks_of(const Keyring& keyring, const KeyringFile& fi
 
 // As JSON.
 
-Line senders_json(const std::vector<IndividualAddress>& senders) {
+template <class Senders>
+Line senders_json(const Senders& senders) {
   Line all = Line::array();
   for (const auto sender : senders) all.push_back(to_string(sender));
   return all;
@@ -90,7 +91,7 @@ Line as_json(const KeyringFile::Device& one) {
   return line;
 }
 
-Line as_json(const Pick& pick) {
+Line as_json(const Pick& pick, const Keyring& keyring) {
   Line line;
   if (number(pick.server) != 0) line["server"] = to_string(pick.server);
   if (!pick.access) {
@@ -100,22 +101,27 @@ Line as_json(const Pick& pick) {
   line["tunnel"] = to_string(pick.access->address);
   line["user"] = pick.access->user;
   line["authentication"] = pick.access->authentication.has_value();
+  line["groups"] = Line::array();
+  for (const auto& [group, entry] : keyring.groups(pick.access->address).groups)
+    line["groups"].push_back(
+        {{"address", to_string(group)}, {"write", entry.may_send}, {"senders", senders_json(entry.senders)}});
   return line;
 }
 
-Line as_json(const KeyringFile& file, bool checked, const std::vector<Pick>& picks) {
+Line as_json(const KeyringFile& file, const std::optional<Keyring>& keyring, const std::vector<Pick>& picks) {
   Line line{{"project", file.project}, {"created-by", file.created_by}, {"created", file.created}};
-  line["signature"] = checked ? "good" : "not-checked";
+  line["signature"] = keyring ? "good" : "not-checked";
   if (file.backbone)
     line["backbone"] = {{"group", file.backbone->multicast},
-                        {"latency-ms", file.backbone->latency / std::chrono::milliseconds(1)}};
+                        {"latency-ms", file.backbone->latency / std::chrono::milliseconds(1)},
+                        {"key", !file.backbone->key.empty()}};
   for (const auto* name : {"interfaces", "group-keys", "devices"}) line[name] = Line::array();
   for (const auto& one : file.interfaces) line["interfaces"].push_back(as_json(one));
   for (const auto& one : file.group_keys) line["group-keys"].push_back(to_string(one.address));
   for (const auto& one : file.devices) line["devices"].push_back(as_json(one));
-  if (!checked) return line;
+  if (!keyring) return line;
   line["picked"] = Line::array();
-  for (const auto& pick : picks) line["picked"].push_back(as_json(pick));
+  for (const auto& pick : picks) line["picked"].push_back(as_json(pick, *keyring));
   return line;
 }
 
@@ -174,8 +180,9 @@ void put(Output& out, const KeyringFile& file, const std::optional<Keyring>& key
   put(out, "signature", keyring ? "good" : "not checked: no password was given");
   if (file.backbone)
     put(out, "backbone",
-        fmt::format("{}, latency {} ms; secrets: key", file.backbone->multicast,
-                    file.backbone->latency / std::chrono::milliseconds(1)));
+        fmt::format("{}, latency {} ms; secrets: {}", file.backbone->multicast,
+                    file.backbone->latency / std::chrono::milliseconds(1),
+                    file.backbone->key.empty() ? "none" : "key"));
   for (const auto& one : file.interfaces) put(out, one);
   for (const auto& one : file.group_keys) put(out, "group", to_string(one.address) + "; secrets: key");
   for (const auto& one : file.devices) put(out, one);
@@ -188,30 +195,39 @@ int failed(const std::string& why) {
   return kFailed;
 }
 
+/// The keyring, opened if its password is given.
+Result<std::optional<Keyring>> open(transport::Transports& disk, const KeyringOptions& options,
+                                    const KeyringFile& file) {
+  namespace secure = networks::knx::secure;
+  const auto password = secure::find_password(disk, options.password_file, secure::kPasswordVariable);
+  if (!password) return fail(password.error());
+  if (!password->has_value() && options.picks())
+    return fail(ErrorCode::kInvalid, fmt::format("to pick a tunnel needs the password of the keyring: --password-file "
+                                                 "FILE, or {}",
+                                                 secure::kPasswordVariable));
+  if (!password->has_value()) return std::optional<Keyring>();
+  auto opened = Keyring::open(file, **password);
+  if (!opened) return fail(opened.error().code, fmt::format("{}: {}", options.file, opened.error().text));
+  return std::optional(std::move(*opened));
+}
+
 int show(const Settings& settings, const KeyringOptions& options) {
+  const auto wish = wish_of(options);
+  if (!wish) return failed(wish.error().text);
   transport::LocalTransports disk;
-  const auto file = read_keyring(disk, options.file);
+  const auto file = networks::knx::keyring::read_keyring(disk, options.file);
   if (!file) return failed(file.error().text);
-  const auto password =
-      networks::knx::secure::find_password(disk, options.password_file, networks::knx::secure::kPasswordVariable);
-  if (!password) return failed(password.error().text);
-  std::optional<Keyring> keyring;
-  std::vector<Pick> picks;
-  if (password->has_value()) {
-    auto opened = Keyring::open(*file, **password);
-    if (!opened) return failed(fmt::format("{}: {}", options.file, opened.error().text));
-    keyring = std::move(*opened);
-    auto found = picks_of(*keyring, *file, options);
-    if (!found) return failed(found.error().text);
-    picks = std::move(*found);
-  }
+  const auto keyring = open(disk, options, *file);
+  if (!keyring) return failed(keyring.error().text);
+  const auto picks = *keyring ? picks_of(**keyring, *file, *wish) : std::vector<Pick>();
   Output out(1);
   if (settings.json) {
-    out.line(model::dump(as_json(*file, keyring.has_value(), picks)));
+    out.line(model::dump(as_json(*file, *keyring, picks)));
   } else {
-    put(out, *file, keyring, picks);
+    put(out, *file, *keyring, picks);
   }
-  return ended(out, kGood);
+  const bool found = !options.picks() || picks.front().access.has_value();
+  return ended(out, found ? kGood : kFailed);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 
 #include "base/text.h"
 #include "networks/knx/secure/password_file.h"
-#include "transport/read_text.h"
 
 namespace rubicon::networks::knx {
 
@@ -49,12 +48,11 @@ class Reader {
     if (name.empty()) return refuse_without_keyring();
     SecureOptions::KeyringSource source;
     source.path = path_of(name);
-    const auto text = transport::read_text(transports_, source.path, keyring::kMaxKeyringBytes);
-    auto file = text ? keyring::parse_keyring(*text) : Result<keyring::KeyringFile>(fail(text.error()));
-    if (!file) {
-      options_.error("keyring", text ? fmt::format("{}: {}", source.path, file.error().text) : file.error().text);
-    } else {
+    auto file = keyring::read_keyring(transports_, source.path);
+    if (file) {
       source.file = std::move(*file);
+    } else {
+      options_.error("keyring", file.error().text);
     }
     read_keyring_password(source);
     read_server(source);

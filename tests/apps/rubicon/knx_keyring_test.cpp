@@ -39,7 +39,8 @@ KeyringElement hall() {
                .text("IndividualAddress", "1.1.11")
                .text("Host", "1.1.0")
                .text("UserID", "3")
-               .password("Password", "tunnel secret"));
+               .password("Password", "tunnel secret")
+               .add(KeyringElement{"Group"}.text("Address", "2567").text("Senders", "1.1.10 1.1.30")));
   root.add(
       KeyringElement{"GroupAddresses"}.add(KeyringElement{"Group"}.text("Address", "2567").key("Key", kSecretKey)));
   root.add(KeyringElement{"Devices"}.add(KeyringElement{"Device"}
@@ -73,6 +74,7 @@ TEST_F(KnxKeyring, ShowsWhatIsInItAndWhatIsPickedButNoSecret) {
             "interface  1.1.10 Tunneling of 1.1.0, user 2; secrets: password, authentication code\n"
             "  group    1/2/7 takes telegrams of 1.1.11 1.1.30\n"
             "interface  1.1.11 Tunneling of 1.1.0, user 3; secrets: password\n"
+            "  group    1/2/7 takes telegrams of 1.1.10 1.1.30\n"
             "group      1/2/7; secrets: key\n"
             "device     1.1.30; secrets: tool key, management password; sequence number 4294967297\n"
             "picked     tunnel 1.1.10 of 1.1.0, user 2\n"
@@ -84,11 +86,16 @@ TEST_F(KnxKeyring, AsJsonItHasTheSame) {
   EXPECT_EQ(shown.code, 0) << shown.errors;
   const auto line = lines_of(shown).at(0);
   EXPECT_EQ(line["signature"], "good");
-  EXPECT_EQ(line["backbone"], (json{{"group", "224.0.23.77"}, {"latency-ms", 1500}}));
+  EXPECT_EQ(line["backbone"], (json{{"group", "224.0.23.77"}, {"latency-ms", 1500}, {"key", true}}));
   EXPECT_EQ(line["interfaces"][0]["groups"][0], (json{{"address", "1/2/7"}, {"senders", {"1.1.11", "1.1.30"}}}));
   EXPECT_EQ(line["interfaces"][1]["authentication"], false);
   EXPECT_EQ(line["devices"][0]["sequence"], 4294967297);
-  EXPECT_EQ(line["picked"], (json::array({{{"tunnel", "1.1.11"}, {"user", 3}, {"authentication", false}}})));
+  const auto& picked = line["picked"].at(0);
+  EXPECT_EQ(picked["tunnel"], "1.1.11");
+  EXPECT_EQ(picked["user"], 3);
+  EXPECT_EQ(picked["authentication"], false);
+  EXPECT_EQ(picked["groups"],
+            json::array({{{"address", "1/2/7"}, {"write", true}, {"senders", json::array({"1.1.10", "1.1.30"})}}}));
   for (const auto* secret : {"tunnel secret", "device secret", "management secret", kRingPassword, kSecretKey})
     EXPECT_THAT(shown.output, Not(HasSubstr(secret)));
 }
@@ -130,10 +137,29 @@ TEST_F(KnxKeyring, APasswordFileThatOthersMayReadIsRefused) {
 
 TEST_F(KnxKeyring, SaysWhyNoTunnelCanBePicked) {
   const auto none = rubicon({"knx", "keyring", file, "--password-file", password, "--tunnel", "1.1.99"});
+  EXPECT_EQ(none.code, 1);
   EXPECT_THAT(none.output, HasSubstr("picked     no tunnel: the keyring has no tunnel 1.1.99, only: 1.1.10, 1.1.11"));
   const auto picked = rubicon({"knx", "keyring", file, "--password-file", password, "--server", "1.1.0"});
   EXPECT_THAT(picked.output, HasSubstr("picked     tunnel 1.1.10 of 1.1.0, user 2"));
   EXPECT_EQ(rubicon({"knx", "keyring", file, "--password-file", password, "--tunnel", "x"}).code, 1);
+}
+
+TEST_F(KnxKeyring, ATunnelIsPickedWithThePasswordOnly) {
+  const auto refused = rubicon({"knx", "keyring", file, "--server", "1.1.0"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.output, "");
+  EXPECT_THAT(refused.errors, HasSubstr("needs the password of the keyring: --password-file"));
+  EXPECT_THAT(rubicon({"knx", "keyring", file, "--server", "nonsense"}).errors, HasSubstr("nonsense"));
+}
+
+TEST_F(KnxKeyring, ABackboneWithoutAKeyHasNoSecrets) {
+  auto root = support::keyring_root("Hall");
+  root.add(KeyringElement{"Backbone"}.text("MulticastAddress", "224.0.23.12"));
+  const auto path = folder.write("keyless.knxkeys", support::write_keyring(root, kRingPassword));
+  const auto shown = rubicon({"knx", "keyring", path});
+  EXPECT_EQ(shown.code, 0) << shown.errors;
+  EXPECT_THAT(shown.output, HasSubstr("backbone   224.0.23.12, latency 2000 ms; secrets: none\n"));
+  EXPECT_EQ(lines_of(rubicon({"--json", "knx", "keyring", path})).at(0)["backbone"]["key"], false);
 }
 
 TEST_F(KnxKeyring, WhatIsNoKeyringIsRefusedWithItsLine) {

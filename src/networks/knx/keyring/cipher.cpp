@@ -47,6 +47,13 @@ Result<secure::Key> Cipher::key(ByteView encrypted) const {
   return secure::Key::from(content->view());
 }
 
+std::size_t Cipher::padding(ByteView encrypted) const {
+  const auto content = secure::decrypt_cbc(key_, start_, encrypted);
+  if (!content) return 0;
+  const auto size = unpadded(content->view());
+  return size == 0 ? 0 : content->view().size() - size;
+}
+
 Result<secure::Secret> Cipher::password(ByteView encrypted) const {
   const auto content = secure::decrypt_cbc(key_, start_, encrypted);
   if (!content) return fail(content.error());

@@ -18,30 +18,63 @@ constexpr auto kEither =
     "the password of the keyring is wrong, or the keyring was changed after ETS exported it: it holds no password that "
     "could show which";
 
-/// Why a signature does not fit. A wrong password makes garbage of each stored one, which has valid padding by chance
-/// only (1 in 256).
-Error explain(const KeyringFile& file, const Cipher& cipher) {
-  std::size_t stored = 0, good = 0;
-  const auto look = [&](const Bytes& encrypted) {
+constexpr std::size_t kBlock = 16;
+
+/// What shows that the password is right although the signature does not fit: it decrypts the stored passwords. A wrong
+/// one makes garbage of them. Of one block that is text by chance in 1 of 10,000 cases, of several practically never.
+/// After a change of `Created` only the first block is garbage: the padding in the last one still fits.
+class Evidence {
+ public:
+  void add(const Bytes& encrypted, const Cipher& cipher) {
     if (encrypted.empty()) return;
-    ++stored;
-    if (cipher.password(encrypted)) ++good;
-  };
+    const bool is_text = cipher.password(encrypted).has_value();
+    if (encrypted.size() == kBlock) {
+      ++short_;
+      if (is_text) ++short_texts_;
+      return;
+    }
+    ++long_;
+    if (is_text) ++long_texts_;
+    const auto padding = cipher.padding(encrypted);
+    padding_ += padding;
+    if (padding != 0) ++padded_;
+  }
+
+  bool is_empty() const { return short_ + long_ == 0; }
+  bool password_is_right() const {
+    return long_texts_ != 0 || 2 * short_texts_ > short_ || (2 * padded_ > long_ && padding_ >= kEnoughPadding);
+  }
+
+ private:
+  /// By chance in one of 2^24 cases.
+  static constexpr std::size_t kEnoughPadding = 3;
+
+  std::size_t short_ = 0, short_texts_ = 0, long_ = 0, long_texts_ = 0;
+  std::size_t padded_ = 0, padding_ = 0;  ///< of the long ones
+};
+
+/// Why a signature does not fit.
+Error explain(const KeyringFile& file, const Cipher& cipher) {
+  Evidence evidence;
   for (const auto& one : file.interfaces) {
-    look(one.password);
-    look(one.authentication);
+    evidence.add(one.password, cipher);
+    evidence.add(one.authentication, cipher);
   }
   for (const auto& one : file.devices) {
-    look(one.management_password);
-    look(one.authentication);
+    evidence.add(one.management_password, cipher);
+    evidence.add(one.authentication, cipher);
   }
-  if (stored == 0) return {ErrorCode::kRefused, kEither};
-  return 2 * good > stored ? Error{ErrorCode::kInvalid, kChanged} : Error{ErrorCode::kRefused, kWrongPassword};
+  if (evidence.is_empty()) return {ErrorCode::kRefused, kEither};
+  return evidence.password_is_right() ? Error{ErrorCode::kInvalid, kChanged}
+                                      : Error{ErrorCode::kRefused, kWrongPassword};
 }
 
-const KeyringFile::Group* find_group(const std::vector<KeyringFile::Group>& groups, wire::GroupAddress address) {
-  const auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.address == address; });
-  return found == groups.end() ? nullptr : &*found;
+/// The password, or nothing where there is none.
+Result<std::optional<secure::Secret>> optional_password(const Bytes& encrypted, const Cipher& cipher) {
+  if (encrypted.empty()) return std::optional<secure::Secret>();
+  auto password = cipher.password(encrypted);
+  if (!password) return fail(password.error());
+  return std::optional(std::move(*password));
 }
 
 }  // namespace
@@ -74,43 +107,58 @@ Result<Keyring> Keyring::open(const KeyringFile& file, const Cipher& cipher) {
 }
 
 Result<void> Keyring::decrypt(const KeyringFile& file, const Cipher& cipher) {
+  const auto each = [&](const auto& entries) -> Result<void> {
+    for (const auto& one : entries) {
+      if (auto done = decrypt(one, cipher); !done) return done;
+    }
+    return {};
+  };
   if (file.backbone) {
-    auto key = cipher.key(file.backbone->key);
-    if (!key) return fail(key.error());
-    routing_ = RoutingAccess{file.backbone->multicast, {std::move(*key), file.backbone->latency}};
+    if (auto done = decrypt(*file.backbone, cipher); !done) return done;
   }
-  for (const auto& one : file.interfaces) {
-    Interface out;
-    out.is_tunnel = one.type == "Tunneling";
-    out.access.address = one.address;
-    out.access.host = one.host;
-    out.access.user = one.user.value_or(0);
-    out.groups = one.groups;
-    if (!one.password.empty()) {
-      auto password = cipher.password(one.password);
-      if (!password) return fail(password.error());
-      out.access.password = std::move(*password);
-      out.has_password = true;
-    }
-    if (!one.authentication.empty()) {
-      auto code = cipher.password(one.authentication);
-      if (!code) return fail(code.error());
-      out.access.authentication = std::move(*code);
-    }
-    interfaces_.push_back(std::move(out));
-  }
-  for (const auto& one : file.group_keys) {
-    auto key = cipher.key(one.key);
-    if (!key) return fail(key.error());
-    group_keys_.emplace_back(one.address, std::move(*key));
-  }
-  for (const auto& one : file.devices) {
-    if (one.sequence) sequences_[one.address] = *one.sequence;
-    if (one.authentication.empty()) continue;
-    auto code = cipher.password(one.authentication);
-    if (!code) return fail(code.error());
-    device_codes_[one.address] = std::move(*code);
-  }
+  if (auto done = each(file.interfaces); !done) return done;
+  if (auto done = each(file.group_keys); !done) return done;
+  return each(file.devices);
+}
+
+Result<void> Keyring::decrypt(const KeyringFile::Backbone& from, const Cipher& cipher) {
+  if (from.key.empty()) return {};
+  auto key = cipher.key(from.key);
+  if (!key) return fail(key.error());
+  routing_ = RoutingAccess{from.multicast, {std::move(*key), from.latency}};
+  return {};
+}
+
+Result<void> Keyring::decrypt(const KeyringFile::Interface& from, const Cipher& cipher) {
+  auto password = optional_password(from.password, cipher);
+  if (!password) return fail(password.error());
+  auto code = optional_password(from.authentication, cipher);
+  if (!code) return fail(code.error());
+  Interface out;
+  out.is_tunnel = from.type == "Tunneling";
+  out.access.address = from.address;
+  out.access.host = from.host;
+  out.access.user = from.user.value_or(0);
+  out.groups = from.groups;
+  out.has_password = password->has_value();
+  if (*password) out.access.password = std::move(**password);
+  out.access.authentication = std::move(*code);
+  interfaces_.push_back(std::move(out));
+  return {};
+}
+
+Result<void> Keyring::decrypt(const KeyringFile::GroupKey& from, const Cipher& cipher) {
+  auto key = cipher.key(from.key);
+  if (!key) return fail(key.error());
+  group_keys_.emplace_back(from.address, std::move(*key));
+  return {};
+}
+
+Result<void> Keyring::decrypt(const KeyringFile::Device& from, const Cipher& cipher) {
+  if (from.sequence) sequences_[from.address] = *from.sequence;
+  auto code = optional_password(from.authentication, cipher);
+  if (!code) return fail(code.error());
+  if (*code) device_codes_[from.address] = std::move(**code);
   return {};
 }
 
@@ -182,25 +230,41 @@ Result<TunnelAccess> Keyring::free_tunnel(const Wish& wish) const {
 
 // Groups.
 
+/// What the interfaces state about one group.
+struct Keyring::Links {
+  bool is_linked = false;  ///< with the interface that has the own address
+  bool own_sends = false;  ///< an interface lists the own address as a sender
+  std::set<wire::IndividualAddress> senders_of_own, senders_of_all;
+};
+
+std::map<wire::GroupAddress, Keyring::Links> Keyring::links_of(wire::IndividualAddress own) const {
+  std::map<wire::GroupAddress, Links> all;
+  for (const auto& interface : interfaces_) {
+    for (const auto& group : interface.groups) {
+      auto& links = all[group.address];
+      links.senders_of_all.insert(group.senders.begin(), group.senders.end());
+      if (interface.access.address != own) continue;
+      links.is_linked = true;
+      links.senders_of_own.insert(group.senders.begin(), group.senders.end());
+    }
+  }
+  for (auto& [address, links] : all) links.own_sends = links.senders_of_all.contains(own);
+  return all;
+}
+
 secure::GroupKeys Keyring::groups(wire::IndividualAddress own) const {
   secure::GroupKeys out;
   out.sequences = sequences_;
+  auto all = links_of(own);
   for (const auto& [address, key] : group_keys_) {
     auto& entry = out.groups[address];
     entry.key = key;
-    const KeyringFile::Group* linked = nullptr;
-    bool known = false, own_sends = false;
-    for (const auto& interface : interfaces_) {
-      const auto* group = find_group(interface.groups, address);
-      if (group == nullptr) continue;
-      known = true;
-      own_sends = own_sends || std::find(group->senders.begin(), group->senders.end(), own) != group->senders.end();
-      if (interface.access.address == own) linked = group;
-      entry.senders.insert(group->senders.begin(), group->senders.end());
-    }
-    if (linked != nullptr) entry.senders = {linked->senders.begin(), linked->senders.end()};
-    if (linked == nullptr) entry.senders.erase(own);
-    entry.may_send = linked != nullptr || own_sends || !known;
+    const auto found = all.find(address);
+    entry.may_send = found == all.end() || found->second.is_linked || found->second.own_sends;
+    if (found == all.end()) continue;
+    const auto& links = found->second;
+    entry.senders = links.is_linked ? links.senders_of_own : links.senders_of_all;
+    if (!links.is_linked) entry.senders.erase(own);
   }
   return out;
 }

@@ -27,6 +27,8 @@ class Cipher {
   /// A password: 8 random bytes, then UTF-8, then padding as of PKCS#7, of up to 32 bytes. kInvalid: that is not what
   /// comes out.
   Result<secure::Secret> password(ByteView encrypted) const;
+  /// Bytes of valid padding at the end of what comes out; 0 = none.
+  std::size_t padding(ByteView encrypted) const;
   /// Whether the signature of the file is that of this key.
   Result<bool> signed_by_this(const KeyringFile& file) const;
   /// The signature of these bytes.
@@ -60,8 +62,8 @@ struct RoutingAccess {
 class Keyring {
  public:
   /// Checks the signature and decrypts. kRefused: the password is wrong; kInvalid: the file was changed after its
-  /// export; kRefused, naming both, where the file has no password that could show which it is. Each with a sentence
-  /// for the user, without the name of the file. Blocks for some 15 ms.
+  /// export, as what the password decrypts shows; kRefused, naming both, where the file has no password that could show
+  /// which it is. Each with a sentence for the user, without the name of the file. Blocks for some 15 ms.
   static Result<Keyring> open(const KeyringFile& file, const secure::Secret& password);
   static Result<Keyring> open(const KeyringFile& file, const Cipher& cipher);
 
@@ -87,9 +89,15 @@ class Keyring {
     bool is_tunnel = false, has_password = false;
     std::vector<KeyringFile::Group> groups;
   };
+  struct Links;
 
   Keyring() = default;
   Result<void> decrypt(const KeyringFile& file, const Cipher& cipher);
+  Result<void> decrypt(const KeyringFile::Backbone& from, const Cipher& cipher);
+  Result<void> decrypt(const KeyringFile::Interface& from, const Cipher& cipher);
+  Result<void> decrypt(const KeyringFile::GroupKey& from, const Cipher& cipher);
+  Result<void> decrypt(const KeyringFile::Device& from, const Cipher& cipher);
+  std::map<wire::GroupAddress, Links> links_of(wire::IndividualAddress own) const;
   Result<TunnelAccess> wanted_tunnel(wire::IndividualAddress address) const;
   Result<TunnelAccess> free_tunnel(const Wish& wish) const;
   TunnelAccess access_of(const Interface& interface) const;

@@ -9,6 +9,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "networks/knx/xml/xml_parser.h"
+#include "transport/read_text.h"
 
 namespace rubicon::networks::knx::keyring {
 
@@ -106,7 +107,7 @@ class KeyringReader final : public xml::Listener {
         return fail(ErrorCode::kInvalid, fmt::format("Latency is '{}', expected 1 to 8000 (ms)", shown(*text)));
       out.latency = std::chrono::milliseconds(*latency);
     }
-    auto read = read_blocks(attributes, "Key", out.key, true);
+    auto read = read_blocks(attributes, "Key", out.key, false, kKeyBlock);
     if (read) file_.backbone = std::move(out);
     return read;
   }
@@ -218,6 +219,14 @@ Result<KeyringFile> parse_keyring(std::string_view text) {
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("{} bytes, expected a keyring of at most {}", text.size(), kMaxKeyringBytes));
   return KeyringReader().read(text);
+}
+
+Result<KeyringFile> read_keyring(transport::Transports& transports, const std::string& path) {
+  const auto text = transport::read_text(transports, path, kMaxKeyringBytes);
+  if (!text) return fail(text.error());
+  auto file = parse_keyring(*text);
+  if (!file) return fail(file.error().code, fmt::format("{}: {}", path, file.error().text));
+  return file;
 }
 
 }  // namespace rubicon::networks::knx::keyring

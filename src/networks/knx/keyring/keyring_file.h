@@ -8,6 +8,7 @@
 #include "base/bytes.h"
 #include "networks/knx/wire/address.h"
 #include "rubicon/time.hpp"
+#include "transport/transports.h"
 
 namespace rubicon::networks::knx::keyring {
 
@@ -22,7 +23,7 @@ struct KeyringFile {
   struct Backbone {
     std::string multicast;  ///< IPv4 address
     Duration latency = std::chrono::seconds(2);
-    Encrypted key;
+    Encrypted key;  ///< empty: the backbone is not secured, as ETS 6 writes it in each project
   };
   struct Group {
     wire::GroupAddress address{};
@@ -59,5 +60,8 @@ struct KeyringFile {
 /// Reads the XML of a keyring; elements without a meaning here only count for the signature. kInvalid or kRefused with
 /// the line: not well-formed, a DOCTYPE, not a keyring, a value that cannot be read; kOutOfRange: too large.
 Result<KeyringFile> parse_keyring(std::string_view text);
+
+/// The same for a file on disk, with its name before the errors. Blocks: for start-up and tools.
+Result<KeyringFile> read_keyring(transport::Transports& transports, const std::string& path);
 
 }  // namespace rubicon::networks::knx::keyring

@@ -67,6 +67,20 @@ TEST(KeyringFile, LatencyHasADefault) {
   EXPECT_FALSE(with("Latency=\"8001\""));
 }
 
+/// ETS 6 (6.2.2 and later) writes the address of the backbone into each project.
+TEST(KeyringFile, TheBackboneOfEts6MayHaveNoKey) {
+  const auto file = parse_keyring(document(R"(<Backbone MulticastAddress="224.0.23.12" />
+<Devices><Device IndividualAddress="1.1.30" ToolKey="AAECAwQFBgcICQoLDA0ODw==" SerialNumber="00FA12345678"
+ FDSK="AAECAwQFBgcICQoLDA0ODw==" SequenceNumber="17" /></Devices>)"));
+  ASSERT_TRUE(file) << file.error().text;
+  ASSERT_TRUE(file->backbone);
+  EXPECT_EQ(file->backbone->multicast, "224.0.23.12");
+  EXPECT_TRUE(file->backbone->key.empty());
+  EXPECT_THAT(file->devices, SizeIs(1));
+  EXPECT_THAT(error_of(document("<Backbone MulticastAddress=\"224.0.23.12\" Key=\"AAEC\"/>")),
+              HasSubstr("Key has 3 bytes, expected 16"));
+}
+
 /// By hand from the rule of knx.md, section 12.
 TEST(KeyringFile, TheSignatureCoversNamesAndSortedAttributesOfAllElements) {
   const auto file = parse_keyring(

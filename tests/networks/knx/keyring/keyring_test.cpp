@@ -93,6 +93,57 @@ TEST(Keyring, AWrongPasswordAndAChangedFileHaveDifferentErrors) {
   EXPECT_TRUE(Keyring::open(*parse_keyring(text), secret(kPassword)));
 }
 
+/// Two long secrets, as those of a small house.
+KeyringElement two_secrets() {
+  auto root = keyring_root();
+  root.add(interface("1.1.10", "1.1.0", "2", "the password of the tunnel")
+               .password("Authentication", "the code of the interface"));
+  return root;
+}
+
+TEST(Keyring, OneChangedSecretOfTwoIsAChangedFile) {
+  auto text = support::write_keyring(two_secrets(), kPassword);
+  auto& letter = text[text.find(" Password=\"") + 15];
+  letter = letter == 'A' ? 'B' : 'A';
+  const auto changed = Keyring::open(*parse_keyring(text), secret(kPassword));
+  ASSERT_FALSE(changed);
+  EXPECT_THAT(changed.error().text, HasSubstr("was changed after ETS exported it"));
+}
+
+/// It is part of the encryption: the first block of each password becomes garbage.
+TEST(Keyring, AChangedTimeOfCreationIsAChangedFile) {
+  auto text = support::write_keyring(two_secrets(), kPassword);
+  text.replace(text.find("T23:50:00"), 9, "T23:50:01");
+  const auto changed = Keyring::open(*parse_keyring(text), secret(kPassword));
+  ASSERT_FALSE(changed);
+  EXPECT_EQ(changed.error().code, ErrorCode::kInvalid);
+  EXPECT_THAT(changed.error().text, HasSubstr("was changed after ETS exported it"));
+}
+
+TEST(Keyring, AWrongPasswordIsNeverCalledAChangedFile) {
+  for (const auto& root : {two_secrets(), house()}) {
+    const auto file = parse_keyring(support::write_keyring(root, kPassword)).value();
+    for (unsigned number = 0; number < 2000; ++number) {
+      const std::string text = "another key " + std::to_string(1000 + number);
+      const auto key = secure::Key::from(base::as_bytes(text)).value();
+      const auto wrong = Keyring::open(file, Cipher::of_key(key, file.created).value());
+      ASSERT_FALSE(wrong);
+      EXPECT_EQ(wrong.error().text, "the password of the keyring is wrong") << text;
+    }
+  }
+}
+
+/// As ETS 6 exports a project whose backbone is not secured.
+TEST(Keyring, WithoutABackboneKeyTheGroupKeysAreRead) {
+  auto root = keyring_root();
+  root.add(KeyringElement{"Backbone"}.text("MulticastAddress", "224.0.23.12"));
+  root.add(KeyringElement{"GroupAddresses"}.add(group_key("2567", kKey2)));
+  const auto keyring = read(root);
+  ASSERT_TRUE(keyring) << keyring.error().text;
+  EXPECT_FALSE(keyring->routing());
+  EXPECT_EQ(keyring->groups({}).groups.count(k127), 1U);
+}
+
 TEST(Keyring, WithKeysOnlyBothReasonsAreNamed) {
   auto root = keyring_root();
   root.add(KeyringElement{"GroupAddresses"}.add(group_key("2567", kKey2)));
