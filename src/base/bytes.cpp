@@ -94,6 +94,7 @@ std::string to_hex(ByteView bytes) {
 
 Result<Bytes> from_hex(std::string_view text) {
   Bytes bytes;
+  bytes.reserve(text.size() / 2);  // a key that is read by this leaves no copy behind
   int high = -1;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == ' ' && high < 0) continue;

@@ -15,6 +15,7 @@ struct BusOptions {
   /// With `direct`: a keyring of the ETS, the file with its password (empty = RUBICON_KNX_PASSWORD), and the interface
   /// that is meant if the keyring has several.
   std::string keyring, password_file, server;
+  std::string group_keys;  ///< with `direct`: a file with keys of groups
   NetworkChoice network{"knx"};
 };
 

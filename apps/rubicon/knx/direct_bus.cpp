@@ -103,6 +103,7 @@ ConfigNode tunnel_options(const BusOptions& options, const base::HostPort& serve
   set("keyring", options.keyring);
   set("keyring-password-file", options.password_file);
   set("server-address", options.server);
+  set("group-keys-file", options.group_keys);
   return node;
 }
 

@@ -233,7 +233,8 @@ void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
   auto access = derive_access(options_.secure, options_.line);
   if (!access) return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
   if (!access->groups.groups.empty() && !remembers_)
-    all.push_back({"keyring", "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
+    all.push_back({options_.secure.keyring ? "keyring" : "group-keys-file",
+                   "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
   const auto without = add_without_keys(access->groups, options_.secured);
   if (!without.empty())
     all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure)});
@@ -393,13 +394,14 @@ std::optional<model::State> KnxNetwork::state() {
 
 }  // namespace
 
-constexpr std::array<std::string_view, 7> kFileOptions{"import",
+constexpr std::array<std::string_view, 8> kFileOptions{"import",
                                                        "import-password-file",
                                                        "keyring",
                                                        "keyring-password-file",
                                                        "user-password-file",
                                                        "device-password-file",
-                                                       "backbone-key-file"};
+                                                       "backbone-key-file",
+                                                       "group-keys-file"};
 
 const network::NetworkType kType{
     .name = "knx",

@@ -35,8 +35,9 @@ std::string explain_missing_keys(const std::vector<wire::GroupAddress>& groups, 
   return fmt::format("there {} for the secured group{} {}: nothing is sent to {} or taken from {}; {}",
                      one ? "is no key" : "are no keys", one ? "" : "s", list_of(groups), one ? "it" : "them",
                      one ? "it" : "them",
-                     options.keyring ? "export the keyring of the whole project from ETS again"
-                                     : "export a keyring from ETS and configure `keyring`");
+                     options.keyring      ? "export the keyring of the whole project from ETS again"
+                     : options.group_keys ? "add them to the file of `group-keys-file`, or configure a `keyring` of ETS"
+                                          : "export a keyring from ETS and configure `keyring`");
 }
 
 }  // namespace rubicon::networks::knx

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "networks/knx/secure/group_keys_file.h"
 #include "networks/knx/secure/password_file.h"
 
 namespace rubicon::networks::knx {
@@ -26,6 +27,7 @@ class Reader {
     SecureOptions out;
     read_keyring(out);
     via_ == Via::kRouting ? read_backbone(out) : read_user(out);
+    read_group_keys(out);
     read_policy(out);
     return out;
   }
@@ -119,11 +121,21 @@ class Reader {
     out.backbone = std::move(backbone);
   }
 
+  void read_group_keys(SecureOptions& out) {
+    if (!options_.has("group-keys-file")) return;
+    SecureOptions::GroupKeysSource source;
+    source.path = path_of(options_.text("group-keys-file", ""));
+    auto keys = secure::read_group_keys_file(transports_, source.path);
+    if (!keys) return options_.error("group-keys-file", keys.error().text);
+    source.keys = std::move(*keys);
+    out.group_keys = std::move(source);
+  }
+
   /// Where keys are given, plain would be a surprise.
   void read_policy(SecureOptions& out) {
-    const auto text = options_.choice("secure", out.any() ? "require" : "allow", {"require", "allow", "off"});
+    const auto text = options_.choice("secure", out.secures_line() ? "require" : "allow", {"require", "allow", "off"});
     out.policy = text == "require" ? Policy::kRequire : text == "off" ? Policy::kOff : Policy::kAllow;
-    if (out.policy == Policy::kRequire && !out.any())
+    if (out.policy == Policy::kRequire && !out.secures_line())
       options_.error("secure", via_ == Via::kRouting ? "require needs 'keyring' or 'backbone-key-file'"
                                                      : "require needs 'keyring' or 'user-password-file'");
     if (out.policy == Policy::kOff && (out.user || out.backbone))
@@ -194,6 +206,14 @@ Result<SecureAccess> derive_from_user(const SecureOptions::User& user) {
   return out;
 }
 
+Result<SecureAccess> derive_line(const SecureOptions& options, const LineOptions& line) {
+  if (options.keyring) return derive_from_keyring(options, line);
+  if (options.user) return derive_from_user(*options.user);
+  SecureAccess out;
+  if (options.backbone) out.routing = secure::RoutingKeys{options.backbone->key, options.backbone->latency};
+  return out;
+}
+
 }  // namespace
 
 bool same_access(const SecureOptions& one, const SecureOptions& other) {
@@ -210,8 +230,12 @@ bool same_access(const SecureOptions& one, const SecureOptions& other) {
   const auto same = [](const auto& a, const auto& b, auto equal) {
     return a.has_value() == b.has_value() && (!a || equal(*a, *b));
   };
-  return one.policy == other.policy && same(one.keyring, other.keyring, same_keyring) &&
-         same(one.user, other.user, same_user) && same(one.backbone, other.backbone, same_backbone);
+  const auto same_groups = [](const SecureOptions::GroupKeysSource& a, const SecureOptions::GroupKeysSource& b) {
+    return a.keys == b.keys;
+  };
+  return one.policy == other.policy && same(one.group_keys, other.group_keys, same_groups) &&
+         same(one.keyring, other.keyring, same_keyring) && same(one.user, other.user, same_user) &&
+         same(one.backbone, other.backbone, same_backbone);
 }
 
 SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports, Via via) {
@@ -219,11 +243,12 @@ SecureOptions read_secure_options(const network::NetworkConfig& config, transpor
 }
 
 Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line) {
-  if (options.keyring) return derive_from_keyring(options, line);
-  if (options.user) return derive_from_user(*options.user);
-  SecureAccess out;
-  if (options.backbone) out.routing = secure::RoutingKeys{options.backbone->key, options.backbone->latency};
-  return out;
+  auto access = derive_line(options, line);
+  if (access && options.group_keys) {
+    const auto& more = options.group_keys->keys.groups;
+    access->groups.groups.insert(more.begin(), more.end());
+  }
+  return access;
 }
 
 }  // namespace rubicon::networks::knx

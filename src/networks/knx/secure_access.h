@@ -34,13 +34,22 @@ struct SecureOptions {
     Duration latency = std::chrono::seconds(2);
   };
 
+  /// Keys of single groups, besides those of a keyring.
+  struct GroupKeysSource {
+    std::string path;
+    secure::GroupKeys keys;
+  };
+
   Policy policy = Policy::kAllow;
   std::optional<KeyringSource> keyring;
   std::optional<User> user;
   std::optional<Backbone> backbone;
+  std::optional<GroupKeysSource> group_keys;
 
+  /// There are keys of the line, or something that may have them.
+  bool secures_line() const { return keyring || user || backbone; }
   /// There is something to derive: the line waits for it.
-  bool any() const { return keyring || user || backbone; }
+  bool any() const { return secures_line() || group_keys; }
 };
 
 /// True if keys derived from one of them are those of the other.

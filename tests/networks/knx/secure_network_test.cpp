@@ -16,6 +16,9 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
+constexpr std::string_view kManualHouse = R"({"host": "10.0.0.9", "telegrams-per-second": 0,
+  "group-keys-file": "group.keys", "groups": {"1/2/7": "9.001", "2/0/1": {"dpt": "9.001", "kind": "actuator"}}})";
+
 TEST_F(SecureKnx, AKeyringIsAllThatASecureTunnelNeeds) {
   start(kSecureHouse);
   EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
@@ -201,6 +204,68 @@ TEST_F(SecureKnx, ARoutingLineWithoutABackboneKeyIsNotPlain) {
   EXPECT_THAT(last_state().reason, HasSubstr("no backbone key"));
 }
 
+TEST_F(SecureKnx, GroupKeysWithoutAKeyring) {
+  host.files.put("group.keys", "1/2/7 " + std::string(kGroupKey) + "\n2/0/1 " + kGroupKey + " sender 1.1.30\n");
+  start(kManualHouse);
+  EXPECT_EQ(last_state().line, LineState::kUp) << "and plain: these keys are not those of a line";
+  EXPECT_EQ(last_state().reason, "");
+  const auto telegram = from_device(0x0a07, {0x0c, 0x33});
+  server.inject_cemi(telegram);
+  server.inject_cemi(telegram);
+  server.inject(0x111e, 0x0a07, 0x80, {0x0c, 0x33});
+  host.time.run_for(5s);
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
+  EXPECT_EQ(count("data-secure-plain-dropped"), 1U);
+  command(21.5);
+  EXPECT_THAT(outcomes(), ElementsAre(Outcome::kSent));
+  ASSERT_FALSE(server.heard().empty());
+  EXPECT_EQ(server.heard().back().tpdu[1], 0xf1) << "secured";
+}
+
+TEST_F(SecureKnx, AKeyOfTheKeyringGoesBeforeOneOfTheFile) {
+  host.files.put("group.keys", "1/2/7 00000000000000000000000000000000\n1/2/8 " + std::string(kGroupKey) + "\n");
+  std::string options(kSecureHouse);
+  options.insert(1, R"("group-keys-file": "group.keys", )");
+  start(options);
+  auto keys = device_keys();
+  keys.groups[wire::GroupAddress(0x0a08)] = keys.groups[wire::GroupAddress(0x0a07)];
+  secure::GroupGuard device(host.time, keys, device_storage(), kDevice, {});
+  wire::Telegram telegram;
+  telegram.payload = {{0x0c, 0x33}, false};
+  for (const auto group : {0x0a07, 0x0a08}) {
+    telegram.destination = wire::GroupAddress(static_cast<std::uint16_t>(group));
+    secure_server->inject_cemi(device.protect(wire::CemiCode::kDataIndication, telegram, kDevice).value());
+  }
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
+  EXPECT_THAT(values_of("1/2/8"), ElementsAre("21.5"));
+}
+
+TEST_F(SecureKnx, AnotherGroupKeyOpensTheLineAgain) {
+  host.files.put("group.keys", "1/2/7 " + std::string(kGroupKey) + "\n");
+  start(kManualHouse);
+  EXPECT_TRUE(change(kManualHouse));
+  host.files.put("group.keys", "1/2/7 00000000000000000000000000000000\n");
+  EXPECT_EQ(change(kManualHouse).error().code, ErrorCode::kUnsupported);
+}
+
+TEST_F(SecureKnx, GroupKeysAreInNoLogStateOrTuple) {
+  host.files.put("group.keys", "1/2/7 " + std::string(kGroupKey) + "\n");
+  start(kManualHouse);
+  server.inject_cemi(from_device(0x0a07, {0x0c, 0x33}));
+  server.inject_cemi(from_device(0x1001, {0x0c, 0x33}));
+  host.time.run_for(1min);
+  const auto key = secure::Key::from(base::from_hex(kGroupKey).value()).value();
+  const std::string_view raw = base::as_text(key.view());
+  const auto clean = [&](std::string_view text) {
+    return text.find(kGroupKey) == text.npos && text.find(raw) == text.npos;
+  };
+  for (const auto& line : host.words.lines) EXPECT_TRUE(clean(line)) << line;
+  for (const auto& [name, text] : last_state().texts) EXPECT_TRUE(clean(text)) << name;
+  for (const auto& [name, value] : host.memory) EXPECT_TRUE(clean(base::as_text(value))) << name;
+  EXPECT_TRUE(clean(last_state().reason));
+}
+
 struct WrongOption {
   const char* options;
   const char* error;
@@ -242,7 +307,11 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOption{R"("backbone-key-file": "short.key")", "is an option of routing"},
         WrongOption{R"("via": "routing", "backbone-key-file": "short.key")", "32 hexadecimal digits"},
         WrongOption{R"("via": "routing", "latency": "2s")", "without 'backbone-key-file'"},
-        WrongOption{R"("via": "routing", "user": 3)", "is an option of tunnels"}));
+        WrongOption{R"("via": "routing", "user": 3)", "is an option of tunnels"},
+        WrongOption{R"("group-keys-file": "none.keys")", "none.keys"},
+        WrongOption{R"("group-keys-file": "short.key")", "short.key: line 1: the address is not followed by a key"},
+        WrongOption{R"("group-keys-file": "house.password", "secure": "require")", "require needs"},
+        WrongOption{R"("group-keys-file": "open.password")", "chmod"}));
 
 }  // namespace
 }  // namespace rubicon::networks::knx

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -49,14 +50,16 @@ std::optional<Dropped> not_handled(const wire::DataFrame& frame, const SecuredAp
   return std::nullopt;
 }
 
-std::map<wire::IndividualAddress, std::uint64_t> start_of(const GroupKeys& keys) {
-  std::map<wire::IndividualAddress, std::uint64_t> start;
+SenderSequences::Start start_of(const GroupKeys& keys) {
+  SenderSequences::Start start;
   for (const auto& [group, entry] : keys.groups) {
+    start.others = start.others || entry.any_sender;
     for (const auto sender : entry.senders) {
       const auto known = keys.sequences.find(sender);
-      start[sender] = known == keys.sequences.end() ? 0 : known->second;
+      start.last[sender] = known == keys.sequences.end() ? 0 : known->second;
     }
   }
+  if (start.others) start.last.insert(keys.sequences.begin(), keys.sequences.end());
   return start;
 }
 
@@ -74,6 +77,7 @@ std::string_view GroupGuard::Dropped::counter() const {
 GroupGuard::GroupGuard(Scheduler& scheduler, GroupKeys keys, GroupStorage storage, wire::IndividualAddress own,
                        Note note)
     : keys_(std::move(keys)),
+      own_(own),
       own_sequence_(scheduler, storage, known_of(keys_, own)),
       senders_(scheduler, std::move(storage), start_of(keys_), std::move(note)) {}
 
@@ -83,6 +87,7 @@ Result<Bytes> GroupGuard::protect(wire::CemiCode code, const wire::Telegram& tel
   if (!secures(telegram.destination)) return wire::write_telegram(code, telegram);
   const auto key = key_to_send(telegram.destination, own);
   if (!key) return fail(key.error());
+  own_ = own;
   auto from_us = telegram;
   from_us.source = own;
   const auto plain = wire::write_telegram(code, from_us);
@@ -153,10 +158,16 @@ GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame) {
   const auto group = keys_.groups.find(wire::GroupAddress(frame.destination));
   if (group == keys_.groups.end() || !group->second.key)
     return drop(Drop::kNoKey, fmt::format("secured telegram from {}: no key for this group", path_of(frame)));
-  if (!group->second.senders.contains(frame.source))
+  if (!group->second.any_sender && !group->second.senders.contains(frame.source))
     return drop(Drop::kUnknownSender,
                 fmt::format("secured telegram from {}: not a sender of this group", path_of(frame)));
   return accept(frame, *secured, *group->second.key);
+}
+
+/// A telegram of our own that somebody recorded is no value of a device.
+std::uint64_t GroupGuard::last_of(wire::IndividualAddress sender) {
+  const auto last = senders_.last(sender);
+  return sender == own_ ? std::max(last, own_sequence_.last()) : last;
 }
 
 /// The MAC comes first: an old number of a good telegram is a repetition, that of a bad one says nothing.
@@ -167,7 +178,7 @@ GroupGuard::Opened GroupGuard::accept(const wire::DataFrame& frame, const Secure
                                              "another key",
                                              path_of(frame)));
   if (!plain) return drop(Drop::kOther, fmt::format("telegram from {}: {}", path_of(frame), plain.error().text));
-  const auto last = senders_.last(frame.source);
+  const auto last = last_of(frame.source);
   if (secured.sequence <= last)
     return drop(Drop::kOldSequence,
                 fmt::format("secured telegram from {} with sequence number {}, but {} was valid before: repeated, "

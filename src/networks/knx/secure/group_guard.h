@@ -73,10 +73,12 @@ class GroupGuard {
   Opened check(const wire::DataFrame& frame);
   Opened check_secured(const wire::DataFrame& frame);
   Opened accept(const wire::DataFrame& frame, const SecuredApdu& secured, const Key& key);
+  std::uint64_t last_of(wire::IndividualAddress sender);
   Result<const Key*> key_to_send(wire::GroupAddress group, wire::IndividualAddress own) const;
   Result<Bytes> secure(const Bytes& plain, const Key& key);
 
   GroupKeys keys_;
+  wire::IndividualAddress own_;  ///< that was sent from last
   OwnSequence own_sequence_;
   SenderSequences senders_;
   mutable Ccm ccm_;

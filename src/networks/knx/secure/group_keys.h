@@ -17,6 +17,9 @@ struct GroupKey {
   std::optional<Key> key{};                     ///< nullopt: secured, but its key is not known
   std::set<wire::IndividualAddress> senders{};  ///< whose telegrams are accepted
   bool may_send = true;                         ///< receivers accept telegrams of our own address
+  bool any_sender = false;                      ///< telegrams of all others are accepted too
+
+  friend bool operator==(const GroupKey&, const GroupKey&) = default;
 };
 
 /// What one line needs for Data Secure (knx.md, sections 11 and 12).
@@ -24,6 +27,8 @@ struct GroupKeys {
   std::map<wire::GroupAddress, GroupKey> groups;
   /// The last sequence number of a device that is known from elsewhere (keyring); also of our own address.
   std::map<wire::IndividualAddress, std::uint64_t> sequences;
+
+  friend bool operator==(const GroupKeys&, const GroupKeys&) = default;
 };
 
 /// Keeps small values across restarts, as NetworkHost::remember() and remembered() do. kUnsupported: nothing is kept.

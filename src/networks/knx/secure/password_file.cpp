@@ -24,13 +24,14 @@ Result<Secret> password_in(std::string_view text, std::string_view where) {
 
 }  // namespace
 
-Result<Secret> read_password_file(transport::Transports& transports, const std::string& path) {
+Result<Secret> read_private_file(transport::Transports& transports, const std::string& path, std::size_t largest,
+                                 std::string_view what) {
   auto file = transports.open_file(path);
   if (!file) return fail(file.error());
   if ((*file)->open_to_others())
     return fail(ErrorCode::kRefused,
-                fmt::format("{}: other users of this machine can read this password; run chmod 600 {}", path, path));
-  Secret content(kLongest + 3);  // a line end, and one byte that is too much
+                fmt::format("{}: other users of this machine can read {}; run chmod 600 {}", path, what, path));
+  Secret content(largest + 1);
   std::size_t done = 0;
   while (done < content.size()) {
     const auto count = (*file)->read(content.span().subspan(done));
@@ -38,7 +39,14 @@ Result<Secret> read_password_file(transport::Transports& transports, const std::
     if (*count == 0) break;
     done += *count;
   }
-  return password_in(content.text().substr(0, done), path);
+  if (done > largest) return fail(ErrorCode::kOutOfRange, fmt::format("{}: has more than {} bytes", path, largest));
+  return Secret(content.view().first(done));
+}
+
+Result<Secret> read_password_file(transport::Transports& transports, const std::string& path) {
+  const auto content = read_private_file(transports, path, kLongest + 2, "this password");  // with a line end
+  if (content) return password_in(content->text(), path);
+  return content.error().code == ErrorCode::kOutOfRange ? password_in({}, path) : fail(content.error());
 }
 
 Result<std::optional<Secret>> find_password(transport::Transports& transports, const std::string& path,

@@ -62,6 +62,11 @@ Result<void> OwnSequence::usable() {
   return load();
 }
 
+std::uint64_t OwnSequence::last() {
+  (void)load();
+  return next_ - 1;
+}
+
 Result<void> OwnSequence::reserve() {
   const auto first = std::max(next_, milliseconds_since_epoch(scheduler_.wall_now()));
   if (first > kMaxSequence) return fail(ErrorCode::kOutOfRange, "all sequence numbers are used");
@@ -85,10 +90,10 @@ Result<std::uint64_t> OwnSequence::next() {
 
 // SenderSequences.
 
-SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage,
-                                 std::map<wire::IndividualAddress, std::uint64_t> start, Note note)
+SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage, Start start, Note note)
     : storage_(std::move(storage)),
-      last_(std::move(start)),
+      last_(std::move(start.last)),
+      others_(start.others),
       note_(std::move(note)),
       write_later_(scheduler, kPause, [this] { write(); }) {
   std::set<std::uint8_t> lines;
@@ -105,6 +110,7 @@ void SenderSequences::note(std::string_view text) {
 }
 
 void SenderSequences::load(std::uint8_t line) {
+  loaded_.insert(line);
   const auto stored = read(storage_, senders_name(line));
   if (!stored) {
     if (stored.error().code != ErrorCode::kUnsupported)
@@ -116,14 +122,15 @@ void SenderSequences::load(std::uint8_t line) {
   if (bytes.size() % kSenderSize != 0)
     return note(fmt::format("the stored sequence numbers of {} are damaged and ignored", senders_name(line)));
   for (std::size_t at = 0; at < bytes.size(); at += kSenderSize) {
-    const auto found = last_.find(wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | bytes[at])));
+    const auto sender = wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | bytes[at]));
     std::uint64_t sequence = 0;
     for (const auto byte : bytes.subspan(at + 1, kSenderSize - 1)) sequence = sequence << 8U | byte;
-    if (found != last_.end()) found->second = std::max(found->second, sequence);
+    if (others_ || last_.contains(sender)) last_[sender] = std::max(last_[sender], sequence);
   }
 }
 
-std::uint64_t SenderSequences::last(wire::IndividualAddress sender) const {
+std::uint64_t SenderSequences::last(wire::IndividualAddress sender) {
+  if (others_ && !loaded_.contains(line_of(sender))) load(line_of(sender));
   const auto found = last_.find(sender);
   return found == last_.end() ? 0 : found->second;
 }

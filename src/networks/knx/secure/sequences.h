@@ -24,6 +24,8 @@ class OwnSequence {
   /// 1 to kMaxSequence. kUnsupported: nothing is kept across restarts; kIo: the storage fails; kInvalid: what is stored
   /// cannot be read; kOutOfRange: all numbers are used. Each with a sentence for the user.
   Result<std::uint64_t> next();
+  /// No number above it was given out, also before a restart; 0 = none.
+  std::uint64_t last();
   /// The error that next() gives for a lack of storage.
   Result<void> usable();
 
@@ -44,16 +46,20 @@ class SenderSequences {
  public:
   static constexpr Duration kPause = std::chrono::seconds(10);
 
-  /// `start`: the senders with their least last number. The scheduler must outlive it.
-  SenderSequences(Scheduler& scheduler, GroupStorage storage, std::map<wire::IndividualAddress, std::uint64_t> start,
-                  Note note);
+  struct Start {
+    std::map<wire::IndividualAddress, std::uint64_t> last{};  ///< senders with their least last number
+    bool others = false;                                      ///< other senders may be set() too
+  };
+
+  /// The scheduler must outlive it.
+  SenderSequences(Scheduler& scheduler, GroupStorage storage, Start start, Note note);
   ~SenderSequences();
   SenderSequences(const SenderSequences&) = delete;
   SenderSequences& operator=(const SenderSequences&) = delete;
 
-  /// 0 for a sender that is not known.
-  std::uint64_t last(wire::IndividualAddress sender) const;
-  /// For a sender of the constructor.
+  /// 0 for a sender that is not known. Reads the storage for the first sender of a line.
+  std::uint64_t last(wire::IndividualAddress sender);
+  /// For a sender of the constructor, or any one (Start::others).
   void set(wire::IndividualAddress sender, std::uint64_t sequence);
 
  private:
@@ -68,8 +74,9 @@ class SenderSequences {
 
   GroupStorage storage_;
   std::map<wire::IndividualAddress, std::uint64_t> last_;
+  const bool others_;
   Note note_;
-  std::set<std::uint8_t> changed_;  ///< lines
+  std::set<std::uint8_t> loaded_, changed_;  ///< lines
   base::PacedCall write_later_;
 };
 

@@ -217,6 +217,52 @@ TEST(GroupGuard, AMonitorDecodesWithoutAnyEffect) {
   EXPECT_TRUE(guard.peek(wire::read_data_frame(own).value())->secured) << "also what we send";
 }
 
+// Keys without a list of senders.
+
+GroupKeys for_any_sender() {
+  auto keys = one_group();
+  keys.groups[kSecuredGroup].senders.clear();
+  keys.groups[kSecuredGroup].any_sender = true;
+  return keys;
+}
+
+TEST(GroupGuard, WithoutAListEachSenderCountsForItself) {
+  GuardBench bench;
+  auto& guard = bench.start(for_any_sender());
+  const wire::IndividualAddress far{0x2203};
+  EXPECT_TRUE(opened(guard, indication(kOther, 9, value_for(kSecuredGroup))));
+  EXPECT_TRUE(opened(guard, indication(far, 3, value_for(kSecuredGroup))));
+  EXPECT_EQ(opened(guard, indication(far, 3, value_for(kSecuredGroup))).error().drop, Drop::kOldSequence);
+  EXPECT_EQ(opened(guard, indication(kOther, 8, value_for(kSecuredGroup))).error().drop, Drop::kOldSequence);
+  EXPECT_EQ(opened(guard, indication(far, 9, value_for(kSecuredGroup), Key(counting(0x31, 16).view()))).error().drop,
+            Drop::kWrongMac);
+}
+
+TEST(GroupGuard, NumbersOfSendersWithoutAListSurviveARestart) {
+  GuardBench bench;
+  bench.start(for_any_sender());
+  const wire::IndividualAddress same_line{0x11c9}, far{0x2203};
+  for (const auto sender : {kOther, same_line, far})
+    EXPECT_TRUE(opened(*bench.guard, indication(sender, 9, value_for(kSecuredGroup))));
+  bench.start(for_any_sender());
+  EXPECT_EQ(opened(*bench.guard, indication(kOther, 9, value_for(kSecuredGroup))).error().drop, Drop::kOldSequence);
+  EXPECT_TRUE(opened(*bench.guard, indication(kOther, 10, value_for(kSecuredGroup))));
+  bench.start(for_any_sender());
+  for (const auto sender : {same_line, far}) {
+    EXPECT_EQ(opened(*bench.guard, indication(sender, 9, value_for(kSecuredGroup))).error().drop, Drop::kOldSequence)
+        << "also where only another sender of its line was heard";
+  }
+}
+
+TEST(GroupGuard, OurOwnTelegramsThatWereRecordedAreOld) {
+  GuardBench bench;
+  auto& guard = bench.start();
+  const auto own = guard.protect(CemiCode::kDataIndication, value_for(kSecuredGroup), kOwn);
+  ASSERT_TRUE(own);
+  EXPECT_EQ(opened(guard, *own).error().drop, Drop::kOldSequence);
+  EXPECT_EQ(opened(bench.start(), *own).error().drop, Drop::kOldSequence) << "after a restart";
+}
+
 // What is kept.
 
 TEST(GroupGuard, LastNumbersOfSendersSurviveARestart) {

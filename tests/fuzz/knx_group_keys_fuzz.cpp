@@ -1,0 +1,17 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "networks/knx/secure/group_keys_file.h"
+
+/// A file of group keys. What is taken has a key for each group, and each group some sender.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  if (size > 65536) return 0;
+  const auto keys = rubicon::networks::knx::secure::parse_group_keys({reinterpret_cast<const char*>(bytes), size});
+  if (!keys) return 0;
+  if (keys->groups.empty()) __builtin_trap();
+  for (const auto& [group, entry] : keys->groups) {
+    if (!entry.key || entry.any_sender != entry.senders.empty()) __builtin_trap();
+  }
+  return 0;
+}
