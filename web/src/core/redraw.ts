@@ -8,16 +8,27 @@ Component.prototype.shouldComponentUpdate = undefined;
 /** Grows by one in each animation frame in which something changed; views read it and draw from the store. */
 export const frameNumber = signal(0);
 
-let asked = false;
+const waiting = new Set<() => void>();
+
+/** Calls it in the next animation frame. What the calls of one frame change is drawn at once. */
+export function inFrame(call: () => void): void {
+  if (waiting.size === 0) {
+    requestAnimationFrame(() => {
+      const calls = [...waiting];
+      waiting.clear();
+      for (const one of calls) one();
+    });
+  }
+  waiting.add(call);
+}
+
+function countFrame(): void {
+  frameNumber.value++;
+}
 
 /** Asks for a redraw in the next animation frame. */
 export function redraw(): void {
-  if (asked) return;
-  asked = true;
-  requestAnimationFrame(() => {
-    asked = false;
-    frameNumber.value++;
-  });
+  inFrame(countFrame);
 }
 
 /** A component that calls it is drawn again in each frame in which something changed. */

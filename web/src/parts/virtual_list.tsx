@@ -3,6 +3,7 @@ import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/ho
 import { type ActiveRow, activeNow } from "../core/active_row";
 import { addShortcuts } from "../core/keyboard";
 import { layoutOf, shownRows } from "../core/layout";
+import { inFrame } from "../core/redraw";
 import * as words from "../words/frame";
 
 export interface ListProps {
@@ -146,7 +147,7 @@ export function VirtualList(props: ListProps) {
       aria-label={props.label}
       aria-activedescendant={active >= shown.first && active < shown.end ? `${name}-${active}` : undefined}
       tabIndex={0}
-      onScroll={measure}
+      onScroll={() => inFrame(measure)}
       {...grid}
     >
       {props.head?.()}
