@@ -117,6 +117,7 @@ async function drawing(page, island, rate, scroll) {
     frames_per_second: rounded((times.length / times.reduce((sum, time) => sum + time, 0)) * 1000),
     frame_ms: { p50: percentile(times, 0.5), p95: percentile(times, 0.95), p99: percentile(times, 0.99) },
     busy_percent: share("TaskDuration"),
+    processor_percent: share("ThreadTime"),
     script_percent: share("ScriptDuration"),
     layout_and_style_percent: rounded(share("LayoutDuration") + share("RecalcStyleDuration")),
     rows_in_document: mostRows,
