@@ -46,7 +46,7 @@ constexpr std::array kRemedies{
     Remedy{"the interface does not accept user",
            "the passwords of the tunnels were changed: download the interface in ETS and export the keyring again; "
            "without a keyring correct `user` and `user-password-file`"},
-    Remedy{"of the keyring has no tunnel there",
+    Remedy{"has no tunnel there",
            "the tunnels were changed: download the interface in ETS and export the keyring again"},
     Remedy{"(does it require KNX IP Secure?)",
            "`rubicon knx discover --host HOST` shows whether it does; then export a keyring from ETS and configure "

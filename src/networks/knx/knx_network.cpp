@@ -84,7 +84,7 @@ class KnxNetwork final : public network::Network {
   void warn(const std::string& subject, std::string_view text);
   void warn_of_duplicate_address(const model::State& state);
   void add_missing_keys(std::vector<network::Missing>& all) const;
-  model::State state_without_keys() const;
+  std::optional<model::State> state_without_keys() const;
   std::optional<model::State> state();
 
   KnxOptions options_;
@@ -104,6 +104,7 @@ class KnxNetwork final : public network::Network {
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
   std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
   std::string refused_;                        ///< why there are no keys; the options are to be changed
+  std::uint64_t key_attempts_ = 0;             ///< to derive the keys again, for a user
   std::string missing_keys_;                   ///< secured groups without a key, for the user
   std::unique_ptr<secure::GroupGuard> guard_;
   std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
@@ -139,7 +140,6 @@ void KnxNetwork::show_sent(ByteView cemi) {
 
 /// Passwords become keys on a thread of their own, because each takes some 15 ms.
 Result<void> KnxNetwork::derive_keys() {
-  if (worker_ || !refused_.empty()) return {};
   auto worker = host_.transports().start_worker("knx-keys");
   if (!worker) return fail(worker.error());
   worker_ = std::move(*worker);
@@ -154,6 +154,7 @@ Result<void> KnxNetwork::derive_keys() {
 
 void KnxNetwork::use_keys(Result<SecureAccess> access) {
   worker_.reset();
+  if (!access && access.error().code == ErrorCode::kIo) return line_lost(access.error());  // no fault of the options
   if (!access) {
     refused_ = access.error().text;
     return reporter_.line_changed();
@@ -199,7 +200,7 @@ Result<void> KnxNetwork::open() {
     points_.begin();
     exposures_.set(options_.exposures);
   }
-  if (!line_ && options_.secure.any()) return derive_keys();
+  if (!line_ && options_.secure.any()) return worker_ || !refused_.empty() ? Result<void>() : derive_keys();
   if (!line_) {
     secure_groups({});
     make_line();
@@ -208,7 +209,12 @@ Result<void> KnxNetwork::open() {
 }
 
 Result<void> KnxNetwork::reopen() {
-  return line_ && line_->reopen() ? Result<void>() : Network::reopen();
+  if (line_) return line_->reopen() ? Result<void>() : Network::reopen();
+  if (refused_.empty()) return Network::reopen();
+  if (auto started = derive_keys(); !started) return started;
+  ++key_attempts_;
+  refused_.clear();
+  return {};
 }
 
 std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {
@@ -354,9 +360,12 @@ void KnxNetwork::warn_of_duplicate_address(const model::State& state) {
       fmt::format("{} is also the address of another device on the bus", to_string(line_->state().own)));
 }
 
-model::State KnxNetwork::state_without_keys() const {
-  if (!refused_.empty()) return {model::LineState::kRefused, refused_, {}};
-  return {model::LineState::kConnecting, "derives the keys of KNX Secure from its passwords", {}};
+std::optional<model::State> KnxNetwork::state_without_keys() const {
+  const std::map<std::string, std::uint64_t> counters{{"attempts", key_attempts_}};
+  if (worker_)
+    return model::State{model::LineState::kConnecting, "derives the keys of KNX Secure from its passwords", counters};
+  if (refused_.empty()) return std::nullopt;
+  return model::State{model::LineState::kRefused, refused_, counters};
 }
 
 /// None while the line is lost: the supervisor then reports.
@@ -371,6 +380,7 @@ std::optional<model::State> KnxNetwork::state() {
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
                      line.reason, line_->counters()};
+  state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
   const auto& points = points_.counters();
   state.counters.insert({{"readings", points.readings},

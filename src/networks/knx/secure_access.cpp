@@ -94,7 +94,7 @@ class Reader {
     }
     if (out.keyring) return options_.error("user-password-file", "is not used beside 'keyring': expected one of them");
     SecureOptions::User user;
-    user.number = static_cast<std::uint8_t>(options_.integer("user", user.number, 1, 127));
+    user.number = static_cast<std::uint8_t>(options_.integer("user", user.number, 2, 127));
     if (auto password = password_of("user-password-file")) user.password = std::move(*password);
     if (options_.has("device-password-file")) user.device_password = password_of("device-password-file");
     out.user = std::move(user);

@@ -69,7 +69,7 @@ struct SecureAccess {
 };
 
 /// Decrypts the keyring and derives the keys of passwords: some 15 ms for each, so not on the event loop. Errors are
-/// those of Keyring, with the name of the file; each is a matter of configuration.
+/// those of Keyring, with the name of the file: kIo of OpenSSL, else a matter of configuration.
 Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line);
 
 }  // namespace rubicon::networks::knx

@@ -301,6 +301,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "expected one of them"},
         WrongOption{R"("keyring-password-file": "house.password")", "without 'keyring'"},
         WrongOption{R"("user": 4)", "without 'user-password-file'"},
+        WrongOption{R"("user": 1, "user-password-file": "user.password")", "user"},
         WrongOption{R"("user": 200, "user-password-file": "user.password")", "user"},
         WrongOption{R"("secure": "require")", "require needs"}, WrongOption{R"("secure": "yes")", "secure"},
         WrongOption{R"("secure": "off", "user-password-file": "user.password")", "is off, although"},

@@ -12,8 +12,10 @@ inline Result<Bytes> encode(secure::GroupGuard* guard, wire::CemiCode code, cons
   return guard != nullptr ? guard->protect(code, telegram, own) : wire::write_telegram(code, telegram);
 }
 
-inline secure::GroupGuard::Opened decode(secure::GroupGuard* guard, const wire::DataFrame& frame) {
-  if (guard != nullptr) return guard->open(frame);
+/// `own`: the present address of the line.
+inline secure::GroupGuard::Opened decode(secure::GroupGuard* guard, const wire::DataFrame& frame,
+                                         wire::IndividualAddress own) {
+  if (guard != nullptr) return guard->open(frame, own);
   auto telegram = wire::to_telegram(frame);
   if (!telegram) return tl::unexpected<secure::GroupGuard::Dropped>(secure::GroupGuard::Dropped{});
   return std::move(*telegram);

@@ -152,7 +152,7 @@ void Routing::receive_indication(const Endpoint& from, const wire::RoutingIndica
 }
 
 void Routing::receive_telegram(const Endpoint& from, const wire::DataFrame& frame) {
-  const auto telegram = decode(options_.guard, frame);
+  const auto telegram = decode(options_.guard, frame, options_.address);
   if (telegram) {
     ++counters_.received;
     return callbacks_.received(*telegram);

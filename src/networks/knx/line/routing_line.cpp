@@ -84,7 +84,7 @@ Result<void> RoutingLine::make_guard() {
   calls.synchronised = [this] {
     if (state_.phase == LineState::Phase::kConnecting) become_up();
   };
-  // The guard outlives its calls, but not those of this line.
+  // The line may be destroyed in a note, but not in a call of its guard.
   calls.note = [this](std::string_view subject, std::string_view text) {
     if (!callbacks_.note) return;
     lifetime_.post(scheduler_, [this, subject = std::string(subject), text = std::string(text)] {
@@ -144,6 +144,8 @@ Result<void> RoutingLine::open_sender() {
 void RoutingLine::receive(const Endpoint& from, ByteView datagram, Routing::Group role) {
   if (from.port != sender_->local().port) silence_.set(kSilence);  // own frames do not prove membership
   if (!guard_) return routing_.receive(from, datagram, role);
+  // With a group of its own the line has no business with what other installations send to the system group.
+  if (role == Routing::Group::kSystem && !secure::RoutingGuard::is_discovery(datagram)) return;
   const auto watch = lifetime_.watch();
   const auto frame = guard_->receive(transport::to_string(from), datagram);
   if (state_.phase == LineState::Phase::kUp && guard_->problem() != shown_problem_) {

@@ -250,7 +250,7 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     ++counters_.lte;
     return;
   }
-  const auto telegram = decode(options_.guard, *frame);
+  const auto telegram = decode(options_.guard, *frame, state_.own);
   if (!telegram) return dropped(telegram.error());
   ++counters_.received;
   // The telegram is delivered all the same: in some installations several tunnels share an address.
@@ -326,7 +326,7 @@ void TunnelLine::explain_refusal(Tunnel::End& end) {
   if (end.status == wire::status::kConnectionType && !options_.secure)
     end.why += "; if it does, configure `keyring: FILE.knxkeys` of the ETS project and `via: tunnel-tcp`";
   if (end.status == wire::status::kUnauthorised && options_.secure)
-    end.why += fmt::format("; user {} of the keyring has no tunnel there", options_.secure->user);
+    end.why += fmt::format("; user {} has no tunnel there", options_.secure->user);
 }
 
 /// Reports the pending telegram if the server is known to have accepted it.
@@ -367,9 +367,9 @@ bool TunnelLine::retries_session(Duration lived) {
     case Cause::kNoneFree: retry_after(Phase::kWaiting, hold_off_.slot_taken(), session_end_->why); return true;
     case Cause::kWrongServer: retry_after(Phase::kRefused, hold_off_.misconfigured(), session_end_->why); return true;
     case Cause::kNotAuthenticated: retry_password(session_end_->why); return true;
-    case Cause::kClosed: return retries_closed(lived);
+    case Cause::kClosed:
+    case Cause::kForgotten: return retries_closed(lived);
     case Cause::kNoAnswer:
-    case Cause::kForgotten:
     case Cause::kBroken: break;
   }
   return false;
@@ -380,8 +380,8 @@ void TunnelLine::retry_password(std::string why) {
   const bool tries = options_.secure->user_key.other && !tried_other_password_;
   uses_other_password_ = options_.secure->user_key.other && !uses_other_password_;
   tried_other_password_ = tries;
-  tries ? retry_after(Phase::kWaiting, {}, std::move(why))
-        : retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
+  if (tries) return retry_after(Phase::kConnecting, {}, "the password has a second form, which is tried now");
+  retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
 }
 
 void TunnelLine::retry_after(Phase phase, Duration pause, std::string why) {

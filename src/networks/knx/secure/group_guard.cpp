@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -50,16 +49,11 @@ std::optional<Dropped> not_handled(const wire::DataFrame& frame, const SecuredAp
   return std::nullopt;
 }
 
-SenderSequences::Start start_of(const GroupKeys& keys) {
-  SenderSequences::Start start;
-  for (const auto& [group, entry] : keys.groups) {
-    start.others = start.others || entry.any_sender;
-    for (const auto sender : entry.senders) {
-      const auto known = keys.sequences.find(sender);
-      start.last[sender] = known == keys.sequences.end() ? 0 : known->second;
-    }
-  }
-  if (start.others) start.last.insert(keys.sequences.begin(), keys.sequences.end());
+/// All senders that are named, with their least last number.
+std::map<wire::IndividualAddress, std::uint64_t> start_of(const GroupKeys& keys) {
+  auto start = keys.sequences;
+  for (const auto& [group, entry] : keys.groups)
+    for (const auto sender : entry.senders) start.try_emplace(sender, 0);
   return start;
 }
 
@@ -77,7 +71,6 @@ std::string_view GroupGuard::Dropped::counter() const {
 GroupGuard::GroupGuard(Scheduler& scheduler, GroupKeys keys, GroupStorage storage, wire::IndividualAddress own,
                        Note note)
     : keys_(std::move(keys)),
-      own_(own),
       own_sequence_(scheduler, storage, known_of(keys_, own)),
       senders_(scheduler, std::move(storage), start_of(keys_), std::move(note)) {}
 
@@ -87,7 +80,6 @@ Result<Bytes> GroupGuard::protect(wire::CemiCode code, const wire::Telegram& tel
   if (!secures(telegram.destination)) return wire::write_telegram(code, telegram);
   const auto key = key_to_send(telegram.destination, own);
   if (!key) return fail(key.error());
-  own_ = own;
   auto from_us = telegram;
   from_us.source = own;
   const auto plain = wire::write_telegram(code, from_us);
@@ -133,14 +125,14 @@ Result<Bytes> GroupGuard::secure(const Bytes& plain, const Key& key) {
 
 // Receiving.
 
-GroupGuard::Opened GroupGuard::open(const wire::DataFrame& frame) {
-  auto opened = check(frame);
+GroupGuard::Opened GroupGuard::open(const wire::DataFrame& frame, wire::IndividualAddress own) {
+  auto opened = check(frame, own);
   if (!opened) ++dropped_.at(static_cast<std::size_t>(opened.error().drop));
   return opened;
 }
 
-GroupGuard::Opened GroupGuard::check(const wire::DataFrame& frame) {
-  if (is_secured(frame.tpdu)) return check_secured(frame);
+GroupGuard::Opened GroupGuard::check(const wire::DataFrame& frame, wire::IndividualAddress own) {
+  if (is_secured(frame.tpdu)) return check_secured(frame, own);
   auto telegram = wire::to_telegram(frame);
   if (!telegram) return drop(Drop::kNoTelegram, {});
   if (secures(telegram->destination))
@@ -148,7 +140,7 @@ GroupGuard::Opened GroupGuard::check(const wire::DataFrame& frame) {
   return std::move(*telegram);
 }
 
-GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame) {
+GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame, wire::IndividualAddress own) {
   if (!frame.to_group() || frame.destination == 0)
     return drop(Drop::kPointToPoint,
                 fmt::format("secured telegram from {} to a device: not handled", to_string(frame.source)));
@@ -161,13 +153,12 @@ GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame) {
   if (!group->second.any_sender && !group->second.senders.contains(frame.source))
     return drop(Drop::kUnknownSender,
                 fmt::format("secured telegram from {}: not a sender of this group", path_of(frame)));
+  // What we sent ourselves and somebody recorded is no value of a device.
+  if (number(own) != 0 && frame.source == own)
+    return drop(
+        Drop::kOldSequence,
+        fmt::format("secured telegram from {}, which is our own address: sent back or replayed", path_of(frame)));
   return accept(frame, *secured, *group->second.key);
-}
-
-/// A telegram of our own that somebody recorded is no value of a device.
-std::uint64_t GroupGuard::last_of(wire::IndividualAddress sender) {
-  const auto last = senders_.last(sender);
-  return sender == own_ ? std::max(last, own_sequence_.last()) : last;
 }
 
 /// The MAC comes first: an old number of a good telegram is a repetition, that of a bad one says nothing.
@@ -178,12 +169,14 @@ GroupGuard::Opened GroupGuard::accept(const wire::DataFrame& frame, const Secure
                                              "another key",
                                              path_of(frame)));
   if (!plain) return drop(Drop::kOther, fmt::format("telegram from {}: {}", path_of(frame), plain.error().text));
-  const auto last = last_of(frame.source);
-  if (secured.sequence <= last)
+  const auto last = senders_.last(frame.source);
+  if (!last)
+    return drop(Drop::kOldSequence, fmt::format("secured telegram from {}: {}", path_of(frame), last.error().text));
+  if (secured.sequence <= *last)
     return drop(Drop::kOldSequence,
                 fmt::format("secured telegram from {} with sequence number {}, but {} was valid before: repeated, "
                             "replayed, or the device lost its number (then program it again in ETS)",
-                            path_of(frame), secured.sequence, last));
+                            path_of(frame), secured.sequence, *last));
   senders_.set(frame.source, secured.sequence);
   auto inner = frame;
   inner.tpdu = *plain;

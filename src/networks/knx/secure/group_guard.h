@@ -60,8 +60,9 @@ class GroupGuard {
   /// number. kRefused: no key, no storage, not a sender of this group, no own address; else the errors of
   /// write_telegram. A frame that is not sent costs a sequence number and no more.
   Result<Bytes> protect(wire::CemiCode code, const wire::Telegram& telegram, wire::IndividualAddress own);
-  /// The telegram in a received frame. A secured one counts as received: an equal frame is dropped from then on.
-  Opened open(const wire::DataFrame& frame);
+  /// The telegram in a received frame. A secured one counts as received: an equal frame is dropped from then on. `own`:
+  /// our present address; what has it as its source is not of a device.
+  Opened open(const wire::DataFrame& frame, wire::IndividualAddress own = {});
   /// Decodes a frame of either direction without any effect; senders and sequence numbers are not checked. kRefused:
   /// wrong MAC or no key; kUnsupported: no group telegram.
   Result<Peeked> peek(const wire::DataFrame& frame) const;
@@ -70,15 +71,13 @@ class GroupGuard {
   std::map<std::string, std::uint64_t> counters() const;
 
  private:
-  Opened check(const wire::DataFrame& frame);
-  Opened check_secured(const wire::DataFrame& frame);
+  Opened check(const wire::DataFrame& frame, wire::IndividualAddress own);
+  Opened check_secured(const wire::DataFrame& frame, wire::IndividualAddress own);
   Opened accept(const wire::DataFrame& frame, const SecuredApdu& secured, const Key& key);
-  std::uint64_t last_of(wire::IndividualAddress sender);
   Result<const Key*> key_to_send(wire::GroupAddress group, wire::IndividualAddress own) const;
   Result<Bytes> secure(const Bytes& plain, const Key& key);
 
   GroupKeys keys_;
-  wire::IndividualAddress own_;  ///< that was sent from last
   OwnSequence own_sequence_;
   SenderSequences senders_;
   mutable Ccm ccm_;

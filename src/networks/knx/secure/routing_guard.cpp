@@ -14,7 +14,8 @@ using wire::ServiceCode;
 
 constexpr std::size_t kOwnNotifies = 8;
 constexpr std::string_view kTimerName = "routing-timer";
-constexpr std::size_t kTimerSize = 24;  ///< timer, limit, wall clock in ms since 1970: 8 bytes each, big endian
+/// Timer, limit, wall clock in ms since 1970, and a check value: 8 bytes each, big endian.
+constexpr std::size_t kTimerSize = 24, kCheckSize = 8;
 
 std::uint64_t milliseconds(Duration span) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(span).count());
@@ -35,17 +36,35 @@ std::uint64_t number_at(ByteView bytes, std::size_t at) {
   return number;
 }
 
-/// The stored timer and the time since then, not below what may have been used.
-std::uint64_t first_timer(const Scheduler& scheduler, const GroupStorage& storage) {
-  if (!storage.stored) return 0;
-  const auto stored = storage.stored(kTimerName);
-  if (!stored || !*stored || (*stored)->size() != kTimerSize) return 0;
-  const auto then = number_at(**stored, 16), now = wall_milliseconds(scheduler);
-  const auto away = now > then ? now - then : 0;
-  return std::max(number_at(**stored, 0) + away, number_at(**stored, 8));
+/// Shows whether a stored timer is damaged, or of another group.
+Result<Bytes> check_of(const Key& key, ByteView timer) {
+  Secret text(Key::kSize + timer.size());
+  std::copy_n(key.view().begin(), Key::kSize, text.span().begin());
+  std::copy(timer.begin(), timer.end(), text.span().begin() + Key::kSize);
+  const auto digest = sha256(text.view());
+  if (!digest) return fail(digest.error());
+  return Bytes(digest->begin(), digest->begin() + kCheckSize);
 }
 
-bool is_discovery(ServiceCode service) {
+/// The stored timer and the time since then, not below what may have been used. A timer at its end would stay there in
+/// the whole group for ever, so nothing is taken that is not ours.
+Result<std::uint64_t> first_timer(const Scheduler& scheduler, const GroupStorage& storage, const Key& key) {
+  if (!storage.stored) return 0;
+  const auto stored = storage.stored(kTimerName);
+  if (!stored) return fail(stored.error());
+  if (!*stored) return 0;
+  const ByteView row = **stored;
+  const auto fits = row.size() == kTimerSize + kCheckSize;
+  const auto check = fits ? check_of(key, row.first(kTimerSize)) : Result<Bytes>(Bytes());
+  if (!check) return fail(check.error());
+  if (!fits || !equal(*check, row.subspan(kTimerSize)))
+    return fail(ErrorCode::kInvalid, "it is damaged, or of another backbone key");
+  const auto then = number_at(row, 16), now = wall_milliseconds(scheduler);
+  const auto away = now > then ? std::min(now - then, milliseconds(RoutingGuard::kLongestAway)) : 0;
+  return std::max(number_at(row, 0) + away, number_at(row, 8));
+}
+
+bool finds_servers(ServiceCode service) {
   return service == ServiceCode::kSearchRequest || service == ServiceCode::kSearchResponse ||
          service == ServiceCode::kSearchRequestExtended || service == ServiceCode::kSearchResponseExtended ||
          service == ServiceCode::kDescriptionRequest || service == ServiceCode::kDescriptionResponse;
@@ -61,7 +80,11 @@ Result<std::unique_ptr<RoutingGuard>> RoutingGuard::make(Scheduler& scheduler, R
   clock.latency = keys.latency;
   std::copy_n(bytes.begin(), clock.own.size(), clock.own.begin());
   clock.seed = number_at(bytes, clock.own.size());
-  clock.start = first_timer(scheduler, storage);
+  const auto first = first_timer(scheduler, storage, keys.backbone);
+  clock.start = first.value_or(0);
+  if (!first && callbacks.note)
+    callbacks.note("secure-timer", fmt::format("the stored timer of secure routing cannot be used, it begins at 0: {}",
+                                               first.error().text));
   return std::make_unique<RoutingGuard>(scheduler, std::move(keys), std::move(storage), clock, std::move(callbacks));
 }
 
@@ -75,33 +98,50 @@ RoutingGuard::RoutingGuard(Scheduler& scheduler, RoutingKeys keys, GroupStorage 
       tag_(static_cast<std::uint16_t>(clock.seed)),
       clock_(scheduler, clock,
              {[this](const Serial& serial, std::uint16_t tag) { send_notify(serial, tag); },
-              [this] { callbacks_.synchronised(); }}) {}
+              [this] {
+                began_ = clock_.now();
+                callbacks_.synchronised();
+              }}) {}
 
 RoutingGuard::~RoutingGuard() {
-  if (limit_ != 0) store(clock_.now());
+  callbacks_.note = nullptr;  // its owner is being destroyed
+  if (used_) store(clock_.now());
 }
 
-/// Before a timer is sent, it is stored that it may have been.
+/// Before a timer is sent, it is stored that it may have been. A disk that fails does not stop the line.
 void RoutingGuard::reserve() {
-  if (clock_.now() < limit_ && limit_ <= clock_.now() + milliseconds(kReserve)) return;
-  limit_ = clock_.now() + milliseconds(kReserve);
-  store(limit_);
+  used_ = true;
+  const auto now = clock_.now(), limit = now + milliseconds(kReserve);
+  if ((now < limit_ && limit_ <= limit) || scheduler_.now() < store_again_) return;
+  if (store(limit)) {
+    limit_ = limit;
+  } else {
+    store_again_ = scheduler_.now() + kStoreAgain;
+  }
 }
 
-void RoutingGuard::store(std::uint64_t limit) {
-  if (!storage_.store) return;
+bool RoutingGuard::store(std::uint64_t limit) {
+  if (!storage_.store) return true;
   Bytes bytes;
   put(bytes, clock_.now());
   put(bytes, limit);
   put(bytes, wall_milliseconds(scheduler_));
-  const auto stored = storage_.store(kTimerName, bytes);
-  if (!stored && stored.error().code != ErrorCode::kUnsupported && callbacks_.note)
+  const auto check = check_of(keys_.backbone, bytes);
+  if (check) bytes.insert(bytes.end(), check->begin(), check->end());
+  const auto stored = check ? storage_.store(kTimerName, bytes) : Result<void>(fail(check.error()));
+  if (stored || stored.error().code == ErrorCode::kUnsupported) return true;
+  if (callbacks_.note)
     callbacks_.note("secure-timer", fmt::format("the timer of secure routing is not kept: {}", stored.error().text));
+  return false;
 }
 
 Result<ByteView> RoutingGuard::wrap(ByteView frame) {
   if (!synchronised())
     return fail(ErrorCode::kRefused, "the timer of the secure routing group is not known yet, so nothing can be sent");
+  if (clock_.now() >= RoutingClock::kMost)
+    return fail(ErrorCode::kRefused,
+                "the timer of the secure routing group is at its end, so nothing can be sent: give the backbone a new "
+                "key in ETS");
   reserve();
   const WrapperHead head{0, clock_.now(), own_, ++tag_};
   if (auto done = seal_wrapper(ccm_, keys_.backbone, head, frame, out_); !done) return fail(done.error());
@@ -111,6 +151,7 @@ Result<ByteView> RoutingGuard::wrap(ByteView frame) {
 }
 
 void RoutingGuard::send_notify(const Serial& serial, std::uint16_t tag) {
+  if (clock_.now() >= RoutingClock::kMost) return;
   reserve();
   TimerNotify notify{clock_.now(), serial, tag, {}};
   const auto plain = write(notify);
@@ -123,6 +164,11 @@ void RoutingGuard::send_notify(const Serial& serial, std::uint16_t tag) {
   callbacks_.transmit(write(notify));
 }
 
+bool RoutingGuard::is_discovery(ByteView datagram) {
+  const auto frame = wire::read_frame(datagram);
+  return frame && finds_servers(frame->service);
+}
+
 ByteView RoutingGuard::receive(const std::string& from, ByteView datagram) {
   in_.clear();
   const auto frame = wire::read_frame(datagram);
@@ -130,7 +176,7 @@ ByteView RoutingGuard::receive(const std::string& from, ByteView datagram) {
     drop(counters_.bad, "bad-frames", from, fmt::format("sent a frame that cannot be read: {}", frame.error().text));
     return {};
   }
-  if (is_discovery(frame->service)) return datagram;
+  if (finds_servers(frame->service)) return datagram;
   if (frame->service == ServiceCode::kSecureWrapper) return receive_wrapper(from, *frame);
   if (frame->service == ServiceCode::kTimerNotify) {
     receive_notify(from, *frame);
@@ -148,45 +194,54 @@ ByteView RoutingGuard::receive_wrapper(const std::string& from, const wire::Fram
     drop(counters_.bad, "bad-frames", from, "sent a wrapper that is not one of routing");
     return {};
   }
-  if (wrapper->head.serial == own_) {
-    ++counters_.own;
-    return {};
-  }
   const auto opened = open_wrapper(ccm_, keys_.backbone, *wrapper, in_);
   if (!opened || *opened == Opened::kWrongMac) {
     drop(counters_.wrong_mac, "secure-wrong-mac", from,
          "sent a telegram with a wrong MAC: it was changed, or has another backbone key");
     return {};
   }
-  const auto content = accept(from, wrapper->head);
-  if (*opened == Opened::kFrame) return content;
-  drop(counters_.forbidden, "secure-forbidden", from, "wrapped a frame that a wrapper must not hold");
-  return {};
+  if (wrapper->head.serial == own_) {
+    ++counters_.own;
+    return {};
+  }
+  if (!accept(from, wrapper->head)) return {};
+  if (*opened == Opened::kForbidden) {
+    drop(counters_.forbidden, "secure-forbidden", from, "wrapped a frame that a wrapper must not hold");
+    return {};
+  }
+  ++counters_.received;
+  return in_;
 }
 
-/// in_, if the wrapper is neither old nor repeated.
-ByteView RoutingGuard::accept(const std::string& from, const WrapperHead& head) {
+/// True if the wrapper is neither old nor repeated.
+bool RoutingGuard::accept(const std::string& from, const WrapperHead& head) {
+  using Verdict = RoutingClock::Verdict;
   const Seen one{head.sequence, head.serial, head.tag};
   if (clock_.synchronised() && is_repeated(one)) {
     drop(counters_.replays, "secure-replays", from, "sent a telegram once more: dropped");
-    return {};
+    return false;
   }
-  switch (clock_.received_wrapper(head.sequence, head.serial, head.tag)) {
-    case RoutingClock::Verdict::kAccepted: break;
-    case RoutingClock::Verdict::kEarly: ++counters_.early; return {};
-    case RoutingClock::Verdict::kOld:
-      drop(counters_.old, "secure-old", from,
-           fmt::format("sent a telegram that is {} ms old, beyond the latency tolerance: dropped",
-                       clock_.now() - head.sequence));
-      return {};
+  const auto verdict = clock_.received_wrapper(head.sequence, head.serial, head.tag);
+  if (verdict == Verdict::kOld) {
+    drop(counters_.old, "secure-old", from,
+         fmt::format("sent a telegram that is {} ms old, beyond the latency tolerance: dropped",
+                     clock_.now() - head.sequence));
+    return false;
   }
+  if (verdict == Verdict::kEarly || head.sequence < began_) {
+    drop(counters_.early, "secure-early", from, "sent a telegram before the timer of the group was known: dropped");
+    return false;
+  }
+  remember(one);
+  return true;
+}
+
+void RoutingGuard::remember(const Seen& one) {
   if (seen_.size() == kMostRemembered) {
     floor_ = std::max(floor_, seen_.front().timer + 1);
     seen_.pop_front();
   }
   seen_.push_back(one);
-  ++counters_.received;
-  return in_;
 }
 
 bool RoutingGuard::is_repeated(const Seen& one) {

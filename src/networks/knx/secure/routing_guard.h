@@ -20,6 +20,10 @@ class RoutingGuard {
  public:
   /// The timer is stored ahead by so much, so that no value is sent twice whenever the process is killed.
   static constexpr Duration kReserve = std::chrono::minutes(10);
+  /// The pause after a failure to store it.
+  static constexpr Duration kStoreAgain = std::chrono::seconds(10);
+  /// What the pause between two starts adds to a stored timer at most: the wall clock may have been wrong.
+  static constexpr Duration kLongestAway = std::chrono::hours(10 * 365 * 24);
   /// Wrappers within the latency tolerance that are remembered to find repetitions; with more of them the tolerance
   /// becomes shorter.
   static constexpr std::size_t kMostRemembered = 4096;
@@ -33,13 +37,13 @@ class RoutingGuard {
     Note note{};
   };
 
-  /// The scheduler must outlive it. Without storage the timer begins at 0 after a restart, until the group corrects it.
-  /// kIo: OpenSSL fails.
+  /// The scheduler must outlive it. Without storage the timer begins at 0 after a restart, until the group corrects it,
+  /// as after a stored one that is damaged or of another backbone key. kIo: OpenSSL fails.
   static Result<std::unique_ptr<RoutingGuard>> make(Scheduler& scheduler, RoutingKeys keys, GroupStorage storage,
                                                     const Random& random, Callbacks callbacks);
   RoutingGuard(Scheduler& scheduler, RoutingKeys keys, GroupStorage storage, const RoutingClock::Settings& clock,
                Callbacks callbacks);
-  /// Stores the timer.
+  /// Stores the timer; no callbacks.
   ~RoutingGuard();
   RoutingGuard(const RoutingGuard&) = delete;
   RoutingGuard& operator=(const RoutingGuard&) = delete;
@@ -49,11 +53,13 @@ class RoutingGuard {
   void stop() { clock_.stop(); }
   bool synchronised() const { return clock_.synchronised(); }
 
-  /// The wrapper of a whole frame, valid until the next call. kRefused: the timer is not synchronised.
+  /// The wrapper of a whole frame, valid until the next call. kRefused: the timer is not synchronised, or at its end.
   Result<ByteView> wrap(ByteView frame);
   /// The plain frame in a datagram of the group; empty if it was dropped, or was a TIMER_NOTIFY. Valid until the next
   /// call. `from` is for the log.
   ByteView receive(const std::string& from, ByteView datagram);
+  /// True for searches and descriptions, which are plain everywhere.
+  static bool is_discovery(ByteView datagram);
 
   /// Why the line may be useless although it is synchronised, for the user: no member of the group was heard yet. Empty
   /// as soon as one was.
@@ -75,14 +81,15 @@ class RoutingGuard {
   };
 
   ByteView receive_wrapper(const std::string& from, const wire::Frame& frame);
-  ByteView accept(const std::string& from, const WrapperHead& head);
+  bool accept(const std::string& from, const WrapperHead& head);
   void receive_notify(const std::string& from, const wire::Frame& frame);
   Result<bool> has_good_mac(const TimerNotify& notify);
   void send_notify(const Serial& serial, std::uint16_t tag);
   bool is_repeated(const Seen& one);
+  void remember(const Seen& one);
   void drop(std::uint64_t& counter, std::string_view subject, const std::string& from, std::string_view what);
   void reserve();
-  void store(std::uint64_t limit);
+  bool store(std::uint64_t limit);
 
   Scheduler& scheduler_;
   RoutingKeys keys_;
@@ -95,7 +102,10 @@ class RoutingGuard {
   std::deque<Seen> seen_;
   std::deque<Seen> notifies_;  ///< the last that were sent: multicast brings them back
   std::uint64_t floor_ = 0;    ///< an older wrapper can no longer be told from a repetition
+  std::uint64_t began_ = 0;    ///< the timer when it was synchronised: what is older may have been taken before
   std::uint64_t limit_ = 0;    ///< what is stored: no timer beyond it was sent
+  bool used_ = false;          ///< a timer was sent
+  SteadyTime store_again_{};   ///< after a failure
   Bytes in_, out_;             ///< their memory is used again
   Counters counters_;
 };

@@ -16,6 +16,9 @@ constexpr std::size_t kOwnSize = 8, kSenderSize = 7;
 /// Sequence numbers of devices count from here where nothing is stored.
 constexpr std::chrono::sys_days kEpoch = std::chrono::year{2018} / 1 / 5;
 
+/// No host runs this program earlier.
+constexpr std::chrono::sys_days kLeastTime = std::chrono::year{2025} / 1 / 1;
+
 std::uint64_t milliseconds_since_epoch(WallTime now) {
   const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(now - kEpoch).count();
   return passed > 0 ? static_cast<std::uint64_t>(passed) : 0;
@@ -59,12 +62,11 @@ Result<void> OwnSequence::load() {
 }
 
 Result<void> OwnSequence::usable() {
-  return load();
-}
-
-std::uint64_t OwnSequence::last() {
-  (void)load();
-  return next_ - 1;
+  if (auto loaded = load(); !loaded) return loaded;
+  if (next_ > 1 || scheduler_.wall_now() >= kLeastTime) return {};
+  return fail(ErrorCode::kRefused,
+              "the clock of this host was never set, and no earlier sequence number is known: devices would ignore the "
+              "telegrams");
 }
 
 Result<void> OwnSequence::reserve() {
@@ -81,8 +83,8 @@ Result<void> OwnSequence::reserve() {
 }
 
 Result<std::uint64_t> OwnSequence::next() {
-  if (auto loaded = load(); !loaded) return fail(loaded.error());
-  if (next_ > limit_) {
+  if (auto can = usable(); !can) return fail(can.error());
+  if (next_ > limit_ || milliseconds_since_epoch(scheduler_.wall_now()) > limit_ + kAhead) {
     if (auto reserved = reserve(); !reserved) return fail(reserved.error());
   }
   return next_++;
@@ -90,15 +92,17 @@ Result<std::uint64_t> OwnSequence::next() {
 
 // SenderSequences.
 
-SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage, Start start, Note note)
+SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage,
+                                 std::map<wire::IndividualAddress, std::uint64_t> start, Note note)
     : storage_(std::move(storage)),
-      last_(std::move(start.last)),
-      others_(start.others),
+      last_(std::move(start)),
       note_(std::move(note)),
       write_later_(scheduler, kPause, [this] { write(); }) {
   std::set<std::uint8_t> lines;
   for (const auto& [sender, last] : last_) lines.insert(line_of(sender));
-  for (const auto line : lines) load(line);
+  for (const auto line : lines) {
+    if (auto done = load(line); !done) this->note(done.error().text);
+  }
 }
 
 SenderSequences::~SenderSequences() {
@@ -109,28 +113,30 @@ void SenderSequences::note(std::string_view text) {
   if (note_) note_("data-secure-storage", text);
 }
 
-void SenderSequences::load(std::uint8_t line) {
-  loaded_.insert(line);
+Result<void> SenderSequences::load(std::uint8_t line) {
+  if (loaded_.contains(line)) return {};
   const auto stored = read(storage_, senders_name(line));
-  if (!stored) {
-    if (stored.error().code != ErrorCode::kUnsupported)
-      note(fmt::format("the last sequence numbers of senders cannot be read: {}", stored.error().text));
-    return;
-  }
-  if (!stored->has_value()) return;
-  const ByteView bytes = **stored;
-  if (bytes.size() % kSenderSize != 0)
+  if (!stored && stored.error().code != ErrorCode::kUnsupported)
+    return fail(stored.error().code,
+                fmt::format("the last sequence numbers of senders cannot be read: {}", stored.error().text));
+  loaded_.insert(line);
+  if (stored && stored->has_value()) take(line, **stored);
+  return {};
+}
+
+void SenderSequences::take(std::uint8_t line, ByteView stored) {
+  if (stored.size() % kSenderSize != 0)
     return note(fmt::format("the stored sequence numbers of {} are damaged and ignored", senders_name(line)));
-  for (std::size_t at = 0; at < bytes.size(); at += kSenderSize) {
-    const auto sender = wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | bytes[at]));
+  for (std::size_t at = 0; at < stored.size(); at += kSenderSize) {
     std::uint64_t sequence = 0;
-    for (const auto byte : bytes.subspan(at + 1, kSenderSize - 1)) sequence = sequence << 8U | byte;
-    if (others_ || last_.contains(sender)) last_[sender] = std::max(last_[sender], sequence);
+    for (const auto byte : stored.subspan(at + 1, kSenderSize - 1)) sequence = sequence << 8U | byte;
+    auto& last = last_[wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | stored[at]))];
+    last = std::max(last, sequence);
   }
 }
 
-std::uint64_t SenderSequences::last(wire::IndividualAddress sender) {
-  if (others_ && !loaded_.contains(line_of(sender))) load(line_of(sender));
+Result<std::uint64_t> SenderSequences::last(wire::IndividualAddress sender) {
+  if (auto done = load(line_of(sender)); !done) return fail(done.error());
   const auto found = last_.find(sender);
   return found == last_.end() ? 0 : found->second;
 }

@@ -13,20 +13,22 @@ namespace rubicon::networks::knx::secure {
 /// Our own sequence numbers in Data Secure (knx.md, section 11): none is used twice, whenever the process is killed.
 /// Numbers are reserved on the disk before the first of them is used. The first of a reservation is the largest of: the
 /// one after the last reserved, the one after `known`, and the milliseconds since 2018-01-05T00:00Z, which also repair
-/// an old copy of the storage. (An old copy together with a clock that was set back cannot be noticed.)
+/// an old copy of the storage. (An old copy together with a clock that was set back cannot be noticed before the clock
+/// is right.) Where the clock is ahead of the reservation by a minute, numbers are reserved from the clock: many hosts
+/// know the time only some seconds after their start.
 class OwnSequence {
  public:
   static constexpr std::uint64_t kReserve = 1000;
+  static constexpr std::uint64_t kAhead = 60'000;  ///< ms
 
   /// The scheduler must outlive it. `known`: the last number known from elsewhere, 0 = none.
   OwnSequence(Scheduler& scheduler, GroupStorage storage, std::uint64_t known);
 
   /// 1 to kMaxSequence. kUnsupported: nothing is kept across restarts; kIo: the storage fails; kInvalid: what is stored
-  /// cannot be read; kOutOfRange: all numbers are used. Each with a sentence for the user.
+  /// cannot be read; kRefused: the clock was never set, and no last number is known; kOutOfRange: all numbers are used.
+  /// Each with a sentence for the user.
   Result<std::uint64_t> next();
-  /// No number above it was given out, also before a restart; 0 = none.
-  std::uint64_t last();
-  /// The error that next() gives for a lack of storage.
+  /// The error that next() gives for a lack of storage or of a clock.
   Result<void> usable();
 
  private:
@@ -41,25 +43,22 @@ class OwnSequence {
 };
 
 /// The last valid sequence number of each sender. Numbers are kept across restarts, written at most each 10 s and at
-/// destruction: after a power cut telegrams of the last 10 s could be replayed once.
+/// destruction: after a power cut telegrams of the last 10 s could be replayed once. Numbers of senders that are no
+/// longer expected stay stored: they may come back.
 class SenderSequences {
  public:
   static constexpr Duration kPause = std::chrono::seconds(10);
 
-  struct Start {
-    std::map<wire::IndividualAddress, std::uint64_t> last{};  ///< senders with their least last number
-    bool others = false;                                      ///< other senders may be set() too
-  };
-
-  /// The scheduler must outlive it.
-  SenderSequences(Scheduler& scheduler, GroupStorage storage, Start start, Note note);
+  /// `start`: the expected senders with their least last number. The scheduler must outlive it.
+  SenderSequences(Scheduler& scheduler, GroupStorage storage, std::map<wire::IndividualAddress, std::uint64_t> start,
+                  Note note);
   ~SenderSequences();
   SenderSequences(const SenderSequences&) = delete;
   SenderSequences& operator=(const SenderSequences&) = delete;
 
-  /// 0 for a sender that is not known. Reads the storage for the first sender of a line.
-  std::uint64_t last(wire::IndividualAddress sender);
-  /// For a sender of the constructor, or any one (Start::others).
+  /// 0 for a sender that is not known. An error with the reason while what is stored cannot be read.
+  Result<std::uint64_t> last(wire::IndividualAddress sender);
+  /// After last() of this sender succeeded.
   void set(wire::IndividualAddress sender, std::uint64_t sequence);
 
  private:
@@ -67,14 +66,14 @@ class SenderSequences {
   static std::uint8_t line_of(wire::IndividualAddress sender) {
     return static_cast<std::uint8_t>(number(sender) >> 8U);
   }
-  void load(std::uint8_t line);
+  Result<void> load(std::uint8_t line);
+  void take(std::uint8_t line, ByteView stored);
   void write();
   Result<void> write(std::uint8_t line);
   void note(std::string_view text);
 
   GroupStorage storage_;
   std::map<wire::IndividualAddress, std::uint64_t> last_;
-  const bool others_;
   Note note_;
   std::set<std::uint8_t> loaded_, changed_;  ///< lines
   base::PacedCall write_later_;

@@ -17,7 +17,8 @@ using wire::ServiceCode;
 
 // knx.md, section 5.1.
 constexpr Duration kHandshakeTime = 10s;
-constexpr Duration kKeepAlive = 50s;  ///< the server ends a session that is silent for 60 s
+/// The server ends a session that is silent for 60 s. Over UDP two of three keep-alives may get lost.
+constexpr Duration kKeepAlive = 50s, kKeepAliveUdp = 15s;
 /// Interval of requests over UDP, so that one lost datagram does not cost 10 s.
 constexpr Duration kRepeat = 2s;
 
@@ -62,6 +63,7 @@ void Session::repeat() {
     if (settings_.tries_route_back) settings_.own = {};
     return send_request();
   }
+  if (rejected_) return end(rejected_->cause, std::move(rejected_->why));
   const bool unanswered = phase_ == Phase::kRequested;
   end(Cause::kNoAnswer, unanswered ? "the interface does not answer the request for a secure session (does it support "
                                      "KNX IP Secure?)"
@@ -89,8 +91,12 @@ bool Session::wrap(ByteView frame) {
 
 void Session::send(ByteView frame) {
   RUBICON_ASSERT(up());
-  deadline_.set(kKeepAlive);
+  deadline_.set(keep_alive_pause());
   static_cast<void>(wrap(frame));  // as if it were lost: the tunnel has timers for that
+}
+
+Duration Session::keep_alive_pause() const {
+  return settings_.repeats ? kKeepAliveUdp : kKeepAlive;
 }
 
 void Session::keep_alive() {
@@ -124,18 +130,28 @@ void Session::receive_response(const wire::Frame& frame) {
   const auto response = read_session_response(frame);
   if (!response) return drop(counters_.bad_frames, "bad-frames", response.error().text);
   if (response->session == 0)
-    return end(Cause::kNoneFree, "all secure sessions of the interface are in use (session 0)");
+    return reject_response(Cause::kNoneFree, "all secure sessions of the interface are in use (session 0)");
   server_public_ = response->public_key;
   const auto verified = verify(*response);
   if (!verified) return end(Cause::kBroken, verified.error().text);
   if (!*verified && keys_.device_code)
-    return end(Cause::kWrongServer,
-               "the interface is not the device that the configuration names, or the device password (authentication "
-               "code) is wrong: its proof of identity does not match");
+    return reject_response(
+        Cause::kWrongServer,
+        "the interface is not the device that the configuration names, or the device password (authentication "
+        "code) is wrong: its proof of identity does not match");
   verified_ = *verified;
-  if (auto agreed = agree(*response); !agreed) return end(Cause::kBroken, agreed.error().text);
+  if (auto agreed = agree(*response); !agreed) return reject_response(Cause::kBroken, agreed.error().text);
+  rejected_.reset();
   phase_ = Phase::kAuthenticating;
   send_authenticate();
+}
+
+/// Over UDP the right response may still come.
+void Session::reject_response(Cause cause, const std::string& why) {
+  if (!settings_.repeats) return end(cause, why);
+  rejected_ = End{cause, 0, why};
+  if (cause == Cause::kWrongServer) return drop(counters_.wrong_mac, "secure-wrong-mac", why);
+  if (cause == Cause::kBroken) drop(counters_.bad_frames, "bad-frames", why);
 }
 
 /// True if the server knows the device authentication code, in one of the forms that its password has.
@@ -174,6 +190,17 @@ void Session::receive_wrapper(const wire::Frame& frame) {
 
 void Session::receive_opened(SessionChannel::Verdict verdict) {
   using Verdict = SessionChannel::Verdict;
+  if (verdict != Verdict::kFrame) return drop_opened(verdict);
+  const auto frame = wire::read_frame(channel_->opened());
+  if (!frame || !of_server(frame->service)) return drop_opened(Verdict::kForbidden);
+  if (frame->service == ServiceCode::kSessionStatus) return receive_status(*frame);
+  if (phase_ == Phase::kUp) return callbacks_.received(channel_->opened());
+  drop(counters_.early_frames, "secure-early-frames",
+       fmt::format("the interface sent {} before the session was authenticated: ignored", to_string(frame->service)));
+}
+
+void Session::drop_opened(SessionChannel::Verdict verdict) {
+  using Verdict = SessionChannel::Verdict;
   switch (verdict) {
     case Verdict::kOtherSession:
       return drop(counters_.other_sessions, "secure-other-sessions",
@@ -189,14 +216,8 @@ void Session::receive_opened(SessionChannel::Verdict verdict) {
     case Verdict::kForbidden:
       return drop(counters_.forbidden_frames, "secure-forbidden-frames",
                   "the interface wrapped what no wrapper may hold: ignored");
-    case Verdict::kFrame: break;
+    case Verdict::kFrame: return;
   }
-  const auto frame = wire::read_frame(channel_->opened());
-  if (!frame || !of_server(frame->service)) return receive_opened(Verdict::kForbidden);
-  if (frame->service == ServiceCode::kSessionStatus) return receive_status(*frame);
-  if (phase_ == Phase::kUp) return callbacks_.received(channel_->opened());
-  drop(counters_.early_frames, "secure-early-frames",
-       fmt::format("the interface sent {} before the session was authenticated: ignored", to_string(frame->service)));
 }
 
 void Session::receive_status(const wire::Frame& frame) {
@@ -212,6 +233,8 @@ void Session::receive_status(const wire::Frame& frame) {
     case Status::kClose: return end(Cause::kClosed, "the interface closed the secure session (session status 5)", 5);
     case Status::kKeepAlive: return;
   }
+  drop(counters_.bad_frames, "bad-frames",
+       fmt::format("the interface sent the unknown session status {}: ignored", static_cast<unsigned>(*status)));
 }
 
 void Session::authenticated() {
@@ -219,7 +242,7 @@ void Session::authenticated() {
   phase_ = Phase::kUp;
   ++counters_.sessions;
   if (!verified_) ++counters_.unverified;
-  deadline_.set(kKeepAlive);
+  deadline_.set(keep_alive_pause());
   callbacks_.up();
 }
 

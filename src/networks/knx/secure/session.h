@@ -33,8 +33,10 @@ struct SessionCounters {
 class Session {
  public:
   enum class Cause : std::uint8_t {
-    kNoneFree,          ///< the server has no session to give: try again later
-    kWrongServer,       ///< it does not know the device password: not the device that we want. Configuration.
+    kNoneFree,  ///< the server has no session to give: try again later
+    /// It does not know the device password: not the device that we want. Configuration. Over UDP this and kNoneFree
+    /// come only when the time for the handshake is over: anybody can send a datagram in the server's name.
+    kWrongServer,
     kNotAuthenticated,  ///< it does not accept user or password. Configuration.
     kNoAnswer,          ///< the handshake was not complete in time
     kClosed,            ///< by the server
@@ -100,6 +102,7 @@ class Session {
 
   // From the server.
   void receive_response(const wire::Frame& frame);
+  void reject_response(Cause cause, const std::string& why);
   Result<bool> verify(const SessionResponse& response);
   Result<void> agree(const SessionResponse& response);
   void receive_wrapper(const wire::Frame& frame);
@@ -107,7 +110,9 @@ class Session {
   void receive_status(const wire::Frame& frame);
   void refused(Status status);
   void authenticated();
+  void drop_opened(SessionChannel::Verdict verdict);
   void drop(std::uint64_t& counter, const char* subject, std::string_view text);
+  Duration keep_alive_pause() const;
 
   void end(Cause cause, std::string why, std::uint8_t status = 0);
   void stop();
@@ -125,7 +130,8 @@ class Session {
   PublicKey own_public_{}, server_public_{};
   std::optional<SessionChannel> channel_;
   bool verified_ = false;
-  base::Deadline deadline_;  ///< handshake: the next repeat; then the keep-alive
+  std::optional<End> rejected_;  ///< what a response said that may have been forged
+  base::Deadline deadline_;      ///< handshake: the next repeat; then the keep-alive
 };
 
 }  // namespace rubicon::networks::knx::secure

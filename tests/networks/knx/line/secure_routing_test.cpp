@@ -108,6 +108,45 @@ TEST_F(SecureRouting, NothingIsSentPlainWhateverHappens) {
   EXPECT_THAT(ann.outcomes, ElementsAre(SendOutcome::kSent));
 }
 
+TEST_F(SecureRouting, ALineMayEndWhileItsTimerCannotBeStored) {
+  bool full = false;
+  int notes = 0;
+  auto options = secure_options();
+  options.interface_address = here.at;
+  options.storage.store = [&full](std::string_view, ByteView) -> Result<void> {
+    return full ? Result<void>(fail(ErrorCode::kIo, "the disk is full")) : Result<void>();
+  };
+  LineCallbacks calls;
+  calls.note = [&notes](const std::string&, std::string_view) { ++notes; };
+  auto line = std::make_unique<RoutingLine>(time, here.lines, options, calls);
+  ASSERT_TRUE(line->open());
+  time.run_for(kSynchronising + 1ms);
+  full = true;
+  line.reset();
+  time.run_for(1s);
+  EXPECT_EQ(notes, 0);
+}
+
+/// A line of a group of its own is also in 224.0.23.12, where other installations may be.
+TEST_F(SecureRouting, OtherInstallationsOfTheSystemGroupAreNoAlarm) {
+  auto own = secure_options(7), neighbours = secure_options(8);
+  own.group.address = "224.0.23.77";
+  Router ann(time, here, own), neighbour(time, third, neighbours);
+  open(ann);
+  open(neighbour);
+  from_other(kPlainWrite);
+  from_other("0610053000");
+  neighbour.send(write_to(0x0a07));
+  time.run_for(1min);
+  const auto counters = ann.line->counters();
+  for (const auto* name : {"secure-plain-frames", "secure-wrong-mac", "secure-bad-frames", "secure-notifies-received"})
+    EXPECT_EQ(counters.at(name), 0U) << name;
+  EXPECT_THAT(ann.notes, IsEmpty());
+  EXPECT_THAT(ann.states.back().reason, HasSubstr("no other member"));
+  from_other("06100201000e08010a4d00039ca4");
+  EXPECT_THAT(ann.searches, SizeIs(1));
+}
+
 TEST_F(SecureRouting, ALineWithoutRandomBytesIsNotOpened) {
   auto options = secure_options();
   options.random = [](std::span<std::uint8_t>) -> Result<void> { return fail(ErrorCode::kIo, "no random bytes"); };

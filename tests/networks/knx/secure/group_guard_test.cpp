@@ -259,8 +259,8 @@ TEST(GroupGuard, OurOwnTelegramsThatWereRecordedAreOld) {
   auto& guard = bench.start();
   const auto own = guard.protect(CemiCode::kDataIndication, value_for(kSecuredGroup), kOwn);
   ASSERT_TRUE(own);
-  EXPECT_EQ(opened(guard, *own).error().drop, Drop::kOldSequence);
-  EXPECT_EQ(opened(bench.start(), *own).error().drop, Drop::kOldSequence) << "after a restart";
+  EXPECT_EQ(opened(guard, *own, kOwn).error().drop, Drop::kOldSequence);
+  EXPECT_EQ(opened(bench.start(), *own, kOwn).error().drop, Drop::kOldSequence) << "after a restart";
 }
 
 // What is kept.
@@ -283,6 +283,45 @@ TEST(GroupGuard, LastNumbersAreWrittenAtMostEachTenSeconds) {
   }
   EXPECT_LE(bench.disk.writes, 11);
   EXPECT_GE(bench.disk.writes, 10);
+}
+
+/// Else the next write would replace the good numbers of all other senders.
+TEST(GroupGuard, AReadOfLastNumbersThatFailsOnceForgetsNothing) {
+  GuardBench bench;
+  bench.start();
+  const wire::IndividualAddress third{0x110c};
+  for (const auto sender : {kOther, third})
+    EXPECT_TRUE(opened(*bench.guard, indication(sender, 9, value_for(kSecuredGroup))));
+  bench.guard.reset();
+  auto storage = bench.disk.storage();
+  bool broken = true;
+  storage.stored = [&broken, read = storage.stored](std::string_view name) -> Result<std::optional<Bytes>> {
+    if (broken) return fail(ErrorCode::kIo, "state file is locked");
+    return read(name);
+  };
+  bench.start(one_group(), storage);
+  const auto unknown = opened(*bench.guard, indication(kOther, 10, value_for(kSecuredGroup)));
+  ASSERT_FALSE(unknown) << "its last number is not known";
+  EXPECT_EQ(unknown.error().drop, Drop::kOldSequence);
+  EXPECT_THAT(unknown.error().why, HasSubstr("state file is locked"));
+  broken = false;
+  EXPECT_TRUE(opened(*bench.guard, indication(kOther, 10, value_for(kSecuredGroup))));
+  bench.start();
+  EXPECT_FALSE(opened(*bench.guard, indication(third, 9, value_for(kSecuredGroup))));
+  EXPECT_FALSE(opened(*bench.guard, indication(kOther, 10, value_for(kSecuredGroup))));
+}
+
+TEST(GroupGuard, LastNumbersOfSendersThatTheKeyringLacksForATimeAreKept) {
+  GuardBench bench;
+  bench.start();
+  const wire::IndividualAddress third{0x110c};
+  EXPECT_TRUE(opened(*bench.guard, indication(third, 9, value_for(kSecuredGroup))));
+  auto fewer = one_group();
+  fewer.groups[kSecuredGroup].senders.erase(third);
+  bench.start(fewer);
+  EXPECT_TRUE(opened(*bench.guard, indication(kOther, 9, value_for(kSecuredGroup))));
+  bench.start();
+  EXPECT_FALSE(opened(*bench.guard, indication(third, 9, value_for(kSecuredGroup))));
 }
 
 TEST(GroupGuard, StartValuesComeFromTheKeyring) {

@@ -86,8 +86,8 @@ inline Bytes indication(wire::IndividualAddress source, std::uint64_t sequence, 
   return wire::write(frame);
 }
 
-inline GroupGuard::Opened opened(GroupGuard& guard, const Bytes& cemi) {
-  return guard.open(wire::read_data_frame(cemi).value());
+inline GroupGuard::Opened opened(GroupGuard& guard, const Bytes& cemi, wire::IndividualAddress own = {}) {
+  return guard.open(wire::read_data_frame(cemi).value(), own);
 }
 
 }  // namespace rubicon::networks::knx::secure

@@ -14,6 +14,7 @@ namespace rubicon::networks::knx::secure {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -274,6 +275,116 @@ TEST_F(SecureGroup, AFullDiskIsSaidAndDoesNotStopTheLine) {
   start(member);
   EXPECT_FALSE(member.wrap(kSwitch).empty());
   EXPECT_THAT(member.notes, Contains(HasSubstr("the disk is full")));
+}
+
+TEST_F(SecureGroup, AfterAFailureTheTimerIsStoredSoon) {
+  Shelf shelf;
+  shelf.broken = true;
+  Member member(time, shelf, 1);
+  start(member);
+  member.wrap(kSwitch);
+  shelf.broken = false;
+  time.run_for(15s);
+  member.wrap(kSwitch);
+  ASSERT_FALSE(shelf.values.empty());
+}
+
+TEST_F(SecureGroup, ItsEndCallsNobody) {
+  Shelf shelf;
+  Member member(time, shelf, 1);
+  start(member);
+  shelf.broken = true;
+  member.guard.reset();
+  EXPECT_THAT(member.notes, IsEmpty());
+}
+
+/// Every member would take over a timer at its end, and keep it for ever.
+TEST_F(SecureGroup, AStoredTimerThatIsDamagedIsNotUsed) {
+  for (const std::size_t at : {0U, 7U, 8U, 16U, 23U, 31U}) {
+    Shelf shelf;
+    {
+      Member member(time, shelf, 1);
+      start(member);
+    }
+    ASSERT_FALSE(shelf.values.empty());
+    auto& row = shelf.values.begin()->second;
+    if (at < row.size()) row[at] ^= 0x80;
+    Member member(time, shelf, 2);
+    start(member);
+    EXPECT_LT(timer_of(member.wrap(kSwitch)), 60'000U) << at;
+    EXPECT_THAT(member.notes, Contains(HasSubstr("cannot be used"))) << at;
+  }
+}
+
+TEST_F(SecureGroup, AWallClockThatWasFarAheadCostsTenYearsOfTheTimer) {
+  Shelf shelf;
+  {
+    Member member(time, shelf, 1);
+    start(member);
+  }
+  time.set_wall(time.wall_now() + 24h * 365 * 100);
+  Member member(time, shelf, 2);
+  start(member);
+  const auto years = std::chrono::milliseconds(timer_of(member.wrap(kSwitch))) / (24h * 365);
+  EXPECT_GE(years, 9);
+  EXPECT_LE(years, 11);
+}
+
+TEST_F(SecureGroup, AtTheEndOfTheTimerNothingIsSent) {
+  Member member(time, 1, RoutingClock::kMost - 8'000);
+  start(member);
+  EXPECT_FALSE(member.wrap(kSwitch).empty());
+  time.run_for(10s);
+  const auto refused = member.guard->wrap(hex(kSwitch));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text, HasSubstr("timer"));
+}
+
+/// A restarted member whose timer is behind that of the group takes nothing that was sent before its start.
+TEST_F(SecureGroup, WhatWasTakenBeforeARestartIsNotTakenAgain) {
+  Member ann(time, 1, 500'000), bob(time, 2, 500'000);
+  start(ann);
+  start(bob);
+  const auto first = ann.wrap(kSwitch);
+  ASSERT_EQ(bob.take(first), kSwitch);
+  Member again(time, 3, 7);
+  again.guard->start();
+  const auto asked = ann.sent.size();
+  ann.take(again.sent.at(0));
+  time.run_for(310ms);
+  ASSERT_GT(ann.sent.size(), asked);
+  again.take(ann.sent.back());
+  ASSERT_TRUE(again.guard->synchronised());
+  EXPECT_EQ(again.take(first), "");
+  EXPECT_EQ(again.count("secure-early"), 1U);
+  time.run_for(1ms);
+  EXPECT_EQ(again.take(ann.wrap(kSwitch)), kSwitch);
+}
+
+TEST_F(SecureGroup, EarlyFramesHaveASenderInTheLog) {
+  Member member(time, 1), other(time, 2);
+  start(other);
+  member.guard->start();
+  member.take(other.wrap(kSwitch));
+  EXPECT_THAT(member.notes, Contains(AllOf(HasSubstr("secure-early"), HasSubstr("10.0.0.9"))));
+}
+
+TEST_F(SecureGroup, ForbiddenContentIsNotReceived) {
+  Member ann(time, 1), bob(time, 2);
+  start(ann);
+  start(bob);
+  EXPECT_EQ(bob.take(ann.wrap("061007400006")), "");
+  EXPECT_EQ(bob.count("secure-forbidden"), 1U);
+  EXPECT_EQ(bob.count("secure-received"), 0U);
+}
+
+TEST_F(SecureGroup, AFrameWithOurSerialAndAWrongMacIsForged) {
+  Member member(time, 1);
+  start(member);
+  auto forged = member.wrap(kSwitch);
+  forged.back() ^= 1;
+  EXPECT_EQ(member.take(forged), "");
+  EXPECT_EQ(member.count("secure-wrong-mac"), 1U);
 }
 
 struct RecordedRow {

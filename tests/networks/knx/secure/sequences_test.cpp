@@ -19,18 +19,62 @@ constexpr auto kYear = std::chrono::hours(365 * 24);
 TEST(OwnSequence, BeginsWithTheMillisecondsSince2018) {
   VirtualScheduler time;
   Disk disk;
-  time.set_wall(std::chrono::sys_days{std::chrono::year{2018} / 1 / 5} + 90s);
+  time.set_wall(std::chrono::sys_days{std::chrono::year{2026} / 1 / 5} + 90s);  // 2,922 days later
   OwnSequence own(time, disk.storage(), 0);
-  EXPECT_EQ(own.next(), 90000U);
-  EXPECT_EQ(own.next(), 90001U);
+  EXPECT_EQ(own.next(), 2922 * 86'400'000ULL + 90'000);
+  EXPECT_EQ(own.next(), 2922 * 86'400'000ULL + 90'001);
 }
 
-TEST(OwnSequence, IsNeverZero) {
+/// With small numbers all devices would ignore us until the clock is right.
+TEST(OwnSequence, DoesNotBeginWithAClockThatWasNeverSet) {
   VirtualScheduler time;
   Disk disk;
+  const auto right = time.wall_now();
   time.set_wall({});  // 1970: no battery
   OwnSequence own(time, disk.storage(), 0);
-  EXPECT_EQ(own.next(), 1U);
+  EXPECT_THAT(own.next().error().text, HasSubstr("the clock of this host was never set"));
+  EXPECT_THAT(own.usable().error().text, HasSubstr("the clock of this host was never set"));
+  EXPECT_EQ(disk.writes, 0);
+  time.set_wall(right);
+  EXPECT_TRUE(own.usable());
+  EXPECT_TRUE(own.next());
+}
+
+TEST(OwnSequence, NeedsNoClockWhereALastNumberIsKnown) {
+  VirtualScheduler time;
+  Disk disk;
+  time.set_wall({});
+  OwnSequence known(time, disk.storage(), 700);
+  EXPECT_EQ(known.next(), 701U);
+  OwnSequence stored(time, disk.storage(), 0);
+  EXPECT_EQ(stored.next(), 1701U);
+}
+
+/// A host without a battery starts with an old clock, and the network sets it seconds later.
+TEST(OwnSequence, FollowsAClockThatIsSetLater) {
+  VirtualScheduler time;
+  Disk disk;
+  disk.store_own(5000);
+  const auto right = time.wall_now();
+  time.set_wall({});
+  OwnSequence own(time, disk.storage(), 0);
+  EXPECT_EQ(own.next(), 5001U);
+  time.set_wall(right);
+  const auto since_2018 = std::chrono::duration_cast<std::chrono::milliseconds>(
+      right - std::chrono::sys_days{std::chrono::year{2018} / 1 / 5});
+  EXPECT_EQ(own.next(), static_cast<std::uint64_t>(since_2018.count()));
+  EXPECT_EQ(disk.writes, 2);
+}
+
+TEST(OwnSequence, IsStoredAtMostEachMinuteForTheClock) {
+  VirtualScheduler time;
+  Disk disk;
+  OwnSequence own(time, disk.storage(), 0);
+  for (int i = 0; i < 600; ++i) {
+    ASSERT_TRUE(own.next());
+    time.run_for(1s);
+  }
+  EXPECT_LE(disk.writes, 10);
 }
 
 TEST(OwnSequence, ReservesAThousandNumbersAtATime) {

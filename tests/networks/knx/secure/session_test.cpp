@@ -127,6 +127,40 @@ TEST_F(SessionTest, WithoutADevicePasswordTheServerCountsAsNotVerified) {
   EXPECT_EQ(counters.unverified, 1U);
 }
 
+/// Over UDP anybody can send a datagram in the server's name.
+TEST_F(SessionTest, OverUdpAForgedResponseDoesNotEndTheHandshake) {
+  const auto low_order = write(SessionResponse{1, PublicKey{}, Block{}});
+  for (const auto& forged : {response(1, key_of("602ca362884fa245e39b26917d3cac34")), response(0), low_order}) {
+    ups = 0;
+    settings.repeats = true;
+    give_random(counting(0x01), hex("00fa12345678"));
+    start();
+    session->receive(forged);
+    session->receive(response());
+    session->receive(wrapped(write(Status::kAuthenticated)));
+    EXPECT_EQ(ups, 1);
+  }
+  EXPECT_TRUE(ends.empty());
+  EXPECT_EQ(counters.wrong_mac, 2U);
+}
+
+TEST_F(SessionTest, OverUdpARefusalIsNamedWhenNoBetterResponseComes) {
+  const std::map<Session::Cause, Bytes> refusals{
+      {Session::Cause::kWrongServer, response(1, key_of("602ca362884fa245e39b26917d3cac34"))},
+      {Session::Cause::kNoneFree, response(0)}};
+  for (const auto& [cause, refusal] : refusals) {
+    ends.clear();
+    settings.repeats = true;
+    give_random(counting(0x01), hex("00fa12345678"));
+    start();
+    session->receive(refusal);
+    time.run_for(9900ms);
+    EXPECT_TRUE(ends.empty());
+    time.run_for(100ms);
+    EXPECT_EQ(only_end().cause, cause);
+  }
+}
+
 TEST_F(SessionTest, TheOtherFormOfThePasswordIsUsedWhenAsked) {
   keys.user_key = {key_of("e158e4012047bd6cc41aafbc5c04c1fc"), keys.user_key.key};
   settings.uses_other_password = true;
@@ -178,8 +212,12 @@ TEST_F(SessionTest, LaterStatusesEndTheSession) {
 
 TEST_F(SessionTest, KeepAliveAndUnknownStatusesOfTheServerAreIgnored) {
   connect();
-  for (const auto status : {Status::kAuthenticated, Status::kKeepAlive, Status(6), Status(0xff)})
-    session->receive(wrapped(write(status)));
+  for (const auto status : {Status::kAuthenticated, Status::kKeepAlive}) session->receive(wrapped(write(status)));
+  EXPECT_TRUE(notes.empty());
+  for (const auto status : {Status(6), Status(0xff)}) session->receive(wrapped(write(status)));
+  EXPECT_EQ(counters.bad_frames, 2U);
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_NE(notes[1].find("session status 255"), std::string::npos) << notes[1];
   EXPECT_TRUE(session->up());
   EXPECT_EQ(ups, 1);
   EXPECT_TRUE(ends.empty());
@@ -309,6 +347,15 @@ TEST_F(SessionTest, KeepAliveOnlyAfterFiftySecondsWithoutAFrameOfOurs) {
   EXPECT_EQ(sent.size(), 12U);
   time.run_for(150s);
   EXPECT_EQ(sent.size(), 15U);
+  EXPECT_EQ(last_plain(), write(Status::kKeepAlive));
+}
+
+TEST_F(SessionTest, OverUdpAKeepAliveMayBeLostTwice) {
+  settings.repeats = true;
+  connect();
+  const auto before = sent.size();
+  time.run_for(59s);
+  EXPECT_EQ(sent.size(), before + 3);
   EXPECT_EQ(last_plain(), write(Status::kKeepAlive));
 }
 
