@@ -14,7 +14,7 @@ class NetworkMemory final : public network::NetworkMemory {
   /// The store must outlive it; nullptr: there is none.
   explicit NetworkMemory(state::StateStore* store) : store_(store) {}
 
-  Result<void> remember(const std::string& network, std::string_view name, ByteView value) override;
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value, network::Keep keep) override;
   Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) override;
 
  private:

@@ -2,9 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace rubicon::network {
+
+Result<void> check_memory(std::string_view name, ByteView value) {
+  const auto fits = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-'; };
+  if (name.empty() || name.size() > kMaxMemoryName || !std::all_of(name.begin(), name.end(), fits)) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("a value is to be remembered under a name of {} bytes, expected 1 "
+                                                    "to {} of a to z, 0 to 9, dot and hyphen",
+                                                    name.size(), kMaxMemoryName));
+  }
+  if (value.size() <= kMaxMemoryValue) return {};
+  return fail(ErrorCode::kOutOfRange,
+              fmt::format("{} has {} bytes, at most {} are remembered", name, value.size(), kMaxMemoryValue));
+}
 
 void NetworkHost::deliver(std::string device, model::Body body) {
   Message message;
@@ -17,7 +30,7 @@ Result<TupleWatch> NetworkHost::watch_tuple(std::string_view, std::function<void
   return fail(ErrorCode::kUnsupported, "this host has no tuples");
 }
 
-Result<void> NetworkHost::remember(std::string_view, ByteView) {
+Result<void> NetworkHost::remember(std::string_view, ByteView, Keep) {
   return fail(ErrorCode::kUnsupported, "nothing can be remembered without a state file (state: {file: ...})");
 }
 

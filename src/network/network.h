@@ -26,6 +26,15 @@ namespace rubicon::network {
 /// Bounds of what a network remembers.
 inline constexpr std::size_t kMaxMemoryName = 64, kMaxMemoryValue = 4096, kMostMemories = 4096;
 
+/// When a remembered value is on the disk.
+enum class Keep : std::uint8_t {
+  kNow,  ///< when remember() returns
+  kSoon  ///< with the next kNow of any network, or later: it survives the end of the process, and costs no wait
+};
+
+/// kOutOfRange, with the reason, unless a network may remember this value under this name.
+Result<void> check_memory(std::string_view name, ByteView value);
+
 /// Keeps a tuple subscription alive; destroying it unsubscribes.
 using TupleWatch = std::shared_ptr<void>;
 
@@ -49,11 +58,11 @@ class NetworkHost {
   virtual Result<TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view value)> call);
 
   /// Keeps a small value of the network under a name of `[a-z0-9.-]`, also after the process ends; an empty one removes
-  /// it. On the disk when this returns, so not to be called often. Not to be called while the network is constructed.
+  /// it. Keep::kNow waits for the disk, so not to be called often. Not to be called while the network is constructed.
   /// kUnsupported: the island has no state file (the default); kRefused: it can only be read; kOutOfRange: a name of
   /// more than kMaxMemoryName bytes or other characters, a value of more than kMaxMemoryValue bytes; kBusy: the network
   /// has kMostMemories values, or the file is at its limit; else kIo.
-  virtual Result<void> remember(std::string_view name, ByteView value);
+  virtual Result<void> remember(std::string_view name, ByteView value, Keep keep);
   /// That value; nullopt: there is none, also without a state file. An error if the file cannot be read.
   virtual Result<std::optional<Bytes>> remembered(std::string_view name);
 

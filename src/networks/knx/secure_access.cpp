@@ -26,7 +26,11 @@ class Reader {
   SecureOptions read() {
     SecureOptions out;
     read_keyring(out);
-    via_ == Via::kRouting ? read_backbone(out) : read_user(out);
+    if (via_ == Via::kRouting) {
+      read_backbone(out);
+    } else {
+      read_user(out);
+    }
     read_group_keys(out);
     read_policy(out);
     return out;

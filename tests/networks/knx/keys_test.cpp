@@ -1,3 +1,6 @@
+#include <cstdlib>
+
+#include "networks/knx/secure/password_file.h"
 #include "networks/knx/secure_bench.h"
 #include "transport/memory/memory_worker.h"
 
@@ -117,6 +120,44 @@ TEST_F(SecureKnx, AChangeOfPointsIsTakenWhileTheKeyringIsRefused) {
   other.replace(other.find("Garden"), 6, "Terrace");
   EXPECT_TRUE(change(other));
   EXPECT_EQ(last_state().line, LineState::kRefused);
+}
+
+TEST_F(SecureKnx, AReloadWithTheRightPasswordOpensTheLine) {
+  host.files.put("house.password", "another word\n");
+  start(kSecureHouse);
+  ASSERT_EQ(last_state().line, LineState::kRefused);
+  host.files.put("house.password", "ring word\n");
+  ASSERT_EQ(change(kSecureHouse).error().code, ErrorCode::kUnsupported) << "the network is made again";
+  start(kSecureHouse);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+}
+
+TEST_F(SecureKnx, ThePasswordOfTheKeyringMayStandInTheEnvironment) {
+  std::string house(kSecureHouse);
+  const std::string option = R"("keyring-password-file": "house.password",)";
+  house.erase(house.find(option), option.size());
+  ::setenv(secure::kPasswordVariable, "ring word", 1);
+  start(house);
+  ::unsetenv(secure::kPasswordVariable);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+}
+
+TEST_F(SecureKnx, OfSeveralInterfacesOneIsNamed) {
+  auto root = support::keyring_root();
+  for (const auto* host_address : {"1.1.0", "1.2.0"}) {
+    const bool first = std::string_view(host_address) == "1.1.0";
+    support::KeyringElement tunnel{"Interface"};
+    tunnel.text("Type", "Tunneling").text("IndividualAddress", first ? "1.1.201" : "1.2.201");
+    tunnel.text("Host", host_address).text("UserID", first ? "4" : "3");
+    root.add(tunnel.password("Password", "four").password("Authentication", "the device"));
+  }
+  host.files.put("house.knxkeys", support::write_keyring(root, "ring word"));
+  start(kSecureHouse);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("several interfaces"));
+  std::string house(kSecureHouse);
+  start(house.insert(1, R"("server-address": "1.1.0", )"));
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
 }
 
 /// The keyring lists our own address as a sender of the group.

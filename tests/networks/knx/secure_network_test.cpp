@@ -46,7 +46,8 @@ TEST_F(SecureKnx, AWrongKeyringPasswordIsSaidAndNothingIsSent) {
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason,
               AllOf(HasSubstr("house.knxkeys"), HasSubstr("password"), Not(HasSubstr("another word"))));
-  EXPECT_EQ(secure_server->sessions()->size(), 0U);
+  EXPECT_EQ(secure_server->sessions()->counters.requests, 0U);
+  EXPECT_EQ(secure_server->counters.connects, 0U);
   ASSERT_TRUE(network->open()) << "the supervisor may ask again";
   EXPECT_THAT(host.failures, IsEmpty());
 }
@@ -55,7 +56,7 @@ TEST_F(SecureKnx, AWrongUserPasswordInTheKeyringIsARefusalOfTheInterface) {
   host.files.put("house.knxkeys", house_keyring("ring word", "five"));
   start(kSecureHouse);
   EXPECT_EQ(last_state().line, LineState::kRefused);
-  EXPECT_THAT(last_state().reason, HasSubstr("password"));
+  EXPECT_THAT(last_state().reason, HasSubstr("the interface does not accept user 4"));
 }
 
 TEST_F(SecureKnx, KeysWithoutAKeyring) {
@@ -157,7 +158,7 @@ TEST_F(SecureKnx, WithoutAStateFileSecuredGroupsAreReadOnly) {
   EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
   const auto missing = network->missing();
   ASSERT_THAT(missing, SizeIs(1));
-  EXPECT_THAT(missing[0].text, HasSubstr("can only be read"));
+  EXPECT_THAT(missing[0].text, AllOf(HasSubstr("can only be read"), HasSubstr("taken once more")));
 }
 
 TEST_F(SecureKnx, ChangesOfPointsKeepTheSessionThoseOfKeysDoNot) {
@@ -195,6 +196,15 @@ TEST_F(SecureKnx, SecureRoutingTakesTheBackboneOfTheKeyring) {
   EXPECT_EQ(last_state().line, LineState::kUp);
   EXPECT_THAT(last_state().texts.at("server"), HasSubstr("224.0.23.77"));
   EXPECT_GE(count("secure-notifies-sent"), 1U);
+}
+
+TEST_F(SecureKnx, TheCheckOfSecureRoutingWantsAStateFile) {
+  host.files.put("backbone.key", "000102030405060708090a0b0c0d0e0f\n");
+  make(R"({"via": "routing", "backbone-key-file": "backbone.key"})");
+  const auto missing = network->missing();
+  ASSERT_THAT(missing, SizeIs(1));
+  EXPECT_EQ(missing[0].option, "backbone-key-file");
+  EXPECT_THAT(missing[0].text, AllOf(HasSubstr("replayed after a restart"), HasSubstr("state file")));
 }
 
 TEST_F(SecureKnx, ARoutingLineWithoutABackboneKeyIsNotPlain) {

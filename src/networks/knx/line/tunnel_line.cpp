@@ -88,7 +88,11 @@ void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
 
 void TunnelLine::connect() {
   session_end_.reset();
-  options_.secure ? make_session() : make_tunnel(sockets_.own());
+  if (options_.secure) {
+    make_session();
+  } else {
+    make_tunnel(sockets_.own());
+  }
   const auto watch = lifetime_.watch();
   set_state(Phase::kConnecting, {});
   if (!watch.ended() && !over_tcp()) begin();
@@ -283,7 +287,8 @@ void TunnelLine::count_unconfirmed(Tunnel::Outcome outcome) {
     if (!over_tcp()) return set_bus(false, kBusSilent);
     if (unconfirmed_in_row_ == kSilentBus) set_state(state_.phase, std::string(kInterfaceSilent));
   } else if (outcome != Tunnel::Outcome::kNotUnderstood && std::exchange(unconfirmed_in_row_, 0U) >= kSilentBus) {
-    over_tcp() && state_.bus ? set_state(state_.phase, {}) : set_bus(true, {});
+    if (over_tcp() && state_.bus) return set_state(state_.phase, {});
+    set_bus(true, {});
   }
 }
 

@@ -37,6 +37,9 @@ struct GroupStorage {
   /// The value is on the disk when this returns success.
   std::function<Result<void>(std::string_view name, ByteView value)> store;
   std::function<Result<std::optional<Bytes>>(std::string_view name)> stored;
+  /// The same as `store` without a wait for the disk: the value survives the end of the process, but a power failure
+  /// only after a later call of `store`. Empty: `store` does it.
+  std::function<Result<void>(std::string_view name, ByteView value)> store_soon{};
 };
 
 /// As LineCallbacks::note: for the log, limited by the callee.

@@ -110,7 +110,8 @@ void RoutingClock::due() {
   const auto update = std::exchange(update_, std::nullopt);
   phase_ = Phase::kKeeper;
   schedule_periodic();
-  update ? callbacks_.notify(update->serial, update->tag) : callbacks_.notify(settings_.own, random_tag());
+  if (update) return callbacks_.notify(update->serial, update->tag);
+  callbacks_.notify(settings_.own, random_tag());
 }
 
 Duration RoutingClock::between(Duration least, Duration most) {

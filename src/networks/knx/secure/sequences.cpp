@@ -97,7 +97,8 @@ SenderSequences::SenderSequences(Scheduler& scheduler, GroupStorage storage,
     : storage_(std::move(storage)),
       last_(std::move(start)),
       note_(std::move(note)),
-      write_later_(scheduler, kPause, [this] { write(); }) {
+      write_later_(scheduler, kPause, [this] { write(); }),
+      sync_later_(scheduler, kSyncPause, [this] { sync(); }) {
   std::set<std::uint8_t> lines;
   for (const auto& [sender, last] : last_) lines.insert(line_of(sender));
   for (const auto line : lines) {
@@ -147,26 +148,37 @@ void SenderSequences::set(wire::IndividualAddress sender, std::uint64_t sequence
   write_later_.request();
 }
 
-Result<void> SenderSequences::write(std::uint8_t line) {
-  if (!storage_.store) return fail(ErrorCode::kUnsupported, "no storage");
-  base::ByteWriter value;
+Bytes SenderSequences::row_of(std::uint8_t line) const {
+  base::ByteWriter row;
   const auto first = wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U));
   for (auto at = last_.lower_bound(first); at != last_.end() && line_of(at->first) == line; ++at) {
-    value.u8(static_cast<std::uint8_t>(number(at->first) & 0xffU));
-    value.u16_be(static_cast<std::uint16_t>(at->second >> 32U));
-    value.u32_be(static_cast<std::uint32_t>(at->second & 0xffffffffU));
+    row.u8(static_cast<std::uint8_t>(number(at->first) & 0xffU));
+    row.u16_be(static_cast<std::uint16_t>(at->second >> 32U));
+    row.u32_be(static_cast<std::uint32_t>(at->second & 0xffffffffU));
   }
-  return storage_.store(senders_name(line), value.view());
+  return row.take();
 }
 
 /// What cannot be written now is written with the next number that is received.
 void SenderSequences::write() {
+  const auto& store = storage_.store_soon ? storage_.store_soon : storage_.store;
+  if (!store) return changed_.clear();
   for (auto line = changed_.begin(); line != changed_.end();) {
-    const auto written = write(*line);
+    const auto written = store(senders_name(*line), row_of(*line));
     const bool keep = !written && written.error().code != ErrorCode::kUnsupported;
     if (keep) note(fmt::format("the last sequence numbers of senders cannot be stored: {}", written.error().text));
+    if (written && storage_.store_soon) unsynced_ = *line;
     line = keep ? std::next(line) : changed_.erase(line);
   }
+  if (unsynced_) sync_later_.request();
+}
+
+/// All lines are in one file: waiting for one of them is waiting for all.
+void SenderSequences::sync() {
+  if (!unsynced_ || !storage_.store) return;
+  const auto line = *std::exchange(unsynced_, std::nullopt);
+  if (const auto stored = storage_.store(senders_name(line), row_of(line)); !stored)
+    note(fmt::format("the last sequence numbers of senders cannot be stored: {}", stored.error().text));
 }
 
 }  // namespace rubicon::networks::knx::secure

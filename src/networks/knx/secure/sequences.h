@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -43,11 +44,12 @@ class OwnSequence {
 };
 
 /// The last valid sequence number of each sender. Numbers are kept across restarts, written at most each 10 s and at
-/// destruction: after a power cut telegrams of the last 10 s could be replayed once. Numbers of senders that are no
+/// destruction, and wait for the disk at most once a minute: after a power cut telegrams of the last minute could be
+/// replayed once. Numbers of senders that are no
 /// longer expected stay stored: they may come back.
 class SenderSequences {
  public:
-  static constexpr Duration kPause = std::chrono::seconds(10);
+  static constexpr Duration kPause = std::chrono::seconds(10), kSyncPause = std::chrono::seconds(60);
 
   /// `start`: the expected senders with their least last number. The scheduler must outlive it.
   SenderSequences(Scheduler& scheduler, GroupStorage storage, std::map<wire::IndividualAddress, std::uint64_t> start,
@@ -69,14 +71,16 @@ class SenderSequences {
   Result<void> load(std::uint8_t line);
   void take(std::uint8_t line, ByteView stored);
   void write();
-  Result<void> write(std::uint8_t line);
+  void sync();
+  Bytes row_of(std::uint8_t line) const;
   void note(std::string_view text);
 
   GroupStorage storage_;
   std::map<wire::IndividualAddress, std::uint64_t> last_;
   Note note_;
   std::set<std::uint8_t> loaded_, changed_;  ///< lines
-  base::PacedCall write_later_;
+  std::optional<std::uint8_t> unsynced_;     ///< a line that was written since the last sync, if there is one
+  base::PacedCall write_later_, sync_later_;
 };
 
 }  // namespace rubicon::networks::knx::secure

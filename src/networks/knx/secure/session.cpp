@@ -37,7 +37,7 @@ Session::Session(Scheduler& scheduler, const SessionKeys& keys, Settings setting
       settings_(std::move(settings)),
       counters_(counters),
       callbacks_(std::move(callbacks)),
-      deadline_(scheduler, [this] { phase_ == Phase::kUp ? keep_alive() : repeat(); }) {}
+      deadline_(scheduler, [this] { due(); }) {}
 
 void Session::start() {
   RUBICON_ASSERT(phase_ == Phase::kNew);
@@ -97,6 +97,11 @@ void Session::send(ByteView frame) {
 
 Duration Session::keep_alive_pause() const {
   return settings_.repeats ? kKeepAliveUdp : kKeepAlive;
+}
+
+void Session::due() {
+  if (up()) return keep_alive();
+  repeat();
 }
 
 void Session::keep_alive() {

@@ -97,6 +97,7 @@ class Session {
   void send_request();
   void send_authenticate();
   bool wrap(ByteView frame);
+  void due();
   void keep_alive();
   void repeat();
 

@@ -85,6 +85,32 @@ TEST_F(SecureRouting, PlainFramesAreDroppedAndSaid) {
   EXPECT_THAT(ann.searches, SizeIs(1));
 }
 
+TEST_F(SecureRouting, SecuredGroupsAreEncryptedInside) {
+  using secure::GroupGuard;
+  constexpr wire::IndividualAddress kAnn{0xfffa}, kBob{0xfff9};
+  secure::GroupKeys keys;
+  keys.groups[wire::GroupAddress(0x0a07)] = {secure::Key(Bytes(16, 9)), {kAnn, kBob}};
+  std::map<std::string, Bytes> values;
+  const secure::GroupStorage storage{[&values](std::string_view name, ByteView value) -> Result<void> {
+                                       values[std::string(name)] = Bytes(value.begin(), value.end());
+                                       return {};
+                                     },
+                                     [](std::string_view) { return std::optional<Bytes>(); }};
+  GroupGuard of_ann(time, keys, storage, kAnn, {}), of_bob(time, keys, storage, kBob, {});
+  auto for_ann = secure_options(7, 0xfffa), for_bob = secure_options(7, 0xfff9);
+  for_ann.guard = &of_ann;
+  for_bob.guard = &of_bob;
+  Router ann(time, here, for_ann), bob(time, third, for_bob);
+  open(ann);
+  open(bob);
+  ann.send(write_to(0x0a07));
+  time.run_for(1s);
+  ASSERT_THAT(bob.received, SizeIs(1));
+  EXPECT_EQ(bob.received[0].payload.bytes, (Bytes{0x0c, 0x33}));
+  EXPECT_EQ(bob.line->counters().at("data-secure-received"), 1u);
+  EXPECT_EQ(bob.line->counters().at("secure-received"), 1u);
+}
+
 TEST_F(SecureRouting, AMemberOfAnotherKeyIsNamedAsSuch) {
   Router ann(time, here, secure_options(7)), eve(time, third, secure_options(8));
   open(ann);

@@ -28,6 +28,12 @@ struct Disk {
             [this](std::string_view name) -> Result<std::optional<Bytes>> {
               const auto found = values.find(std::string(name));
               return found == values.end() ? std::optional<Bytes>() : std::optional(found->second);
+            },
+            [this](std::string_view name, ByteView value) -> Result<void> {
+              ++soon_writes;
+              if (!failure.empty()) return fail(ErrorCode::kIo, failure);
+              values[std::string(name)] = Bytes(value.begin(), value.end());
+              return {};
             }};
   }
   void store_own(std::uint64_t last) {
@@ -37,7 +43,7 @@ struct Disk {
 
   std::map<std::string, Bytes> values;
   std::string failure;
-  int writes = 0;
+  int writes = 0, soon_writes = 0;  ///< that wait for the disk; that do not
 };
 
 /// The group 1/2/7 with the key 30..3f; 1.1.10, 1.1.11, 1.1.12 and 1.1.30 are its senders.
