@@ -97,9 +97,11 @@ void Exposures::write_change(Entry& entry) {
   if (!entry.change_waits) write(entry);
 }
 
-/// Sends the newest value, so no change waits after it.
+/// Sends the newest value, so no change waits after it. While a telegram with an older one waits for its turn on the
+/// line, this waits for its end: the bus gets no values that are out of date.
 void Exposures::write(Entry& entry) {
-  entry.change_waits = false;
+  entry.change_waits = entry.on_the_way;
+  if (std::exchange(entry.on_the_way, true)) return;
   start_pause(entry);
   wire::Telegram telegram;
   telegram.destination = entry.exposure.address;
@@ -107,12 +109,18 @@ void Exposures::write(Entry& entry) {
   const auto self =
       std::find_if(entries_.begin(), entries_.end(), [&](const auto& one) { return one.get() == &entry; });
   send_(std::move(telegram), [this, weak = std::weak_ptr<Entry>(*self)](bool sent) {
-    if (const auto one = weak.lock(); one && !sent) retry(*one);
+    if (const auto one = weak.lock()) written(*one, sent);
   });
   if (!entry.exposure.every) return;
   entry.cyclic = host_.scheduler().after(*entry.exposure.every, [this, &entry] {
     if (up_ && entry.payload) write(entry);
   });
+}
+
+void Exposures::written(Entry& entry, bool sent) {
+  entry.on_the_way = false;
+  if (!sent) return retry(entry);
+  if (entry.change_waits && !entry.pause.pending() && up_ && entry.payload) write(entry);
 }
 
 void Exposures::start_pause(Entry& entry) {

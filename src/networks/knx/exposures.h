@@ -56,12 +56,14 @@ class Exposures {
     Timer pause;   ///< while pending, changes wait
     Timer retry;
     bool change_waits = false;
+    bool on_the_way = false;  ///< a telegram waits for its turn, or for its confirmation
   };
   void watch(const std::shared_ptr<Entry>& added, Exposure exposure);
   void update(Entry& entry);
   void clear(Entry& entry);
   void write(Entry& entry);
   void write_change(Entry& entry);
+  void written(Entry& entry, bool sent);
   void start_pause(Entry& entry);
   void retry(Entry& entry);
   Result<wire::Payload> payload_of(const Exposure& exposure, std::string_view text) const;

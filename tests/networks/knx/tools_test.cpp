@@ -60,6 +60,21 @@ TEST_F(KnxExposed, FastChangesAreThinnedOutAndTheLastOneIsWritten) {
   EXPECT_EQ(server.heard().back().tpdu, write_21_5);
 }
 
+TEST_F(KnxExposed, ABusThatIsSlowerThanTheChangesGetsTheNewestValue) {
+  server.confirm_time = 1s;
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "0s"}}})");
+  for (int i = 0; i < 100; ++i) {
+    host.followed[kWarm](std::to_string(i));
+    host.time.run_for(100ms);
+  }
+  EXPECT_LE(last_state().counters.at("telegrams-waiting"), 1U);
+  set_tuple(kWarm, "21.5");
+  host.time.run_for(2s);
+  EXPECT_EQ(server.heard().back().tpdu, write_21_5);
+  EXPECT_LE(server.heard().size(), 13U) << "about one each second";
+}
+
 TEST_F(KnxExposed, AChangeIsWrittenOnceWhenItsPeriodIsNoLongerThanThePause) {
   start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
     "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "5s", "every": "3s"}}})");
