@@ -16,6 +16,7 @@ using Phase = LineState::Phase;
 constexpr unsigned kSilentBus = 3;  ///< consecutive telegrams without a confirmation
 constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
 /// Over TCP there are no acks, so that a silent bus looks like an interface that does not work.
+constexpr const char* kOtherAddress = "other-tunnel-address";
 constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
 
 struct Report {
@@ -234,7 +235,15 @@ void TunnelLine::up() {
   state_.bus = true;
   const auto watch = lifetime_.watch();
   set_state(Phase::kUp, {});
+  if (!watch.ended()) compare_address();
   if (!watch.ended()) pump();
+}
+
+void TunnelLine::compare_address() {
+  if (!options_.wanted || *options_.wanted == state_.own) return;
+  ++counters_.other_address;
+  note(kOtherAddress, fmt::format("the interface gave us the tunnel {} instead of {}", to_string(state_.own),
+                                  to_string(*options_.wanted)));
 }
 
 void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> outcome) {
@@ -472,7 +481,8 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
                                            {"undelivered", counters_.undelivered},
                                            {"lte-frames", counters_.lte},
                                            {"other-frames", counters_.other_frames},
-                                           {"doubled-address", counters_.duplicate_address}};
+                                           {"doubled-address", counters_.duplicate_address},
+                                           {kOtherAddress, counters_.other_address}};
   if (options_.secure) add_session_counters(all);
   if (options_.guard != nullptr) all.merge(options_.guard->counters());
   return all;

@@ -54,7 +54,7 @@ class TunnelLine final : public Line {
  private:
   struct Counters {
     std::uint64_t sent = 0, received = 0, connects = 0, other_source = 0, undelivered = 0, lte = 0, other_frames = 0,
-                  duplicate_address = 0,
+                  duplicate_address = 0, other_address = 0,
                   attempts = 0;  ///< to reconnect after a refusal
   };
 
@@ -80,6 +80,7 @@ class TunnelLine final : public Line {
 
   // Callbacks of the tunnel.
   void up();
+  void compare_address();
   void received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> outcome);
   void dropped(const secure::GroupGuard::Dropped& frame);
   void finish(Tunnel::Outcome outcome);

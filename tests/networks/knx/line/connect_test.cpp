@@ -333,6 +333,7 @@ TEST_F(ConnectTest, AConfiguredTunnelAddressIsRequested) {
   options.wanted = wire::IndividualAddress{0x11ca};
   connect();
   EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11ca});
+  EXPECT_EQ(count("other-tunnel-address"), 0U);
   const auto first = std::move(line);
   open();
   EXPECT_EQ(phase(), Phase::kWaiting);
@@ -347,6 +348,9 @@ TEST_F(ConnectTest, AServerWithoutTunnelAddressesInRequestsAssignsAny) {
   connect();
   EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11c8});
   EXPECT_EQ(server->counters.connects, 2U);
+  EXPECT_EQ(count("other-tunnel-address"), 1U);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].second, "the interface gave us the tunnel 1.1.200 instead of 1.1.202");
 }
 
 TEST_F(ConnectTest, TheRefusalOfATunnelAddressMayArriveTwice) {

@@ -234,6 +234,7 @@ TEST_P(SecureTunnel, AWantedAddressOfAnotherUserIsGivenUpOnce) {
   connect_secure();
   EXPECT_EQ(to_string(line->state().own), "1.1.201");
   EXPECT_EQ(server->counters.connects, 2U);
+  EXPECT_EQ(count("other-tunnel-address"), 1U);
 }
 
 TEST_P(SecureTunnel, AUserWithoutATunnelIsAConfigurationError) {
