@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "apps/simulators/knx/server.h"
 #include "networks/knx/wire/status.h"
 
@@ -6,6 +10,20 @@
 namespace rubicon::knx_simulator {
 
 using namespace networks::knx::wire;
+
+Result<void> check_users(const ServerOptions& options) {
+  if (!options.secure) return {};
+  const auto text = [](std::size_t address) {
+    return to_string(IndividualAddress(static_cast<std::uint16_t>(address)));
+  };
+  for (const auto& user : options.secure->users) {
+    if (user.address == 0 || options.is_tunnel(user.address)) continue;
+    return fail(ErrorCode::kInvalid,
+                fmt::format("user {} has the tunnel {}, expected one from {} to {}", user.number, text(user.address),
+                            text(options.first_address), text(options.first_address + options.tunnels - 1)));
+  }
+  return {};
+}
 
 /// True if the frame was one of the secure services.
 bool Server::takes_secure(const Peer& from, ByteView bytes) {
@@ -47,6 +65,14 @@ bool Server::refuses_plain(const Peer& from, ByteView bytes) {
   }
   ++counters.plain_frames;
   return true;
+}
+
+/// A tunnel that only another user gets.
+bool Server::is_reserved(std::uint16_t address, const SecureUser* user) const {
+  if (!sessions_) return false;
+  const auto& users = sessions_->options().users;
+  return std::any_of(users.begin(), users.end(),
+                     [=](const auto& one) { return one.address == address && &one != user; });
 }
 
 void Server::send_in_clear(const Bytes& frame) {

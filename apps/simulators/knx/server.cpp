@@ -232,14 +232,13 @@ std::optional<std::uint16_t> Server::address_for(const Cri& cri, std::uint16_t s
   if (cri.wanted || granted != 0) {
     const auto wanted = cri.wanted ? number(*cri.wanted) : granted;
     if (granted != 0 && wanted != granted) return refuse(status::kUnauthorised);
-    if (wanted < options_.first_address || wanted >= options_.first_address + options_.tunnels)
-      return refuse(kNoTunnelAddress);
+    if (!options_.is_tunnel(wanted)) return refuse(kNoTunnelAddress);
     if (in_use(wanted)) return refuse(cri.wanted ? status::kAddressInUse : status::kNoMoreConnections);
     return wanted;
   }
   for (std::size_t i = 0; i < options_.tunnels; ++i) {
     const auto address = static_cast<std::uint16_t>(options_.first_address + i);
-    if (!in_use(address)) return address;
+    if (!in_use(address) && !is_reserved(address, user)) return address;
   }
   return refuse(status::kNoMoreConnections);
 }

@@ -30,7 +30,13 @@ struct ServerOptions {
   bool shares_port = false;               ///< with the sockets of a router on this host
   std::uint16_t data_port = 0;            ///< another UDP port of this host for tunnelled frames; 0 = the same
   std::optional<SecureOptions> secure{};  ///< takes tunnels of KNX IP Secure
+
+  /// One of its tunnels has this address.
+  bool is_tunnel(std::uint16_t address) const { return address >= first_address && address < first_address + tunnels; }
 };
+
+/// kInvalid: a user of KNX IP Secure has a tunnel that is none of the server's.
+Result<void> check_users(const ServerOptions& options);
 
 /// A group telegram that a client sent through its tunnel.
 struct ClientFrame {
@@ -157,6 +163,7 @@ class Server {
   void refuse_connect(const Peer& from, ByteView frame, std::uint8_t status);
   void open_tunnel(const Peer& control, const Peer& data, std::uint16_t address, bool route_back);
   bool in_use(std::uint16_t address) const;
+  bool is_reserved(std::uint16_t address, const SecureUser* user) const;
   std::optional<std::uint16_t> address_for(const networks::knx::wire::Cri& cri, std::uint16_t session,
                                            std::uint8_t& status) const;
   void heartbeat(const Peer& from, const networks::knx::wire::ConnectionStateRequest& request);

@@ -49,6 +49,7 @@ Simulator::Simulator(SimulatorOptions options, Script script, Scheduler& schedul
 
 Result<void> Simulator::open() {
   if (options_.tunnelling) {
+    if (auto checked = check_users(options_.server); !checked) return checked;
     attach_server();
     if (auto started = server_.start(); !started) return started;
   }

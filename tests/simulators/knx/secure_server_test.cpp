@@ -20,11 +20,12 @@ secure::Key one_key(std::uint8_t value) {
 /// A client with a session of its own over TCP, which sends what it likes.
 class RawClient {
  public:
-  RawClient(VirtualScheduler& time, transport::MemoryNet& net, const std::string& host = "10.0.0.7")
+  RawClient(VirtualScheduler& time, transport::MemoryNet& net, const std::string& host = "10.0.0.7",
+            const std::string& server = "10.0.0.9")
       : session_(time, keys_, secure::Session::Settings{}, counters_, callbacks()) {
     host_.join(net, host);
     transport::TcpOptions options;
-    options.remote = {"10.0.0.9", 3671};
+    options.remote = {server, 3671};
     transport::TcpCalls calls;
     calls.connected = [this] { session_.start(); };
     calls.received = [this](ByteView bytes) { take(bytes); };
@@ -33,6 +34,13 @@ class RawClient {
     time.run_for(10ms);
   }
   secure::Session& session() { return session_; }
+  /// The tunnel of the last CONNECT_RESPONSE; nullopt: refused, or none came.
+  std::optional<wire::IndividualAddress> connected_to() const {
+    if (received.empty()) return std::nullopt;
+    const auto message = wire::read_message(received.back());
+    const auto* response = message ? std::get_if<wire::ConnectResponse>(&*message) : nullptr;
+    return response != nullptr && response->status == 0 ? std::optional(response->crd.address) : std::nullopt;
+  }
   void send_plain(const Bytes& frame) { EXPECT_TRUE(stream_->send(frame)); }
 
   std::vector<wire::ServiceCode> heard_plain;
@@ -99,6 +107,31 @@ TEST_F(SecureServer, ATunnelBelongsToTheSessionThatOpenedIt) {
   owner.session().close();
   time.run_for(10ms);
   EXPECT_TRUE(server->channels().empty()) << "the tunnel ends with its session";
+}
+
+TEST_F(SecureServer, TheTunnelOfAUserIsKeptForThatUser) {
+  support::KnxServer::Options with;
+  with.at.address = "10.0.0.10";
+  with.tunnels = 2;
+  with.secure = SecureOptions{one_key(1), {{3, one_key(3), 0x11c8}, {2, one_key(2), 0}}};
+  const support::KnxServer reserving(time, net, with);
+  RawClient client(time, net, "10.0.0.7", "10.0.0.10"), other(time, net, "10.0.0.8", "10.0.0.10");
+  client.session().send(write(wire::ConnectRequest{}));
+  time.run_for(10ms);
+  other.session().send(write(wire::ConnectRequest{}));
+  time.run_for(10ms);
+  EXPECT_EQ(client.connected_to(), wire::IndividualAddress{0x11c9}) << "user 2 gets any but the tunnel of user 3";
+  EXPECT_EQ(other.connected_to(), std::nullopt);
+}
+
+TEST_F(SecureServer, ATunnelOfAUserMustBeOneOfTheServer) {
+  ServerOptions options;
+  options.secure = SecureOptions{one_key(1), {{2, one_key(2), 0}, {3, one_key(3), 0x11cb}}};
+  EXPECT_TRUE(check_users(options));
+  options.tunnels = 3;
+  const auto checked = check_users(options);
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().text, "user 3 has the tunnel 1.1.203, expected one from 1.1.200 to 1.1.202");
 }
 
 TEST_F(SecureServer, PlainFramesAreRefusedOrDropped) {
