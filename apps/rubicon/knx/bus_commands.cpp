@@ -177,6 +177,10 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
   app->add_option("--server", options->bus.server, "the interface's individual address, if the keyring has several")
       ->type_name("ADDRESS")
       ->needs(keyring);
+  app->add_option("--tunnel-address", options->bus.tunnel_address,
+                  "take this tunnel of the keyring: an island may use the first one")
+      ->type_name("ADDRESS")
+      ->needs(keyring);
   app->add_option("--group-keys", options->bus.group_keys,
                   "with --direct: secured groups with the keys of this file (option group-keys-file of a network)")
       ->type_name("FILE")

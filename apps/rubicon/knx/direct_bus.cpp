@@ -44,6 +44,11 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
   void deliver(Message message) override {
     loop_.scheduler().post([this, message = std::move(message)] { receive(message); });
   }
+  Result<void> remember(std::string_view, ByteView) override { return keeps_nothing(); }
+  Result<std::optional<Bytes>> remembered(std::string_view) override { return keeps_nothing(); }
+  static tl::unexpected<Error> keeps_nothing() {
+    return fail(ErrorCode::kUnsupported, "only an island does, with a state file: leave out --direct");
+  }
   void failed(Error why) override {
     reason_ = std::move(why.text);
     set_line(false);
@@ -103,6 +108,7 @@ ConfigNode tunnel_options(const BusOptions& options, const base::HostPort& serve
   set("keyring", options.keyring);
   set("keyring-password-file", options.password_file);
   set("server-address", options.server);
+  set("tunnel-address", options.tunnel_address);
   set("group-keys-file", options.group_keys);
   return node;
 }

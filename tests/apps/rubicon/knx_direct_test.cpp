@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <array>
+
 #include "apps/rubicon/live_island.h"
 #include "support/keyring_writer.h"
 
@@ -20,7 +22,8 @@ class SecureDirectBus : public ::testing::Test {
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
     const auto script = folder_.write("line.script", "group 1/2/7 9.001 21.5 every 1s\n");
-    const auto passwords = folder_.write("interface.passwords", "device-password auth code\nuser 2 1.1.200 two\n");
+    const auto passwords =
+        folder_.write("interface.passwords", "device-password auth code\nuser 2 1.1.200 two\nuser 3 1.1.201 three\n");
     interface_ = std::make_unique<Process>(std::vector<std::string>{RUBICON_BINARY_DIR "/bin/knx-simulator", script,
                                                                     "--listen", "13671", "--secure", passwords});
     ASSERT_TRUE(interface_->line()) << interface_->errors();
@@ -61,6 +64,22 @@ TEST_F(SecureDirectBus, ToolsOpenASecureTunnelWithAKeyring) {
   EXPECT_EQ(json::parse(*line)["address"], "1/2/7");
 }
 
+TEST_F(SecureDirectBus, TakesAnotherTunnelOfTheKeyring) {
+  const auto password = password_file("house.password", "ring word");
+  auto root = support::keyring_root();
+  for (const auto& [address, user, word] : {std::array{"1.1.200", "2", "two"}, std::array{"1.1.201", "3", "three"}}) {
+    KeyringElement tunnel{"Interface"};
+    tunnel.text("Type", "Tunneling").text("IndividualAddress", address).text("Host", "1.1.0").text("UserID", user);
+    root.add(tunnel.password("Password", word).password("Authentication", "auth code"));
+  }
+  const auto file = folder_.write("house.knxkeys", support::write_keyring(root, "ring word"));
+  Process first({kProgram, "knx", "monitor", "--json", "--direct", "127.0.0.1:13671", "--keyring", file,
+                 "--password-file", password});
+  ASSERT_TRUE(first.line()) << first.errors();
+  const auto second = read({"--keyring", file, "--password-file", password, "--tunnel-address", "1.1.201"});
+  EXPECT_EQ(second.code, 0) << second.errors;
+}
+
 TEST_F(SecureDirectBus, RefusalsOfTheInterfaceEndTheToolWithTheirReason) {
   const auto password = password_file("house.password", "ring word");
   const auto plain = read({"--knx-tcp"});
@@ -92,6 +111,7 @@ TEST(DirectBusOptions, AKeyringBelongsToATunnelOfItsOwn) {
   EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--keyring", "house.knxkeys"}).code, 2);
   EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--direct", "127.0.0.1", "--password-file", "x"}).code, 2);
   EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--direct", "127.0.0.1", "--keyring", ""}).code, 2) << "never plain";
+  EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--direct", "127.0.0.1", "--tunnel-address", "1.1.201"}).code, 2);
   EXPECT_THAT(rubicon({"complete", "--", "knx", "monitor", "--key"}).output, HasSubstr("--keyring"));
   EXPECT_THAT(rubicon({"manual"}).output, HasSubstr("with this keyring of ETS"));
 }
