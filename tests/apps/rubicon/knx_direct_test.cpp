@@ -80,6 +80,21 @@ TEST_F(SecureDirectBus, TakesAnotherTunnelOfTheKeyring) {
   EXPECT_EQ(second.code, 0) << second.errors;
 }
 
+TEST_F(SecureDirectBus, SecuredGroupsAreWrittenThroughAnIslandOnly) {
+  auto root = support::keyring_root();
+  KeyringElement own{"Interface"}, other{"Interface"}, group{"Group"}, takes{"Group"}, groups{"GroupAddresses"};
+  own.text("Type", "Tunneling").text("IndividualAddress", "1.1.200").text("Host", "1.1.0").text("UserID", "2");
+  root.add(own.password("Password", "two").password("Authentication", "auth code"));
+  other.text("Type", "Tunneling").text("IndividualAddress", "1.1.201").text("Host", "1.1.0");
+  root.add(other.add(takes.text("Address", "8193").text("Senders", "1.1.200")));
+  root.add(groups.add(group.text("Address", "8193").key("Key", std::string(32, '7'))));
+  const auto file = folder_.write("house.knxkeys", support::write_keyring(root, "ring word"));
+  const auto written = rubicon({"knx", "write", "4/0/1", "1.001", "on", "--direct", "127.0.0.1:13671", "--keyring",
+                                file, "--password-file", password_file("house.password", "ring word")});
+  EXPECT_EQ(written.code, 4) << "refused";
+  EXPECT_THAT(written.errors, AllOf(HasSubstr("4/0/1 is secured"), HasSubstr("leave out --direct")));
+}
+
 TEST_F(SecureDirectBus, RefusalsOfTheInterfaceEndTheToolWithTheirReason) {
   const auto password = password_file("house.password", "ring word");
   const auto plain = read({"--knx-tcp"});
