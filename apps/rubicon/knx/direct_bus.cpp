@@ -44,7 +44,7 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
   void deliver(Message message) override {
     loop_.scheduler().post([this, message = std::move(message)] { receive(message); });
   }
-  Result<void> remember(std::string_view, ByteView) override { return keeps_nothing(); }
+  Result<void> remember(std::string_view, ByteView, network::Keep) override { return keeps_nothing(); }
   Result<std::optional<Bytes>> remembered(std::string_view) override { return keeps_nothing(); }
   static tl::unexpected<Error> keeps_nothing() {
     return fail(ErrorCode::kUnsupported, "only an island does, with a state file: leave out --direct");
