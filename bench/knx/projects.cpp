@@ -35,7 +35,7 @@ double import_ms(const std::string& content, const char* password, int rounds, s
   for (int round = 0; round < rounds; ++round) {
     auto file = project::file_of(Bytes(content.begin(), content.end()));
     const auto start = Clock::now();
-    const auto imported = project::import_project(std::move(file), "bench.knxproj", {&secret, {}});
+    const auto imported = project::import_project(std::move(file), "bench.knxproj", {&secret});
     took.push_back(seconds_since(start) * 1e3);
     if (!imported) throw std::runtime_error(imported.error().text);
     if (imported->report.taken != addresses) throw std::runtime_error("the project has lost addresses");

@@ -93,20 +93,26 @@ Result<networks::knx::groups::Import> read_file(const ImportOptions& options,
   auto file = disk.open_file(options.file);
   const auto is_project = file ? project::is_project(**file, options.file) : Result<bool>(false);
   if (!is_project) return fail(is_project.error());
+  if (!*is_project && !options.password_file.empty())
+    return fail(ErrorCode::kInvalid, "--password-file is only for projects of ETS (.knxproj)");
   if (!*is_project) return networks::knx::groups::import_file(options.file, how);
   const auto password = secure::find_password(disk, options.password_file, secure::kPasswordVariable);
   if (!password) return fail(password.error());
   const auto* given = password->has_value() ? &**password : nullptr;
-  auto imported = project::import_project(std::move(*file), std::filesystem::path(options.file).filename().string(),
-                                          {given, {}}, how);
-  if (!imported && imported.error().code == ErrorCode::kRefused && given == nullptr)
+  auto imported =
+      project::import_project(std::move(*file), std::filesystem::path(options.file).filename().string(), {given}, how);
+  if (!imported && imported.error().code == ErrorCode::kRefused)
     return fail(imported.error().code,
-                fmt::format("{}: give it with --password-file FILE, or in the environment variable {}",
-                            imported.error().text, secure::kPasswordVariable));
+                imported.error().text + (given != nullptr
+                                             ? secure::password_source(*given, options.password_file)
+                                             : fmt::format(": give it with --password-file FILE, or in the environment "
+                                                           "variable {}",
+                                                           secure::kPasswordVariable)));
   return imported;
 }
 
-/// Writes the group file to standard output or to --output, the report to standard error.
+/// Writes the group file to standard output or to --output, the report to standard error. Without any address the
+/// group file of yesterday stays.
 int import(const ImportOptions& options) {
   networks::knx::groups::ImportOptions how;
   how.guess = !options.no_guess;
@@ -121,10 +127,12 @@ int import(const ImportOptions& options) {
     print_error(imported.error().text);
     return kFailed;
   }
-  const auto code =
-      put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured));
   std::fputs(report_text(imported->report).c_str(), stderr);
-  return code;
+  if (imported->report.taken == 0) {
+    print_error("no group address was imported: nothing is written");
+    return kFailed;
+  }
+  return put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured));
 }
 
 }  // namespace

@@ -207,7 +207,12 @@ Result<std::optional<Keyring>> open(transport::Transports& disk, const KeyringOp
                                                  secure::kPasswordVariable));
   if (!password->has_value()) return std::optional<Keyring>();
   auto opened = Keyring::open(file, **password);
-  if (!opened) return fail(opened.error().code, fmt::format("{}: {}", options.file, opened.error().text));
+  if (!opened) {
+    const bool refused = opened.error().code == ErrorCode::kRefused;
+    return fail(opened.error().code,
+                fmt::format("{}: {}{}", options.file, opened.error().text,
+                            refused ? secure::password_source(**password, options.password_file) : ""));
+  }
   return std::optional(std::move(*opened));
 }
 

@@ -176,10 +176,11 @@ Result<groups::Import> import_project(const network::NetworkConfig& config, tran
     if (!read) return fail(read.error());
     password = std::move(*read);
   }
-  auto imported = project::import_project(std::move(file), path, {password ? &*password : nullptr, {}}, {guess, {}});
-  if (!imported && imported.error().code == ErrorCode::kRefused && !password)
+  auto imported = project::import_project(std::move(file), path, {password ? &*password : nullptr}, {guess, {}});
+  if (!imported && imported.error().code == ErrorCode::kRefused)
     return fail(imported.error().code,
-                fmt::format("{}: write it to a file and name that in 'import-password-file'", imported.error().text));
+                imported.error().text + (password ? secure::password_source(*password, path_of(config, name))
+                                                  : ": write it to a file and name that in 'import-password-file'"));
   return imported;
 }
 

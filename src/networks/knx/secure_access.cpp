@@ -72,7 +72,8 @@ class Reader {
 
   void read_keyring_password(SecureOptions::KeyringSource& source) {
     const auto name = options_.text("keyring-password-file", "");
-    auto password = secure::find_password(transports_, name.empty() ? name : path_of(name), secure::kPasswordVariable);
+    source.password_path = name.empty() ? name : path_of(name);
+    auto password = secure::find_password(transports_, source.password_path, secure::kPasswordVariable);
     if (!password) return options_.error("keyring-password-file", password.error().text);
     if (*password) return void(source.password = std::move(**password));
     options_.error("keyring-password-file",
@@ -184,7 +185,12 @@ Result<void> derive_routing(const SecureOptions& options, const keyring::Keyring
 
 Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const LineOptions& line) {
   const auto keyring = keyring::Keyring::open(options.keyring->file, options.keyring->password);
-  if (!keyring) return fail(in_file(*options.keyring, keyring.error()));
+  if (!keyring) {
+    auto error = in_file(*options.keyring, keyring.error());
+    if (error.code == ErrorCode::kRefused)
+      error.text += secure::password_source(options.keyring->password, options.keyring->password_path);
+    return fail(std::move(error));
+  }
   SecureAccess out;
   const bool routing = line.via == Via::kRouting;
   if (options.policy != Policy::kOff) {

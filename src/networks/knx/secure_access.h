@@ -20,6 +20,7 @@ struct SecureOptions {
     std::string path;
     keyring::KeyringFile file;
     secure::Secret password;
+    std::string password_path{};                      ///< empty: of the environment
     std::optional<wire::IndividualAddress> server{};  ///< the interface, if the keyring has several
   };
   /// Of a tunnel without a keyring.

@@ -106,6 +106,20 @@ TEST(KnxImport, KeepsWhichGroupsAreSecured) {
   EXPECT_THAT(again.output, HasSubstr("secured-groups: [1/2/7]")) << "a list without it does not know";
 }
 
+TEST(KnxImport, WithoutAnyAddressNothingIsReplaced) {
+  const Folder folder;
+  const auto record = folder.write("flat.yaml", "groups: {}\n");
+  support::KnxHouse empty;
+  for (const auto& file :
+       {folder.write("empty.knxproj", empty.file()), folder.write("wrong.csv", "\"Lamp\";\"99/0/1\"\r\n")}) {
+    const auto imported = rubicon({"knx", "import", file, "--output", record});
+    EXPECT_EQ(imported.code, 1) << file;
+    EXPECT_THAT(imported.errors, HasSubstr("nothing is written")) << file;
+    EXPECT_EQ(content_of(record), "groups: {}\n");
+    EXPECT_EQ(rubicon({"knx", "import", file}).output, "");
+  }
+}
+
 TEST(KnxImport, ReplacesTheVeryRecordThatItMerges) {
   const Folder folder;
   const auto file = folder.write("flat.csv", std::string(kExport));
@@ -176,7 +190,11 @@ TEST(KnxImport, ReadsAProjectWithThePasswordOfAFileOrTheEnvironment) {
   EXPECT_EQ(given.code, 0) << given.errors;
   EXPECT_EQ(given.output.find("flatpass"), std::string::npos);
   EXPECT_THAT(rubicon({"knx", "import", file, "--password-file", wrong}).errors,
-              HasSubstr("the password does not open"));
+              HasSubstr("the password of the project P-00F1 is wrong (the password is from " + wrong + ")"));
+  const auto list = folder.write("flat.csv", std::string(kExport));
+  const auto pointless = rubicon({"knx", "import", list, "--password-file", right});
+  EXPECT_EQ(pointless.code, 1);
+  EXPECT_THAT(pointless.errors, HasSubstr("--password-file is only for projects of ETS"));
   ::setenv("RUBICON_KNX_PASSWORD", "flatpass", 1);
   EXPECT_EQ(rubicon({"knx", "import", file}).code, 0);
   ::unsetenv("RUBICON_KNX_PASSWORD");

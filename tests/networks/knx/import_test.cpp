@@ -64,7 +64,7 @@ TEST_F(KnxImports, AProtectedProjectTakesItsPasswordFromAFile) {
       HasSubstr("house.knxproj: the project P-00F1 is protected by a password, and none was given: write it to a "
                 "file and name that in 'import-password-file'"));
   EXPECT_THAT(errors_of(R"({"host": "10.0.0.9", "import": "house.knxproj", "import-password-file": "wrong"})"),
-              HasSubstr("the password does not open entry 'project.xml'"));
+              HasSubstr("house.knxproj: the password of the project P-00F1 is wrong (the password is from wrong)"));
   EXPECT_THAT(errors_of(R"({"host": "10.0.0.9", "import": "house.knxproj", "import-password-file": "open"})"),
               HasSubstr("run chmod 600"));
   EXPECT_THAT(errors_of(R"({"host": "10.0.0.9", "import": "house.knxproj", "import-password-file": "none"})"),

@@ -117,7 +117,7 @@ std::optional<dpt::DptId> GroupListBuilder::type(std::string_view text, std::vec
 std::string GroupListBuilder::field(std::string_view what, std::string_view utf8,
                                     std::vector<std::string>& changes) const {
   if (utf8.size() > kMaxFieldBytes)
-    changes.push_back(fmt::format("its {} has {} bytes: cut to {}", what, utf8.size(), kMaxFieldBytes));
+    changes.push_back(fmt::format("its {} has more than {} bytes: cut", what, kMaxFieldBytes));
   return clean_text(utf8, kMaxFieldBytes);
 }
 

@@ -11,7 +11,7 @@
 namespace rubicon::networks::knx::groups {
 
 struct ImportOptions {
-  bool guess = true;  ///< false: nothing is inferred from names; each address is a point of its own
+  bool guess = true;  ///< false: nothing is inferred from names; what a project states still counts
   std::optional<std::vector<GroupPoint>> known{};   ///< the points of a group file to merge into
   std::vector<wire::GroupAddress> known_secured{};  ///< with `known`: `secured-groups` of that file
 };

@@ -233,10 +233,8 @@ std::vector<GroupPoint> infer_points(const std::vector<GroupEntry>& entries, boo
   std::vector<GroupPoint> points;
   points.reserve(entries.size());
   Guesser guesser(entries, report);
-  if (by_name) {
-    guesser.pair_by_project();
-    guesser.pair();
-  }
+  guesser.pair_by_project();
+  if (by_name) guesser.pair();
   for (const auto& named : guesser.all()) {
     if (named.is_state) continue;
     points.push_back(point_of(*named.entry, by_name ? guesser.kind(named) : guesser.kind_of_facts(named)));

@@ -12,7 +12,11 @@ namespace {
 
 class Merge {
  public:
-  Merge(std::vector<GroupPoint> known, Report& report) : points_(std::move(known)), report_(report) {
+  Merge(std::vector<GroupPoint> known, const std::vector<GroupPoint>& imported, Report& report)
+      : points_(std::move(known)),
+        report_(report),
+        has_rooms_(
+            std::any_of(imported.begin(), imported.end(), [](const auto& point) { return !point.room.empty(); })) {
     for (std::size_t i = 0; i < points_.size(); ++i) {
       owner_.try_emplace(points_[i].address, i);
       if (points_[i].state) states_.insert(*points_[i].state);
@@ -57,7 +61,7 @@ class Merge {
     const auto before = point;
     point.name = imported.name;
     point.description = imported.description;
-    if (!imported.room.empty()) point.room = imported.room;
+    update_room(point, imported);
     point.main_group = imported.main_group;
     point.middle_group = imported.middle_group;
     if (point.name != before.name) {
@@ -70,7 +74,20 @@ class Merge {
       report_.note(0, point.address,
                    fmt::format("the import has {}, the group file {}: the latter is kept", type_text(imported.dpt),
                                type_text(point.dpt)));
+    if (imported.kind != point.kind)
+      report_.note(0, point.address,
+                   fmt::format("the import makes it {}, the group file {}: the latter is kept",
+                               kind_text(imported.kind), kind_text(point.kind)));
     if (imported.state && imported.state != point.state) adopt_state(point, imported);
+  }
+
+  /// Only projects have rooms: without one the room of the group file may be written by hand.
+  void update_room(GroupPoint& point, const GroupPoint& imported) {
+    if (!imported.room.empty()) {
+      point.room = imported.room;
+    } else if (!point.room.empty() && has_rooms_) {
+      report_.note(0, point.address, fmt::format("the import has no room for it: '{}' is kept", point.room));
+    }
   }
 
   /// Uses a new state address: for the actuator if it has none, else as a sensor.
@@ -121,6 +138,7 @@ class Merge {
     points_.push_back(std::move(point));
   }
 
+  static std::string_view kind_text(Kind kind) { return kind == Kind::kActuator ? "an actuator" : "a sensor"; }
   static std::string type_text(std::optional<dpt::DptId> type) {
     return type ? "type " + to_string(*type) : std::string("no type");
   }
@@ -128,6 +146,7 @@ class Merge {
   std::vector<GroupPoint> points_;
   std::size_t known_ = 0;
   Report& report_;
+  const bool has_rooms_;                                       ///< the import is of a project
   std::unordered_map<wire::GroupAddress, std::size_t> owner_;  ///< address -> its point
   std::unordered_set<wire::GroupAddress> states_, seen_;
 };
@@ -136,7 +155,7 @@ class Merge {
 
 std::vector<GroupPoint> merge(std::vector<GroupPoint> known, const std::vector<GroupPoint>& imported, Report& report) {
   report.merged = true;
-  Merge merge(std::move(known), report);
+  Merge merge(std::move(known), imported, report);
   for (const auto& point : imported) merge.take(point);
   return merge.finish();
 }

@@ -78,16 +78,21 @@ std::string single_line(std::string_view text) {
   return base::printable(out);
 }
 
+/// `:7`; empty for a finding that concerns no line.
+std::string line_text(const Finding& finding) {
+  return finding.line == 0 ? std::string() : fmt::format(":{}", finding.line);
+}
+
 }  // namespace
 
 std::string report_text(const Report& report) {
   if (report.refused) {
     const auto& why = report.findings.front();
-    return fmt::format("{}:{}: {}\n", report.source, why.line, single_line(why.text));
+    return fmt::format("{}{}: {}\n", report.source, line_text(why), single_line(why.text));
   }
   auto out = counts_text(report);
   for (const auto& finding : report.findings) {
-    out += fmt::format("{}:{}: {}: {}{}{}\n", report.source, finding.line, to_string(finding.level),
+    out += fmt::format("{}{}: {}: {}{}{}\n", report.source, line_text(finding), to_string(finding.level),
                        finding.address ? to_string(*finding.address, report.notation) : std::string(),
                        finding.address ? ": " : "", single_line(finding.text));
   }

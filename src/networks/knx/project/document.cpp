@@ -25,7 +25,23 @@ Result<void> Document::read_text(std::string_view text) {
   return fed ? parser_.finish() : fed;
 }
 
-std::optional<bool> flag_of(const xml::Attributes& attributes, std::string_view name) {
+std::string_view KeepingDocument::keep(std::string_view text) {
+  const auto kept = texts_.keep(text);
+  if (texts_.is_exceeded()) parser().refuse(texts_.why());
+  return kept;
+}
+
+std::string_view KeepingDocument::keep(const xml::Attributes& attributes, std::string_view name) {
+  return keep(short_text(attributes, name));
+}
+
+bool KeepingDocument::charge(std::size_t bytes) {
+  if (texts_.charge(bytes)) return true;
+  parser().refuse(texts_.why());
+  return false;
+}
+
+std::optional<bool> enabled(const xml::Attributes& attributes, std::string_view name) {
   const auto value = attributes.text(name);
   if (value.empty()) return std::nullopt;
   return value == "Enabled" || value == "true" || value == "1";

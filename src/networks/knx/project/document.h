@@ -3,6 +3,7 @@
 #include <string>
 
 #include "networks/knx/project/archive.h"
+#include "networks/knx/project/kept_texts.h"
 #include "networks/knx/xml/xml_parser.h"
 
 namespace rubicon::networks::knx::project {
@@ -24,8 +25,25 @@ class Document : public xml::Listener {
   xml::Parser parser_{*this, {kMaxDepth}};
 };
 
+/// A document of which much is kept. It is refused at the bound of what the project may keep.
+class KeepingDocument : public Document {
+ protected:
+  /// `texts` must outlive all that is kept.
+  explicit KeepingDocument(KeptTexts& texts) : texts_(texts) {}
+
+  KeptTexts& texts() { return texts_; }
+  std::string_view keep(std::string_view text);
+  /// The attribute as short_text() gives it.
+  std::string_view keep(const xml::Attributes& attributes, std::string_view name);
+  /// False, with the document refused, at the bound.
+  bool charge(std::size_t bytes);
+
+ private:
+  KeptTexts& texts_;
+};
+
 /// True for `Enabled` and `true`, false for anything else; nullopt if the attribute is absent or empty.
-std::optional<bool> flag_of(const xml::Attributes& attributes, std::string_view name);
+std::optional<bool> enabled(const xml::Attributes& attributes, std::string_view name);
 
 /// At most this many bytes of names, texts and ids are kept.
 inline constexpr std::size_t kMaxText = 256;

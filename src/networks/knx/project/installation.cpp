@@ -17,23 +17,35 @@ void fill(std::optional<T>& above, const std::optional<T>& below) {
   if (!above) above = below;
 }
 
-void fill(std::string& above, const std::string& below) {
+void fill(std::string_view& above, std::string_view below) {
   if (above.empty()) above = below;
 }
 
 }  // namespace
 
-ObjectTraits traits_of(const xml::Attributes& attributes) {
+bool ObjectTraits::flags_are_known() const {
+  if (!communication.value_or(true)) return true;
+  if (!communication || !write) return false;
+  return *write || read.value_or(false) || transmit.value_or(false) || (read && transmit);
+}
+
+ObjectTraits traits_of(const xml::Attributes& attributes, KeptTexts& texts) {
   ObjectTraits traits;
-  traits.communication = flag_of(attributes, "CommunicationFlag");
-  traits.read = flag_of(attributes, "ReadFlag");
-  traits.write = flag_of(attributes, "WriteFlag");
-  traits.transmit = flag_of(attributes, "TransmitFlag");
-  traits.types = groups::clean_text(attributes.text("DatapointType"), kMaxTypesText);
-  traits.size = short_text(attributes, "ObjectSize");
-  traits.text = short_text(attributes, "Text");
-  traits.function_text = short_text(attributes, "FunctionText");
-  traits.text_parameter = short_text(attributes, "TextParameterRefId");
+  traits.communication = enabled(attributes, "CommunicationFlag");
+  traits.read = enabled(attributes, "ReadFlag");
+  traits.write = enabled(attributes, "WriteFlag");
+  traits.transmit = enabled(attributes, "TransmitFlag");
+  traits.types = texts.keep(groups::clean_text(attributes.text("DatapointType"), kMaxTypesText));
+  traits.size = texts.keep(short_text(attributes, "ObjectSize"));
+  traits.text = texts.keep(short_text(attributes, "Text"));
+  traits.function_text = texts.keep(short_text(attributes, "FunctionText"));
+  traits.text_parameter = texts.keep(short_text(attributes, "TextParameterRefId"));
+  return traits;
+}
+
+ObjectTraits kept_in(KeptTexts& texts, ObjectTraits traits) {
+  for (auto* text : {&traits.types, &traits.size, &traits.text, &traits.function_text, &traits.text_parameter})
+    *text = texts.keep(*text);
   return traits;
 }
 

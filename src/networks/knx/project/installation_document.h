@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -11,14 +13,13 @@ namespace rubicon::networks::knx::project {
 /// Bounds of one project: a file beyond them is refused.
 inline constexpr std::size_t kMaxDevices = 65'536, kMaxSpaces = 65'536, kMaxObjects = 200'000, kMaxLinks = 500'000,
                              kMaxFunctions = 65'536, kMaxMembers = 200'000, kMaxArguments = 500'000;
-/// Bytes of the names and descriptions of all group addresses and of the groups they are in, and of the texts of
-/// objects.
-inline constexpr std::size_t kMaxTexts = std::size_t{64} << 20U;
 
 /// `0.xml`: addresses, devices with the objects that are linked, rooms and functions. Keys and passwords in it are not
 /// kept.
-class InstallationDocument final : public Document {
+class InstallationDocument final : public KeepingDocument {
  public:
+  explicit InstallationDocument(KeptTexts& texts) : KeepingDocument(texts) {}
+
   void start(std::string_view name, const xml::Attributes& attributes) override;
   void end(std::string_view name) override;
 
@@ -31,32 +32,55 @@ class InstallationDocument final : public Document {
     std::string name;
     bool board = false;  ///< a distribution board is no room of what its devices control
   };
+  /// The rooms of buildings get the names of these if there are several.
+  struct Place {
+    std::string_view building, room;
+  };
+  using Start = void (InstallationDocument::*)(const xml::Attributes& attributes);
+  using End = void (InstallationDocument::*)();
 
   bool bounded(std::size_t& count, std::size_t most, std::string_view what);
   Installation& here();
-  void keep(std::size_t bytes);
+  void start_installation(const xml::Attributes& attributes);
+  void start_area(const xml::Attributes& attributes) { area_ = short_text(attributes, "Address"); }
+  void start_line(const xml::Attributes& attributes) { line_ = short_text(attributes, "Address"); }
   void start_device(const xml::Attributes& attributes);
+  void end_device();
   void start_object(const xml::Attributes& attributes);
   void end_object();
   void link(std::string_view id);
+  void start_link(const xml::Attributes& attributes);
+  void start_module(const xml::Attributes& attributes) { module_ = keep(attributes, "Id"); }
+  void end_module() { module_ = {}; }
+  void add_argument(const xml::Attributes& attributes);
+  void start_range(const xml::Attributes& attributes);
+  void end_range();
   void start_address(const xml::Attributes& attributes);
   void start_space(const xml::Attributes& attributes);
+  void end_space();
   void place_device(const xml::Attributes& attributes);
   void start_function(const xml::Attributes& attributes);
+  void end_function() { in_function_ = false; }
   void add_member(const xml::Attributes& attributes);
   void end_installation();
-  std::string room() const;
+  Place place();
+  std::string_view room_of(const Place& place);
 
   std::vector<Installation> installations_;
   std::string area_, line_;
   bool in_device_ = false, in_object_ = false, in_function_ = false;
   LinkedObject object_;
-  std::string module_;  ///< the instance of a module whose arguments come
+  std::optional<KeptTexts> object_texts_;  ///< of object_, until it is known to be linked
+  std::string_view module_;                ///< the instance of a module whose arguments come
   std::vector<std::string> ranges_;
   std::vector<Space> spaces_;
-  std::unordered_map<std::string, std::string> rooms_;  ///< by device
+  std::size_t buildings_ = 0;                   ///< the number of the one that spaces_ are in
+  std::optional<std::size_t> building_in_use_;  ///< the first that has devices or functions
+  bool several_buildings_ = false;
+  std::unordered_map<std::string_view, Place> device_places_;
+  std::vector<Place> function_places_;  ///< of the functions of the installation
   std::size_t left_out_ = 0, addresses_ = 0, devices_ = 0, objects_ = 0, links_ = 0, space_count_ = 0, functions_ = 0,
-              members_ = 0, arguments_ = 0, texts_ = 0;
+              members_ = 0, arguments_ = 0;
 };
 
 /// `P-0242-0_GA-6` and `GA-6` -> `GA-6`.

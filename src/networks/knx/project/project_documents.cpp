@@ -9,8 +9,8 @@ namespace rubicon::networks::knx::project {
 namespace {
 
 constexpr std::string_view kNameSpace = "http://knx.org/xml/project/";
-/// Bounds of what one manufacturer lists, and of the arguments of one program.
-constexpr std::size_t kMaxListed = 100'000;
+/// Of an element of values_ besides its texts.
+constexpr std::size_t kValueOverhead = 96;
 
 std::string_view object_of(std::string_view reference) {
   return reference.substr(0, reference.rfind("_R-"));
@@ -38,40 +38,36 @@ void ProjectDocument::start(std::string_view name, const xml::Attributes& attrib
 }
 
 void HardwareDocument::start(std::string_view name, const xml::Attributes& attributes) {
-  if (name == "Product" && products_.size() < kMaxListed) {
-    products_[short_text(attributes, "Id")] = {short_text(attributes, "Text"), short_text(attributes, "OrderNumber")};
-  } else if (name == "Hardware2Program") {
-    hardware_program_ = short_text(attributes, "Id");
-  } else if (name == "ApplicationProgramRef" && !hardware_program_.empty() && programs_.size() < kMaxListed) {
-    programs_.try_emplace(hardware_program_, short_text(attributes, "RefId"));
-  }
+  if (name == "Hardware2Program") hardware_program_ = short_text(attributes, "Id");
+  if (name != "ApplicationProgramRef") return;
+  const auto found = programs_.find(hardware_program_);
+  if (found != programs_.end() && found->second.empty()) found->second = keep(attributes, "RefId");
 }
 
 void HardwareDocument::end(std::string_view name) {
   if (name == "Hardware2Program") hardware_program_.clear();
 }
 
-std::string HardwareDocument::program_of(const std::string& hardware_program) const {
+std::string_view HardwareDocument::program_of(std::string_view hardware_program) const {
   const auto found = programs_.find(hardware_program);
-  return found == programs_.end() ? std::string() : found->second;
+  return found == programs_.end() ? std::string_view() : found->second;
 }
 
-HardwareDocument::Product HardwareDocument::product_of(const std::string& product) const {
-  const auto found = products_.find(product);
-  return found == products_.end() ? Product{} : found->second;
-}
-
-void ProgramDocument::want(const std::string& reference) {
+void ProgramDocument::want(std::string_view reference) {
   if (references_.try_emplace(reference).second) ++missing_;
-  if (objects_.try_emplace(std::string(object_of(reference))).second) ++missing_;
+  if (objects_.try_emplace(object_of(reference)).second) ++missing_;
 }
 
-void ProgramDocument::take(std::unordered_map<std::string, Wanted>& wanted, const xml::Attributes& attributes) {
-  const auto found = wanted.find(std::string(attributes.text("Id").substr(0, kMaxText)));
+void ProgramDocument::take(Objects& wanted, const xml::Attributes& attributes) {
+  const auto found = wanted.find(attributes.text("Id").substr(0, kMaxText));
   if (found == wanted.end() || found->second.found) return;
-  found->second.traits = project::traits_of(attributes);
+  found->second.traits = project::traits_of(attributes, texts());
   found->second.found = true;
-  if (--missing_ == 0) parser().enough();
+  if (texts().is_exceeded()) {
+    parser().refuse(texts().why());
+  } else if (--missing_ == 0) {
+    parser().enough();
+  }
 }
 
 void ProgramDocument::start(std::string_view name, const xml::Attributes& attributes) {
@@ -79,30 +75,41 @@ void ProgramDocument::start(std::string_view name, const xml::Attributes& attrib
     take(objects_, attributes);
   } else if (name == "ComObjectRef") {
     take(references_, attributes);
-  } else if (name == "Argument" && arguments_.size() < kMaxListed) {
-    arguments_.try_emplace(short_text(attributes, "Id"), short_text(attributes, "Name"));
+  } else if (name == "Argument") {
+    const auto found = arguments_.find(attributes.text("Id").substr(0, kMaxText));
+    if (found != arguments_.end() && found->second.empty()) found->second = keep(attributes, "Name");
   }
 }
 
-ObjectTraits ProgramDocument::traits_of(const std::string& reference) const {
-  const auto upper = references_.find(reference);
-  const auto lower = objects_.find(std::string(object_of(reference)));
+std::optional<ObjectTraits> ProgramDocument::traits_of(std::string_view reference) const {
+  const auto find = [](const Objects& objects, std::string_view id) -> const ObjectTraits* {
+    const auto found = objects.find(id);
+    return found == objects.end() || !found->second.found ? nullptr : &found->second.traits;
+  };
+  const auto* upper = find(references_, reference);
+  const auto* lower = find(objects_, object_of(reference));
+  if (upper == nullptr && lower == nullptr) return std::nullopt;
   const ObjectTraits none;
-  return over(upper == references_.end() ? none : upper->second.traits,
-              lower == objects_.end() ? none : lower->second.traits);
+  return over(upper == nullptr ? none : *upper, lower == nullptr ? none : *lower);
 }
 
-std::string ProgramDocument::argument_name(const std::string& id) const {
+std::string_view ProgramDocument::argument_name(std::string_view id) const {
   const auto found = arguments_.find(id);
-  return found == arguments_.end() ? std::string() : found->second;
+  return found == arguments_.end() ? std::string_view() : found->second;
+}
+
+void ParameterDocument::want(std::string_view device, std::string_view id) {
+  const auto kept = texts().keep(id);
+  if (texts().charge(kValueOverhead)) values_.try_emplace({device, kept});
 }
 
 void ParameterDocument::start(std::string_view name, const xml::Attributes& attributes) {
   if (name == "DeviceInstance") {
     device_ = short_id(short_text(attributes, "Id"));
   } else if (name == "ParameterInstanceRef") {
-    const auto found = values_.find({device_, short_text(attributes, "RefId")});
-    if (found != values_.end()) found->second = short_text(attributes, "Value");
+    const auto id = attributes.text("RefId").substr(0, kMaxText);
+    const auto found = values_.find({device_, id});
+    if (found != values_.end()) found->second = keep(attributes, "Value");
   }
 }
 
@@ -110,9 +117,9 @@ void ParameterDocument::end(std::string_view name) {
   if (name == "DeviceInstance") device_.clear();
 }
 
-std::string ParameterDocument::value_of(const std::string& device, const std::string& id) const {
+std::string_view ParameterDocument::value_of(std::string_view device, std::string_view id) const {
   const auto found = values_.find({device, id});
-  return found == values_.end() ? std::string() : found->second;
+  return found == values_.end() ? std::string_view() : found->second;
 }
 
 }  // namespace rubicon::networks::knx::project

@@ -42,68 +42,75 @@ class ProjectDocument final : public Document {
 };
 
 /// `M-XXXX/Hardware.xml`: which application program a device has.
-class HardwareDocument final : public Document {
+class HardwareDocument final : public KeepingDocument {
  public:
+  explicit HardwareDocument(KeptTexts& texts) : KeepingDocument(texts) {}
+
+  /// A Hardware2ProgramRefId, which must outlive this object.
+  void want(std::string_view hardware_program) { programs_.try_emplace(hardware_program); }
+
   void start(std::string_view name, const xml::Attributes& attributes) override;
   void end(std::string_view name) override;
 
-  /// By Hardware2ProgramRefId; empty if it is not there.
-  std::string program_of(const std::string& hardware_program) const;
-  struct Product {
-    std::string name, order_number;
-  };
-  /// By ProductRefId.
-  Product product_of(const std::string& product) const;
+  /// Of a wanted id; empty if it is not there.
+  std::string_view program_of(std::string_view hardware_program) const;
 
  private:
-  std::unordered_map<std::string, std::string> programs_;
-  std::unordered_map<std::string, Product> products_;
+  std::unordered_map<std::string_view, std::string_view> programs_;
   std::string hardware_program_;
 };
 
 /// An application program: the traits of the communication objects that a project uses, by the id of the reference, and
-/// the names of the arguments of modules. Only what is wanted is kept, and reading ends with the last of it.
-class ProgramDocument final : public Document {
+/// the names of the arguments of modules. Only what is wanted is kept, and reading ends with the last object of it.
+class ProgramDocument final : public KeepingDocument {
  public:
+  explicit ProgramDocument(KeptTexts& texts) : KeepingDocument(texts) {}
+
+  // Ids must outlive this object.
+
   /// Also wants the object that the reference is of: the part of its id before `_R-`.
-  void want(const std::string& reference);
+  void want(std::string_view reference);
+  void want_argument(std::string_view id) { arguments_.try_emplace(id); }
 
   void start(std::string_view name, const xml::Attributes& attributes) override;
   void end(std::string_view) override {}
 
-  /// The traits of the reference over those of its object; empty ones if the program has neither.
-  ObjectTraits traits_of(const std::string& reference) const;
-  /// The name of an argument of a module; empty = unknown.
-  std::string argument_name(const std::string& id) const;
+  /// The traits of the reference over those of its object; nullopt if the program has neither.
+  std::optional<ObjectTraits> traits_of(std::string_view reference) const;
+  /// The name of a wanted argument of a module; empty = unknown.
+  std::string_view argument_name(std::string_view id) const;
 
  private:
   struct Wanted {
     ObjectTraits traits;
     bool found = false;
   };
+  using Objects = std::unordered_map<std::string_view, Wanted>;
 
-  void take(std::unordered_map<std::string, Wanted>& wanted, const xml::Attributes& attributes);
+  void take(Objects& wanted, const xml::Attributes& attributes);
 
-  std::unordered_map<std::string, Wanted> references_, objects_;
-  std::unordered_map<std::string, std::string> arguments_;
+  Objects references_, objects_;
+  std::unordered_map<std::string_view, std::string_view> arguments_;
   std::size_t missing_ = 0;
 };
 
 /// `0.xml` once more: the values of the parameters whose text is part of the text of an object.
-class ParameterDocument final : public Document {
+class ParameterDocument final : public KeepingDocument {
  public:
-  /// `id`: with the module, as the instance of the parameter has it.
-  void want(const std::string& device, const std::string& id) { values_.try_emplace({device, id}); }
+  explicit ParameterDocument(KeptTexts& texts) : KeepingDocument(texts) {}
+
+  /// `id`: with the module, as the instance of the parameter has it. `device` must outlive this object.
+  void want(std::string_view device, std::string_view id);
 
   void start(std::string_view name, const xml::Attributes& attributes) override;
   void end(std::string_view name) override;
 
   /// Empty if the device has no value of its own.
-  std::string value_of(const std::string& device, const std::string& id) const;
+  std::string_view value_of(std::string_view device, std::string_view id) const;
   bool wants_nothing() const { return values_.empty(); }
 
  private:
-  std::map<std::pair<std::string, std::string>, std::string> values_;
+  std::map<std::pair<std::string_view, std::string_view>, std::string_view> values_;
   std::string device_;
 };
 

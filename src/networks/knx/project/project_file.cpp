@@ -101,10 +101,14 @@ Result<void> ProjectFile::read_part(std::string_view name, Document& document) c
   if (entry == nullptr) return fail(ErrorCode::kInvalid, fmt::format("the project {} has no entry {}", id_, name));
   auto read = document.read(inner_ ? *inner_ : outer_, *entry, is_protected() ? &password_ : nullptr);
   if (read || !inner_) return read;
-  const bool password_may_be_wrong = is_protected() && read.error().code == ErrorCode::kInvalid;
-  return fail(
-      password_may_be_wrong ? ErrorCode::kRefused : read.error().code,
-      fmt::format("{}.zip: {}{}", id_, read.error().text, password_may_be_wrong ? " (is it the right password?)" : ""));
+  const auto& error = read.error();
+  if (is_protected() && error.code == ErrorCode::kRefused)
+    return fail(error.code, fmt::format("the password of the project {} is wrong", id_));
+  if (is_protected() && error.code == ErrorCode::kInvalid)
+    return fail(ErrorCode::kRefused,
+                fmt::format("the password of the project {} is wrong, or the file is damaged ({}.zip: {})", id_, id_,
+                            error.text));
+  return fail(error.code, fmt::format("{}.zip: {}", id_, error.text));
 }
 
 Result<void> ProjectFile::read_entry(const std::string& name, Document& document) const {

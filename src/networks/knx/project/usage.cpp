@@ -76,7 +76,7 @@ bool same_main(const BusObject& a, const BusObject& b, const std::vector<groups:
 /// True if the texts say the same but for words of state and command. Set and actual values are the same too, but for
 /// numbers that are measured (main types 9 and 14).
 bool same_thing(const BusObject& a, const BusObject& b, std::uint16_t main) {
-  return a.words.rest == b.words.rest || (main != 9 && main != 14 && a.words.stem == b.words.stem);
+  return a.words->rest == b.words->rest || (main != 9 && main != 14 && a.words->stem == b.words->stem);
 }
 
 /// Objects of one channel of one device.
@@ -95,15 +95,19 @@ void add_channel(const std::vector<const BusObject*>& objects, const std::vector
 }
 
 std::vector<Use> uses_by_flags(const std::vector<BusObject>& objects, std::size_t count) {
-  std::vector<bool> taken(count), told(count);
+  std::vector<bool> unknown(count), taken(count), reported(count);
   for (const auto& object : objects) {
-    for (const auto address : object.addresses) taken[address] = taken[address] || object.takes();
-    if (object.reports()) told[object.addresses.front()] = true;
+    for (const auto address : object.addresses) {
+      unknown[address] = unknown[address] || !object.flags_known;
+      taken[address] = taken[address] || object.takes();
+    }
+    if (object.reports()) reported[object.addresses.front()] = true;
   }
   std::vector<Use> uses(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (taken[i]) uses[i] = told[i] ? Use::kShared : Use::kCommanded;
-    if (!taken[i] && told[i]) uses[i] = Use::kReported;
+    if (unknown[i]) continue;
+    if (taken[i]) uses[i] = reported[i] ? Use::kShared : Use::kCommanded;
+    if (!taken[i] && reported[i]) uses[i] = Use::kReported;
   }
   return uses;
 }

@@ -11,6 +11,8 @@ namespace rubicon::networks::knx::secure {
 namespace {
 
 constexpr std::size_t kLongest = 1024;
+/// Editors of Windows may begin a file in UTF-8 with it.
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 /// The first line of the text, if there is no other.
 Result<Secret> password_in(std::string_view text, std::string_view where) {
@@ -44,9 +46,12 @@ Result<Secret> read_private_file(transport::Transports& transports, const std::s
 }
 
 Result<Secret> read_password_file(transport::Transports& transports, const std::string& path) {
-  const auto content = read_private_file(transports, path, kLongest + 2, "this password");  // with a line end
-  if (content) return password_in(content->text(), path);
-  return content.error().code == ErrorCode::kOutOfRange ? password_in({}, path) : fail(content.error());
+  constexpr auto kLargest = kByteOrderMark.size() + kLongest + 2;  // with a line end
+  const auto content = read_private_file(transports, path, kLargest, "this password");
+  if (!content) return content.error().code == ErrorCode::kOutOfRange ? password_in({}, path) : fail(content.error());
+  auto text = content->text();
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  return password_in(text, path);
 }
 
 Result<std::optional<Secret>> find_password(transport::Transports& transports, const std::string& path,
@@ -61,6 +66,16 @@ Result<std::optional<Secret>> find_password(transport::Transports& transports, c
   auto password = password_in(value, fmt::format("environment variable {}", variable));
   if (!password) return fail(password.error());
   return std::optional(std::move(*password));
+}
+
+std::string password_source(const Secret& password, const std::string& path, const char* variable) {
+  constexpr std::string_view kBlanks = " \t";
+  const auto text = password.text();
+  const bool blank =
+      !text.empty() && (kBlanks.find(text.front()) != kBlanks.npos || kBlanks.find(text.back()) != kBlanks.npos);
+  return fmt::format(" (the password is from {}{})",
+                     path.empty() ? fmt::format("the environment variable {}", variable) : path,
+                     blank ? ", and begins or ends with a blank" : "");
 }
 
 }  // namespace rubicon::networks::knx::secure

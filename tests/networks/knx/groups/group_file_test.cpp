@@ -270,6 +270,27 @@ TEST(Merge, APairThatTheGroupFileHasAsTwoPointsStaysTwo) {
   EXPECT_NE(report_text(report).find("the group file is kept"), std::string::npos);
 }
 
+TEST(Merge, OtherKindsAndRoomsThatAreGoneAreNotes) {
+  auto known = sample_points();
+  known[0].room = "Hall";
+  known[1].room = "Bath";
+  auto imported = known;
+  imported[0].kind = known[0].kind == Kind::kActuator ? Kind::kSensor : Kind::kActuator;
+  imported[0].room.clear();
+  Report report;
+  EXPECT_EQ(merge(known, imported, report), known);
+  const auto text = report_text(report);
+  EXPECT_NE(text.find("the group file " + std::string(known[0].kind == Kind::kActuator ? "an actuator" : "a sensor") +
+                      ": the latter is kept"),
+            text.npos)
+      << text;
+  EXPECT_NE(text.find("the import has no room for it: 'Hall' is kept"), text.npos) << text;
+  imported[1].room.clear();
+  Report list;
+  merge(known, imported, list);
+  EXPECT_EQ(report_text(list).find("no room"), std::string::npos) << "lists have no rooms at all";
+}
+
 TEST(Merge, ANewStateAddressGoesToAnActuatorWithoutOneOrBecomesASensor) {
   const std::vector<GroupPoint> known{point("1/0/1", "1.001", Kind::kActuator, "Lamp"),
                                       point("1/0/5", "1.001", Kind::kSensor, "Button")};

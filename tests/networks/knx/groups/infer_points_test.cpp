@@ -179,7 +179,10 @@ TEST(InferPoints, StateAddressesOfAProjectArePairedBeforeNames) {
   EXPECT_EQ(found.points[1].kind, Kind::kSensor);
   EXPECT_EQ(found.report.paired_by_project, 1U);
   EXPECT_NE(report_text(found.report).find("by the project: 'Lamp' reports on 1/0/3 'Answer'"), std::string::npos);
-  EXPECT_EQ(guess(entries, false).points.size(), 3U) << "without inference each address is a point";
+  const auto facts = guess(entries, false);
+  ASSERT_EQ(facts.points.size(), 2U) << "what the project states is not inferred from names";
+  EXPECT_EQ(facts.points[0].state, ga("1/0/3"));
+  EXPECT_EQ(facts.points[0].kind, Kind::kActuator);
 }
 
 TEST(InferPoints, AStateAddressOfAProjectMustBeThereAndFit) {

@@ -1,4 +1,10 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
 #include "networks/knx/project/installation_document.h"
+#include "networks/knx/project/module_ids.h"
 #include "networks/knx/project/programs.h"
 #include "networks/knx/project/support.h"
 #include "networks/knx/project/types.h"
@@ -59,7 +65,7 @@ TEST(ProjectTypes, OfAnAddressAreItsOwnOrThoseOfItsObjects) {
 }
 
 TEST(ProjectTexts, PlacesAreFilledFromParametersArgumentsAndDefaults) {
-  const std::vector<std::pair<std::string, std::string>> arguments{{"Number", "3"}};
+  const std::vector<std::pair<std::string_view, std::string_view>> arguments{{"Number", "3"}};
   EXPECT_EQ(filled_text("RTC {{Number}} ({{0:...}}) - Out", "bath", arguments, false), "RTC 3 (bath) - Out");
   EXPECT_EQ(filled_text("RTC {{Number}} ({{0:...}})", "", arguments, false), "RTC 3 (...)");
   EXPECT_EQ(filled_text("RTC {{Number}} ({{0:...}})", "", arguments, true), "RTC 3 ({{0:...}})");
@@ -84,7 +90,14 @@ std::vector<groups::GroupEntry> addresses(std::string_view type = "1.001") {
 BusObject object(std::string_view flags, std::vector<std::size_t> links, const std::string& function = "",
                  std::size_t device = 0, const std::string& channel = "A") {
   const auto has = [&](char flag) { return flags.find(flag) != flags.npos; };
-  return {device, channel, groups::words_of(function), {}, has('C'), has('R'), has('W'), has('T'), std::move(links)};
+  static std::map<std::string, groups::NameWords> words;
+  static std::set<std::string> channels;
+  const auto word = words.try_emplace(function, groups::words_of(function)).first;
+  return {device,        *channels.insert(channel).first,
+          &word->second, nullptr,
+          true,          has('C'),
+          has('R'),      has('W'),
+          has('T'),      std::move(links)};
 }
 
 TEST(ProjectUsage, FlagsSayWhoTakesAndWhoReports) {
@@ -151,35 +164,114 @@ TEST(ProjectUsage, LargeChannelsAreNotCompared) {
   EXPECT_FALSE(usage_of(objects, addresses(), {}).states[0]);
 }
 
-TEST(ProjectDocuments, ModulesInModulesKeepTheirDefinitions) {
-  InstallationDocument document;
+TEST(ProjectUsage, OfAnAddressWithUnknownFlagsNothingIsKnown) {
+  auto unknown = object("", {0});
+  unknown.flags_known = false;
+  EXPECT_THAT(usage_of({object("CW", {0, 1}), unknown}, addresses(), {}).uses,
+              ElementsAre(Use::kUnknown, Use::kCommanded, Use::kUnknown, Use::kUnknown));
+}
+
+TEST(ProjectUsage, FlagsAreKnownIfThoseThatMatterAreStated) {
+  using Flag = std::optional<bool>;
+  const auto known = [](Flag communication, Flag read, Flag write, Flag transmit) {
+    return ObjectTraits{communication, read, write, transmit}.flags_are_known();
+  };
+  EXPECT_TRUE(known(true, false, true, false));
+  EXPECT_TRUE(known(false, {}, {}, {})) << "it does nothing on the bus";
+  EXPECT_TRUE(known(true, {}, true, {})) << "it takes commands";
+  EXPECT_TRUE(known(true, {}, false, true)) << "it reports";
+  EXPECT_TRUE(known(true, false, false, false));
+  EXPECT_FALSE(known({}, {}, {}, {}));
+  EXPECT_FALSE(known({}, true, true, true));
+  EXPECT_FALSE(known(true, true, {}, true));
+  EXPECT_FALSE(known(true, {}, false, false));
+}
+
+TEST(ProjectIds, OfModulesAreThoseOfTheirDefinitions) {
+  struct Case {
+    const char *id, *definition, *module;
+  };
+  for (const auto& [id, definition, module] :
+       {Case{"MD-2_M-20_MI-1_O-2_R-3", "MD-2_O-2_R-3", "MD-2_M-20_MI-1"},
+        Case{"M-00FA_A-1_MD-1_M-2_MI-3_O-7_R-8", "M-00FA_A-1_MD-1_O-7_R-8", "MD-1_M-2_MI-3"},
+        // ETS 6, a module in a module.
+        Case{"MD-4_M-15_MI-1_SM-1_M-1_MI-1-1-2_SM-1_O-3-1_R-2", "MD-4_SM-1_O-3-1_R-2",
+             "MD-4_M-15_MI-1_SM-1_M-1_MI-1-1-2"},
+        Case{"MD-4_M-15_MI-1_SM-1_M-1_MI-1-1-2_SM-1_CH-4", "MD-4_SM-1_CH-4", "MD-4_M-15_MI-1_SM-1_M-1_MI-1-1-2"},
+        Case{"M-00FA_A-1_O-7_R-8", "M-00FA_A-1_O-7_R-8", ""}, Case{"O-9_R-9", "O-9_R-9", ""},
+        Case{"MD-4_M-15_MI-1", "MD-4_M-15_MI-1", ""}, Case{"MD-4_M-15_MI-_O-1", "MD-4_M-15_MI-_O-1", ""},
+        Case{"SM-1_SM-1_O-3", "SM-1_SM-1_O-3", ""}, Case{"", "", ""}}) {
+    std::string found;
+    EXPECT_EQ(without_module(id, found), definition) << id;
+    EXPECT_EQ(found, module) << id;
+  }
+}
+
+TEST(ProjectDocuments, ObjectsWithoutLinksAreNotKept) {
+  KeptTexts texts;
+  InstallationDocument document(texts);
   ASSERT_TRUE(document.read_text(
       "<KNX><Installation><Area Address='1'><Line Address='1'><DeviceInstance Address='2'>"
-      "<ComObjectInstanceRef RefId='MD-1_M-2_MI-3_SM-4_M-5_MI-6_O-7_R-8' Links='GA-1'/>"
-      "<ComObjectInstanceRef RefId='M-00FA_A-1_MD-1_M-2_MI-3_O-7_R-8' Links='GA-1'/>"
       "<ComObjectInstanceRef RefId='M-00FA_A-1_O-7_R-8' Links=' GA-1  GA-2 '/>"
       "<ComObjectInstanceRef RefId='O-9_R-9'/></DeviceInstance></Line></Area></Installation></KNX>"));
   const auto installations = document.take();
-  ASSERT_EQ(installations.size(), 1U);
-  const auto& objects = installations[0].devices.at(0).objects;
-  ASSERT_EQ(objects.size(), 3U) << "an object without links is not kept";
-  EXPECT_EQ(objects[0].id, "MD-1_SM-4_O-7_R-8");
-  EXPECT_EQ(objects[1].id, "M-00FA_A-1_MD-1_O-7_R-8");
-  EXPECT_EQ(objects[1].module, "MD-1_M-2_MI-3");
-  EXPECT_EQ(objects[2].id, "M-00FA_A-1_O-7_R-8");
-  EXPECT_EQ(objects[2].module, "");
-  EXPECT_THAT(objects[2].links, ElementsAre("GA-1", "GA-2"));
+  const auto& objects = installations.at(0).devices.at(0).objects;
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_THAT(objects[0].links, ElementsAre("GA-1", "GA-2"));
 }
 
+struct Bound {
+  const char *begin, *element;
+  std::size_t most;
+  const char* what;
+};
+
 TEST(ProjectDocuments, CountsAreBounded) {
-  std::string text = "<KNX><Installation>";
-  for (std::size_t i = 0; i <= kMaxSpaces; ++i) text += "<Space/>";
-  InstallationDocument document;
-  EXPECT_THAT(document.read_text(text).error().text, HasSubstr("more than 65536 rooms"));
-  std::string names = "<KNX><GroupRange Name='" + std::string(4000, 'x') + "'>";
-  for (int i = 0; i < 20'000; ++i) names += "<GroupAddress/>";
-  InstallationDocument long_names;
-  EXPECT_THAT(long_names.read_text(names).error().text, HasSubstr("bytes of names and texts"));
+  const std::string device = "<Area Address='1'><Line Address='1'><DeviceInstance Address='2'>";
+  const std::string module = device + "<ModuleInstance Id='MD-1'>", object = device + "<ComObjectInstanceRef>";
+  for (const auto& [begin, element, most, what] :
+       {Bound{"", "<Space/>", kMaxSpaces, "rooms"},
+        Bound{"<Area Address='1'><Line Address='1'>", "<DeviceInstance Address='2'/>", kMaxDevices, "devices"},
+        Bound{device.c_str(), "<ComObjectInstanceRef Links='G'/>", kMaxObjects, "linked communication objects"},
+        Bound{object.c_str(), "<Send GroupAddressRefId='G'/>", kMaxLinks, "links of communication objects"},
+        Bound{module.c_str(), "<Argument RefId='A' Value='1'/>", kMaxArguments, "arguments of modules"},
+        Bound{"", "<Function/>", kMaxFunctions, "functions"},
+        Bound{"<Function>", "<GroupAddressRef RefId='G' Role='r'/>", kMaxMembers, "addresses of functions"}}) {
+    std::string text = std::string("<KNX>") + begin;
+    for (std::size_t i = 0; i <= most; ++i) text += element;
+    KeptTexts texts;
+    InstallationDocument document(texts);
+    const auto read = document.read_text(text);
+    ASSERT_FALSE(read) << what;
+    EXPECT_THAT(read.error().text, HasSubstr(fmt::format("more than {} {}: file refused", most, what)));
+  }
+}
+
+TEST(ProjectDocuments, FurtherAddressesAreLeftOutAndCounted) {
+  std::string text = "<KNX>";
+  for (std::size_t i = 0; i < groups::kMaxGroupAddresses + 7; ++i) text += "<GroupAddress/>";
+  KeptTexts texts;
+  InstallationDocument document(texts);
+  EXPECT_FALSE(document.read_text(text)) << "the root element is open";
+  EXPECT_EQ(document.addresses_left_out(), 7U);
+  EXPECT_EQ(document.take().at(0).addresses.size(), groups::kMaxGroupAddresses);
+}
+
+TEST(KeptTexts, EachTextIsKeptOnceAndCounted) {
+  KeptTexts texts(1000);
+  const std::string word(100, 'x');
+  const auto kept = texts.keep(word);
+  EXPECT_EQ(kept, word);
+  EXPECT_NE(kept.data(), word.data());
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(texts.keep(word).data(), kept.data());
+  EXPECT_FALSE(texts.is_exceeded());
+  EXPECT_TRUE(texts.charge(700));
+  EXPECT_FALSE(texts.charge(200));
+  EXPECT_TRUE(texts.is_exceeded());
+  EXPECT_EQ(texts.keep("another"), "");
+  EXPECT_EQ(texts.keep(word), word) << "it is there already";
+  EXPECT_EQ(kept, word);
+  EXPECT_THAT(texts.why(), HasSubstr("more than 1000 bytes of names and texts"));
 }
 
 }  // namespace

