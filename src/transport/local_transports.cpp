@@ -27,6 +27,13 @@ auto io_error(const std::string& path, std::string_view doing, int error) {
   return fail(code, fmt::format("{}: cannot {}: {}", path, doing, std::generic_category().message(error)));
 }
 
+bool is_private(const struct stat& status) {
+  const bool root = status.st_uid == 0;
+  if (!root && status.st_uid != ::geteuid()) return false;
+  const mode_t others = root ? S_IRWXO | S_IWGRP | S_IXGRP : S_IRWXO | S_IRWXG;
+  return (status.st_mode & others) == 0;
+}
+
 class LocalFile final : public FileSource {
  public:
   LocalFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
@@ -41,7 +48,7 @@ class LocalFile final : public FileSource {
     if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is not a regular file");
     size_ = static_cast<std::uint64_t>(status.st_size);
     open_to_all_ = (status.st_mode & S_IROTH) != 0;
-    open_to_others_ = (status.st_mode & (S_IRWXG | S_IRWXO)) != 0;
+    open_to_others_ = !is_private(status);
     return {};
   }
 

@@ -26,7 +26,9 @@ class FileSource {
   virtual std::uint64_t size() const = 0;
   /// Every user of the machine may read it; false where there are no users.
   virtual bool open_to_all() const { return false; }
-  /// Its group or other users may read or write it.
+  /// Users besides its reader may read or write it. On a disk, private is: the file belongs to this user or to root,
+  /// and only that user has permissions; of a file of root the group may read it, as files of systemd's credentials
+  /// permit.
   virtual bool open_to_others() const { return open_to_all(); }
 };
 

@@ -157,6 +157,20 @@ TEST_F(Package, AProgramFindsTheLibraryOfAnUnusualPrefixByItsRunPath) {
     EXPECT_THAT(read_text(all_.prefix() / "share/doc/rubicon/docs" / page), HasSubstr(path)) << page;
 }
 
+TEST_F(Package, ThePageNamesThePackagesOfAllLibrariesThatTheProgramsLoad) {
+  if (all_.shell("command -v readelf && command -v dpkg").code != 0) GTEST_SKIP() << "no readelf or no dpkg here";
+  const auto packages =
+      all_.shell("readelf -d " + (all_.prefix() / "bin").string() +
+                 "/* | sed -n 's/.*NEEDED.*\\[\\(.*\\)\\]/\\1/p' | sort -u | while read name; do "
+                 "dpkg -S \"*/$(uname -m)-linux-gnu/$name\"; done 2>/dev/null | cut -d: -f1 | sort -u");
+  ASSERT_THAT(packages.output, HasSubstr("libzip4"));
+  const auto page = read_text(all_.prefix() / "share/doc/rubicon/docs/service.md");
+  std::istringstream names(packages.output);
+  const std::set<std::string> everywhere{"libc6", "libgcc-s1", "libstdc++6"};
+  for (std::string name; std::getline(names, name);)
+    EXPECT_TRUE(everywhere.contains(name) || page.find("`" + name + "`") != page.npos) << name;
+}
+
 TEST_F(Package, WhatRunBuildsIsAllThatInstallingNeeds) {
   const auto run = read_text(RUBICON_SOURCE_DIR "/run");
   std::size_t builds = 0;

@@ -31,8 +31,9 @@ Result<Secret> read_private_file(transport::Transports& transports, const std::s
   auto file = transports.open_file(path);
   if (!file) return fail(file.error());
   if ((*file)->open_to_others())
-    return fail(ErrorCode::kRefused,
-                fmt::format("{}: other users of this machine can read {}; run chmod 600 {}", path, what, path));
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("{}: other users of this machine can read {}; run chmod 600 {} as its owner", path, what, path));
   Secret content(largest + 1);
   std::size_t done = 0;
   while (done < content.size()) {

@@ -14,16 +14,15 @@ namespace rubicon::networks::knx::secure {
 /// The variable that the tools of the command line take a password from, if no file is named.
 inline constexpr const char* kPasswordVariable = "RUBICON_KNX_PASSWORD";
 
-/// The content of a file of at most `largest` bytes that only its owner may read and write: kRefused otherwise, with
-/// the chmod that changes it. kOutOfRange: it is larger; else the errors of the file. `what` names the content in
+/// The content of a file of at most `largest` bytes that is private (FileSource::open_to_others): kRefused otherwise,
+/// with the chmod that changes it. kOutOfRange: it is larger; else the errors of the file. `what` names the content in
 /// errors, which never hold it. Blocks: for start-up and tools.
 Result<Secret> read_private_file(transport::Transports& transports, const std::string& path, std::size_t largest,
                                  std::string_view what);
 
 /// Reads a file of one line with a password of at most 1,024 bytes, with or without the mark that UTF-8 files of
-/// Windows begin with. kRefused if the group or other users may read or write it, with the chmod that changes it;
-/// kInvalid: empty or several lines; else the errors of the file. No error holds the password. Blocks: for start-up and
-/// tools.
+/// Windows begin with. kRefused if it is not private, with the chmod that changes it; kInvalid: empty or several
+/// lines; else the errors of the file. No error holds the password. Blocks: for start-up and tools.
 Result<Secret> read_password_file(transport::Transports& transports, const std::string& path);
 
 /// From the file, else (path empty) from an environment variable; nullopt if there is neither. A command line has no

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -67,12 +68,24 @@ TEST_F(PasswordFile, OfAWrongPasswordTheSourceIsNamedAndBlanksButNothingOfIt) {
 }
 
 TEST_F(PasswordFile, ThatOthersCanReadIsRefusedWithTheCommandThatHelps) {
-  for (const auto open : {perms::group_read, perms::others_read, perms::group_write, perms::others_write}) {
+  for (const auto open : {perms::others_read, perms::group_write, perms::others_write}) {
     const auto password = read("s3cret", perms::owner_read | perms::owner_write | open);
     ASSERT_FALSE(password);
     EXPECT_EQ(password.error().code, ErrorCode::kRefused);
     EXPECT_THAT(password.error().text, AllOf(HasSubstr("run chmod 600 " + path_), Not(HasSubstr("s3cret"))));
   }
+}
+
+TEST_F(PasswordFile, OfRootMayBeReadByItsGroupAsCredentialsOfSystemdAre) {
+  const bool accepted = bool(read("s3cret", perms::owner_read | perms::group_read));
+  EXPECT_EQ(accepted, ::geteuid() == 0) << "of another user the group may not";
+}
+
+TEST_F(PasswordFile, OfAnotherUserIsRefusedAlsoForRoot) {
+  constexpr uid_t kNobody = 65534;
+  ASSERT_TRUE(read("s3cret"));
+  if (::chown(path_.c_str(), kNobody, kNobody) != 0) GTEST_SKIP() << "only root can give a file away";
+  EXPECT_EQ(read_password_file(files_, path_).error().code, ErrorCode::kRefused);
 }
 
 TEST_F(PasswordFile, GoesBeforeTheEnvironment) {
