@@ -290,7 +290,7 @@ TEST(GroupGuard, TheSendersOfAllLinesWaitForTheDiskTogetherAndOnce) {
   GuardBench bench;
   auto keys = one_group();
   std::vector<wire::IndividualAddress> senders;
-  for (std::uint16_t line = 1; line <= 15; ++line)
+  for (unsigned line = 1; line <= 15; ++line)
     senders.push_back(wire::IndividualAddress(static_cast<std::uint16_t>(line << 8U | 7U)));
   keys.groups[kSecuredGroup].senders = {senders.begin(), senders.end()};
   bench.start(keys);
