@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_list.h"
 #include "networks/knx/project/module_ids.h"
 

@@ -1,5 +1,7 @@
 #include "networks/knx/project/module_ids.h"
 
+#include <algorithm>
+
 namespace rubicon::networks::knx::project {
 
 namespace {

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "networks/knx/project/document.h"
 #include "networks/knx/project/project.h"
 
 namespace rubicon::networks::knx::project {
