@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 
+#include "apps/rubicon/secure_findings.h"
 #include "base/text.h"
 
 namespace rubicon::cli {
 
 bool counts_loss(std::string_view name) {
+  if (is_secure_counter(name)) return true;
   constexpr std::array<std::string_view, 21> kWords{
       "dropped",    "lost",    "refused",     "undeliverable", "undelivered", "undecodable", "malformed",
       "looped",     "damaged", "failures",    "failed",        "bad",         "cut",         "missing",

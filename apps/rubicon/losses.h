@@ -8,7 +8,7 @@
 namespace rubicon::cli {
 
 /// Whether a counter of an island or a network counts losses, by the words of its name (`dropped-readings`,
-/// `state-failures`).
+/// `state-failures`), or because KNX Secure drops what it counts (is_secure_counter()).
 bool counts_loss(std::string_view name);
 
 /// Numbers by name.

@@ -18,7 +18,7 @@ std::vector<std::string_view> secure_reasons();
 /// the counter grew between the observations, else a note.
 Findings check_secure(const IslandSeen& seen);
 
-/// check_secure() explains this counter: it is not named as a loss too.
+/// This counter counts what KNX Secure dropped: check_secure() explains it.
 bool is_secure_counter(std::string_view name);
 
 }  // namespace rubicon::cli

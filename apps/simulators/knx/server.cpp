@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/wire/description.h"
 #include "networks/knx/wire/status.h"
 
 namespace rubicon::knx_simulator {
@@ -34,8 +33,9 @@ struct Server::Connection {
 
 Server::Server(Scheduler& scheduler, transport::Transports& transports, ServerOptions options)
     : scheduler_(scheduler), transports_(transports), options_(std::move(options)) {
-  if (options_.secure)
-    sessions_ = std::make_unique<SecureSessions>(scheduler, *options_.secure, [this](auto id) { session_ended(id); });
+  if (!options_.secure) return;
+  max_apdu = 254;
+  sessions_ = std::make_unique<SecureSessions>(scheduler, *options_.secure, [this](auto id) { session_ended(id); });
 }
 
 Server::~Server() = default;
@@ -187,6 +187,8 @@ void Server::received_plain(const Peer& from, ByteView bytes) {
     return;
   }
   if (const auto* description = std::get_if<DescriptionRequest>(&*message)) return describe(from, description->control);
+  if (const auto* search = std::get_if<SearchRequest>(&*message)) return found(from, *search);
+  if (const auto* feature = std::get_if<FeatureMessage>(&*message)) return tell_feature(from, *feature);
   if (const auto* request = std::get_if<ConnectRequest>(&*message)) return connect(from, *request);
   if (const auto* state = std::get_if<ConnectionStateRequest>(&*message)) return heartbeat(from, *state);
   if (const auto* end = std::get_if<DisconnectRequest>(&*message)) return disconnect(from, *end);
@@ -199,17 +201,6 @@ Server::Peer Server::peer_of(const Peer& from, const Hpai& hpai) const {
   if (from.stream || hpai.route_back()) return from;
   if (only_route_back) return {{"203.0.113.1", 9}, {}, false, from.session};
   return {{address_text(hpai), hpai.port}, {}, false, from.session};
-}
-
-void Server::describe(const Peer& from, const Hpai& control) {
-  ServerDescription description;
-  description.medium = 0x02;  // TP1
-  description.address = IndividualAddress(options_.own_address);
-  description.name = options_.name;
-  description.families = {{Family::kCore, 1}, {Family::kTunnelling, std::uint8_t(options_.wanted_addresses ? 2 : 1)}};
-  for (std::size_t i = 0; i < options_.tunnels; ++i)
-    description.addresses.push_back(IndividualAddress(static_cast<std::uint16_t>(options_.first_address + i)));
-  send(peer_of(from, control), DescriptionResponse{to_dibs(description)});
 }
 
 // Tunnels.

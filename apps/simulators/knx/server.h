@@ -13,6 +13,7 @@
 #include "apps/simulators/knx/secure_sessions.h"
 #include "base/bytes.h"
 #include "base/scheduler.h"
+#include "networks/knx/wire/description.h"
 #include "networks/knx/wire/message.h"
 #include "transport/transports.h"
 
@@ -115,7 +116,10 @@ class Server {
   bool confirms = true;
   bool confirms_negatively = false;
   Duration confirm_time{};  ///< delay of L_Data.con; less than ack_time: it precedes the acknowledgement
-  bool listens = true;      ///< false: ignores what it receives
+  /// Answers tunnelling feature 07 and, as its extended search, with this; nullopt: silent, as knxd is. With KNX IP
+  /// Secure 254 at first.
+  std::optional<std::uint16_t> max_apdu;
+  bool listens = true;  ///< false: ignores what it receives
   Weather weather;
   void set_weather(const Weather& change);
 
@@ -159,6 +163,9 @@ class Server {
   Channel* channel_of(const Peer& from, std::uint8_t id);
   void stream_received(const ConnectionPtr& connection, ByteView bytes);
   void describe(const Peer& from, const Hpai& control);
+  void found(const Peer& from, const networks::knx::wire::SearchRequest& request);
+  void tell_feature(const Peer& from, const networks::knx::wire::FeatureMessage& request);
+  networks::knx::wire::ServerDescription description() const;
   void connect(const Peer& from, const networks::knx::wire::ConnectRequest& request);
   void refuse_connect(const Peer& from, ByteView frame, std::uint8_t status);
   void open_tunnel(const Peer& control, const Peer& data, std::uint16_t address, bool route_back);

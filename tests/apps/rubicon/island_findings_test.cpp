@@ -269,10 +269,14 @@ TEST(IslandFindings, PointToPagesAndHeadingsThatExistAndAreInstalled) {
 
 TEST(Losses, AreKnownByTheWordsOfTheirNames) {
   for (const auto* name : {"dropped-readings", "state-failures", "recorder-all-dropped", "refused-busy", "bad-frames",
-                           "telegrams-lost", "undeliverable", "not-acknowledged", "unknown-devices"})
+                           "telegrams-lost", "undeliverable", "not-acknowledged", "unknown-devices", "secure-replays",
+                           "secure-wrong-mac", "secure-plain-frames", "secure-old", "data-secure-wrong-mac",
+                           "data-secure-plain-dropped", "data-secure-unknown-sender", "data-secure-old"})
     EXPECT_TRUE(counts_loss(name)) << name;
-  for (const auto* name : {"readings", "devices", "attempts", "next-attempt", "state-bytes", "state-free-bytes",
-                           "tuples-cached", "gateway-delivered", "inbox-waiting", "port", "gateway-duplicates"})
+  for (const auto* name :
+       {"readings", "devices", "attempts", "next-attempt", "state-bytes", "state-free-bytes", "tuples-cached",
+        "gateway-delivered", "inbox-waiting", "port", "gateway-duplicates", "secure-sessions", "secure-sent",
+        "secure-unverified", "data-secure-sent", "data-secure-received", "data-secure-tool-access"})
     EXPECT_FALSE(counts_loss(name)) << name;
 }
 

@@ -152,5 +152,25 @@ TEST_F(SecureServer, PlainFramesAreRefusedOrDropped) {
   EXPECT_EQ(client.heard_plain, expected);
 }
 
+TEST_F(SecureServer, AnswersExtendedSearchesThatItMatches) {
+  RawClient client(time, net);
+  const auto search = [&](std::vector<wire::Srp> parameters, bool extended = true) {
+    client.heard_plain.clear();
+    client.send_plain(write(wire::SearchRequest{{}, extended, std::move(parameters)}));
+    time.run_for(10ms);
+    return client.heard_plain;
+  };
+  using Type = wire::Srp::Type;
+  const std::vector answer{wire::ServiceCode::kSearchResponseExtended};
+  EXPECT_EQ(search({}), answer);
+  EXPECT_EQ(search({{Type::kWantedDibs, true, {6, 7}}, {Type::kFamily, true, {9, 1}}}), answer);
+  EXPECT_EQ(search({{Type::kMac, false, Bytes(6, 1)}}), answer) << "not mandatory";
+  EXPECT_TRUE(search({{Type::kMac, true, Bytes(6, 1)}}).empty());
+  EXPECT_TRUE(search({{Type::kFamily, true, {4, 3}}}).empty());
+  EXPECT_TRUE(search({{Type::kProgrammingMode, true, {}}}).empty());
+  EXPECT_TRUE(search({}, false).empty()) << "as knxd, it answers searches on the multicast group only";
+  EXPECT_EQ(server->counters.plain_frames, 0U);
+}
+
 }  // namespace
 }  // namespace rubicon::knx_simulator

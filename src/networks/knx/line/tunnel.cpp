@@ -21,6 +21,10 @@ constexpr Duration kResyncTime = 2s;
 constexpr Duration kConnectRepeat = 2s;
 /// How long the answer to a CONNECT_REQUEST for a certain address may arrive again, repeated or delayed.
 constexpr Duration kSameAnswer = 1s;
+/// How long telegrams wait for the server to say which APDU it carries; some never do.
+constexpr Duration kApduAnswer = 500ms;
+/// Every medium carries this (knx.md, section 4); a server that says less does not know.
+constexpr std::uint16_t kLeastApdu = 15;
 /// Consecutive requests that the operating system reports as undeliverable before the tunnel ends.
 constexpr unsigned kMaxUndelivered = 2;
 
@@ -34,7 +38,8 @@ Tunnel::Tunnel(Scheduler& scheduler, Settings settings, TunnelCounters& counters
       sender_(scheduler, settings_.stream, counters, sender_callbacks()),
       heartbeat_(scheduler, counters, heartbeat_callbacks()),
       resync_deadline_(scheduler, [this] { end(Cause::kOutOfStep, "the interface counts telegrams differently"); }),
-      connect_deadline_(scheduler, [this] { connect_timeout(); }) {}
+      connect_deadline_(scheduler, [this] { connect_timeout(); }),
+      apdu_deadline_(scheduler, [this] { know_max_apdu(std::nullopt); }) {}
 
 TunnelSender::Callbacks Tunnel::sender_callbacks() {
   TunnelSender::Callbacks calls;
@@ -105,6 +110,8 @@ void Tunnel::receive_control(const wire::Frame& frame) {
     receive(*state);
   } else if (const auto* disconnect = std::get_if<wire::DisconnectRequest>(&*message)) {
     receive(*disconnect);
+  } else if (const auto* found = std::get_if<wire::SearchResponse>(&*message); found && settings_.asks_max_apdu) {
+    receive(*found);
   } else if (!std::holds_alternative<wire::DisconnectResponse>(*message)) {
     ++counters_.unknown_services;
     if (callbacks_.note)
@@ -151,7 +158,31 @@ void Tunnel::connected(const wire::ConnectResponse& response) {
   data_ = response.data;
   connect_deadline_.clear();
   heartbeat_.start();
+  if (settings_.asks_max_apdu) ask_max_apdu();
   callbacks_.up();
+}
+
+void Tunnel::ask_max_apdu() {
+  apdu_deadline_.set(kApduAnswer);
+  if (settings_.stream)
+    return transmit(Path::kData, wire::FeatureMessage{wire::ServiceCode::kFeatureGet,
+                                                      {channel_, 0, 0},
+                                                      static_cast<std::uint8_t>(wire::Feature::kMaxApdu),
+                                                      0,
+                                                      {}});
+  const auto block = static_cast<std::uint8_t>(wire::Dib::Type::kTunnelling);
+  transmit(Path::kControl,
+           wire::SearchRequest{settings_.own, true, {{wire::Srp::Type::kWantedDibs, false, {block, 0}}}});
+}
+
+void Tunnel::know_max_apdu(std::optional<std::uint16_t> bytes) {
+  apdu_deadline_.clear();
+  if (bytes && *bytes < kLeastApdu) bytes.reset();
+  if (callbacks_.max_apdu) callbacks_.max_apdu(bytes);
+}
+
+void Tunnel::receive(const wire::SearchResponse& response) {
+  if (up()) know_max_apdu(wire::read_description(response.dibs).max_apdu);
 }
 
 bool Tunnel::accept_channel(std::uint8_t channel) {
@@ -219,7 +250,12 @@ void Tunnel::receive_cemi(ByteView cemi) {
 void Tunnel::receive_feature(wire::ServiceCode service, ByteView body) {
   if (body.size() < 2) return receive_bad_frame(fmt::format("{}: body: too short", to_string(service)));
   const bool of_bus = body[0] == static_cast<std::uint8_t>(wire::Feature::kBusConnection) && body.size() > 2;
-  if (of_bus && service == wire::ServiceCode::kFeatureNotice) callbacks_.bus(body[2] != 0);
+  if (of_bus && service == wire::ServiceCode::kFeatureNotice) return callbacks_.bus(body[2] != 0);
+  const bool of_apdu = body[0] == static_cast<std::uint8_t>(wire::Feature::kMaxApdu);
+  if (!of_apdu || service != wire::ServiceCode::kFeatureResponse || !settings_.asks_max_apdu) return;
+  base::ByteReader value(body.subspan(2));
+  const auto bytes = value.u16_be();
+  know_max_apdu(body[1] == 0 && value.ok() ? std::optional(bytes) : std::nullopt);
 }
 
 void Tunnel::receive_ack(const wire::Frame& frame) {
@@ -255,6 +291,7 @@ void Tunnel::stop() {
   heartbeat_.stop();
   resync_deadline_.clear();
   connect_deadline_.clear();
+  apdu_deadline_.clear();
 }
 
 void Tunnel::close() {

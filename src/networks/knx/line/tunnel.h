@@ -50,6 +50,8 @@ class Tunnel {
     std::function<void(Outcome)> finished;
     /// The server reports whether it is connected to the bus: TUNNELLING_FEATURE_INFO or the answer to a heartbeat.
     std::function<void(bool connected)> bus;
+    /// Longest APDU that the server carries, in bytes; nullopt: it does not say. After `up`, if it was asked.
+    std::function<void(std::optional<std::uint16_t>)> max_apdu{};
     /// As LineCallbacks::note; may be empty.
     std::function<void(const std::string& subject, std::string_view text)> note{};
     /// The last callback.
@@ -63,6 +65,9 @@ class Tunnel {
     /// endpoint that the server cannot reach occupies a tunnel of the server until its heartbeat is missing.
     bool tries_route_back = false;
     std::optional<wire::IndividualAddress> wanted{};  ///< requested address; after status 22 or 28 none is
+    /// Asks once which APDU the server carries: by tunnelling feature 07 on a stream, else by an extended search, which
+    /// costs no sequence number that a server without features would miss (knx.md, section 3.4). idle() waits for it.
+    bool asks_max_apdu = false;
   };
 
   /// The scheduler and the counters must outlive it.
@@ -80,7 +85,7 @@ class Tunnel {
   /// An L_Data.req. Only when idle().
   void send(ByteView cemi);
   /// Up and without a pending request.
-  bool idle() const { return up() && sender_.idle(); }
+  bool idle() const { return up() && sender_.idle() && !apdu_deadline_.is_set(); }
   bool up() const { return phase_ == Phase::kUp; }
   /// Sends a DISCONNECT_REQUEST if there is a channel; no callbacks afterwards.
   void close();
@@ -114,6 +119,7 @@ class Tunnel {
   void receive(const wire::ConnectResponse& response);
   void receive(const wire::ConnectionStateResponse& response);
   void receive(const wire::DisconnectRequest& request);
+  void receive(const wire::SearchResponse& response);
   void receive_request(const wire::Frame& frame);
   void receive_ack(const wire::Frame& frame);
   void receive_cemi(ByteView cemi);
@@ -125,6 +131,8 @@ class Tunnel {
   // Frames to the server.
   void acknowledge(std::uint8_t sequence);
   void request_state();
+  void ask_max_apdu();
+  void know_max_apdu(std::optional<std::uint16_t> bytes);
   void disconnect(std::uint8_t channel);
   void transmit(Path path, const wire::Message& message);
 
@@ -147,7 +155,7 @@ class Tunnel {
   unsigned undelivered_in_row_ = 0;
   TunnelSender sender_;
   TunnelHeartbeat heartbeat_;
-  base::Deadline resync_deadline_, connect_deadline_;
+  base::Deadline resync_deadline_, connect_deadline_, apdu_deadline_;
 };
 
 }  // namespace rubicon::networks::knx::line

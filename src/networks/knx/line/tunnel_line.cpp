@@ -131,10 +131,15 @@ void TunnelLine::make_tunnel(const wire::Hpai& own) {
   calls.bus = [this](bool connected) {
     set_bus(connected, connected ? std::string_view() : wire::meaning_of(wire::status::kBusDown).meaning);
   };
+  calls.max_apdu = [this](std::optional<std::uint16_t> bytes) {
+    max_apdu_ = bytes;
+    pump();
+  };
   if (callbacks_.note) calls.note = callbacks_.note;
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
-  tunnel_ = std::make_unique<Tunnel>(scheduler_, Tunnel::Settings{over_tcp(), own, tries_route_back(), options_.wanted},
-                                     tunnel_counters_, std::move(calls));
+  const bool asks = options_.guard != nullptr && (over_tcp() || !options_.secure);  // searches are outside of sessions
+  const Tunnel::Settings settings{over_tcp(), own, tries_route_back(), options_.wanted, asks};
+  tunnel_ = std::make_unique<Tunnel>(scheduler_, settings, tunnel_counters_, std::move(calls));
 }
 
 // Callbacks of the sockets.
@@ -427,7 +432,7 @@ void TunnelLine::pump() {
   while (tunnel_ && tunnel_->idle()) {
     const auto* telegram = outbox_.take();
     if (telegram == nullptr) return;
-    const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own);
+    const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own, max_apdu_);
     if (!cemi) {
       outbox_.finish(SendOutcome::kRefused, cemi.error().text);
       if (watch.ended()) return;

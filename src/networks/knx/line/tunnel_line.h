@@ -118,6 +118,7 @@ class TunnelLine final : public Line {
   Tunnel::Path path_ = Tunnel::Path::kControl;       ///< of the frame that the session wraps
   bool uses_other_password_ = false;                 ///< stays true once it worked
   bool tried_other_password_ = false;
+  std::optional<std::uint16_t> max_apdu_;  ///< of the interface, in bytes, if it says so
   Timer retry_timer_;
   WallTime next_attempt_{};  ///< when retry_timer_ fires
   HoldOff hold_off_;

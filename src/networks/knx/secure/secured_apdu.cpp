@@ -110,9 +110,9 @@ Result<void> fits_secured(const wire::Telegram& telegram, std::size_t max_apdu) 
   const auto needed = 1 + (small ? 0 : telegram.payload.bytes.size()) + kSecurityBytes;
   if (needed <= max_apdu) return {};
   return fail(ErrorCode::kUnsupported,
-              fmt::format("the interface carries telegrams of at most {} bytes, and a secured value of {} bytes needs "
-                          "{}: it has no extended frames, so use another interface for this group",
-                          max_apdu, telegram.payload.bytes.size(), needed));
+              fmt::format("{} is secured: a value of {} bytes then needs {}, and the interface carries telegrams of at "
+                          "most {} bytes: use another interface for this group",
+                          to_string(telegram.destination), telegram.payload.bytes.size(), needed, max_apdu));
 }
 
 }  // namespace rubicon::networks::knx::secure

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "networks/knx/line/host.h"
+#include "support/knx_server.h"
 
 namespace rubicon::networks::knx::line {
 namespace {
@@ -223,6 +224,23 @@ TEST_F(Discovering, AHostOfVersionTwoIsQueriedForItsSecuredServices) {
   EXPECT_THAT(describe(result->servers[0]), HasSubstr("tunnelling 1 (KNX IP Secure is required: configure `via"));
   EXPECT_EQ(to_string(result->servers[0].security()), "required");
   EXPECT_THAT(result->problems, IsEmpty());
+}
+
+TEST_F(Discovering, TheSimulatorSaysThatItsTunnelsAreSecured) {
+  support::KnxServer::Options options;
+  options.at = {"10.77.0.9", kKnxPort};
+  options.secure.emplace();
+  const support::KnxServer simulator(time, net, options);
+  start({{}, {{"10.77.0.9", kKnxPort}}});
+  time.run_for(10s);
+  ASSERT_TRUE(result);
+  ASSERT_THAT(result->servers, SizeIs(1));
+  const auto& found = result->servers[0];
+  EXPECT_EQ(to_string(found.security()), "required");
+  EXPECT_THAT(describe(found), HasSubstr("tunnelling 1 (KNX IP Secure is required: configure `via: tunnel-tcp`"));
+  EXPECT_THAT(describe(found), HasSubstr("254 bytes"));
+  EXPECT_EQ(found.free_slots(), 4U);
+  EXPECT_EQ(found.control, (Endpoint{"10.77.0.9", kKnxPort}));
 }
 
 TEST(FoundServers, SayWhetherSecureConnectionsAreRequired) {

@@ -20,7 +20,11 @@ using ::testing::SizeIs;
 /// A tunnel whose line has a guard of 1/2/7; 2/0/1 is not secured.
 class GuardedTunnel : public LineFixture {
  protected:
-  GuardedTunnel() { options.guard = &bench.start(); }
+  GuardedTunnel() {
+    options.guard = &bench.start();
+    make_server();
+    server->max_apdu = 254;
+  }
 
   wire::Telegram value(std::uint16_t group, Bytes bytes = {0x0c, 0x33}) { return write(group, std::move(bytes)); }
   static std::uint64_t sequence_of(const support::KnxServer::Heard& heard) {
@@ -47,6 +51,52 @@ TEST_F(GuardedTunnel, ASecuredTelegramLeavesEncryptedAndItsConfirmationIsRecogni
   ASSERT_TRUE(telegram) << telegram.error().why;
   EXPECT_EQ(telegram->payload.bytes, (Bytes{0x0c, 0x33}));
   EXPECT_EQ(count("data-secure-sent"), 1U);
+}
+
+/// An interface for standard frames only (max APDU 15, as many have): values of two bytes do not fit once secured.
+class ShortFrames : public GuardedTunnel, public testing::WithParamInterface<TunnelOptions::Via> {
+ protected:
+  ShortFrames() {
+    server->max_apdu = 15;
+    options.via = GetParam();
+  }
+};
+
+TEST_P(ShortFrames, RefuseWhatIsTooLongOnceItIsSecured) {
+  make_line();
+  ASSERT_TRUE(line->open());
+  send(1, value(0x0a07));
+  send(2, value(0x0a07, {0x33}));
+  send(3, value(0x1001));
+  time.run_for(1s);
+  EXPECT_EQ(sent(1), SendOutcome::kRefused);
+  EXPECT_THAT(outcomes.at(1).why, HasSubstr("1/2/7 is secured: a value of 2 bytes then needs 16, and the interface "
+                                            "carries telegrams of at most 15 bytes"));
+  EXPECT_EQ(sent(2), SendOutcome::kSent);
+  EXPECT_EQ(sent(3), SendOutcome::kSent) << "not secured";
+  EXPECT_THAT(server->heard(), SizeIs(2));
+  EXPECT_EQ(count("data-secure-sent"), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vias, ShortFrames, testing::Values(TunnelOptions::Via::kUdp, TunnelOptions::Via::kTcp));
+
+TEST_F(GuardedTunnel, AnInterfaceThatDoesNotSayWhatItCarriesIsUsedAfterHalfASecond) {
+  server->max_apdu.reset();
+  connect();
+  send(1, value(0x0a07));
+  time.run_for(300ms);
+  EXPECT_THAT(server->heard(), IsEmpty());
+  time.run_for(300ms);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
+  EXPECT_EQ(count("unknown-services"), 0U);
+}
+
+TEST_F(GuardedTunnel, AnInterfaceThatSaysNonsenseIsUsed) {
+  server->max_apdu = 0;
+  connect();
+  send(1, value(0x0a07));
+  time.run_for(100ms);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
 TEST_F(GuardedTunnel, OtherGroupsStayPlain) {
@@ -119,7 +169,6 @@ TEST_F(GuardedTunnel, WithoutStorageOrKeyNothingIsSentAndTheReasonIsGiven) {
 
 TEST_F(GuardedTunnel, NothingSecuredLeavesPlainThroughLossAndReconnects) {
   options.limits.rate = 0;
-  make_server();
   server->set_weather({0.03, 0.03, 0.03, 5ms, 7});
   make_line();
   ASSERT_TRUE(line->open());

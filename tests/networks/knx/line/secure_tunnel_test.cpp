@@ -3,6 +3,7 @@
 #include <openssl/crypto.h>
 
 #include "networks/knx/line/secure_fixture.h"
+#include "networks/knx/secure/guard_bench.h"
 
 namespace rubicon::networks::knx::line {
 namespace {
@@ -378,6 +379,22 @@ TEST_P(SecureLoss, AHandshakeUnderLossSucceedsInTheEnd) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SecureLoss, testing::Values(1U, 2U, 3U, 4U, 5U, 6U));
+
+class SecureApdu : public SecureFixture {};
+
+TEST_F(SecureApdu, IsAskedForThroughTheSession) {
+  secure::GuardBench bench;
+  options.guard = &bench.start();
+  make_secure_server();
+  server->max_apdu = 15;
+  connect();
+  send(1, write(0x0a07, {0x0c, 0x33}));
+  time.run_for(1s);
+  EXPECT_EQ(sent(1), SendOutcome::kRefused);
+  EXPECT_THAT(outcomes.at(1).why, HasSubstr("at most 15 bytes"));
+  EXPECT_EQ(server->counters.plain_frames, 0U);
+  line.reset();  // before the guard
+}
 
 }  // namespace
 }  // namespace rubicon::networks::knx::line
