@@ -104,7 +104,7 @@ TEST(SecuredApdu, OnlyShortValuesFitAnInterfaceWithoutExtendedFrames) {
   const auto refused = fits_secured(telegram, 15);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().text, HasSubstr("at most 15 bytes"));
-  EXPECT_THAT(refused.error().text, HasSubstr("2 bytes needs 16"));
+  EXPECT_THAT(refused.error().text, HasSubstr("a value of 2 bytes then needs 16"));
   EXPECT_TRUE(fits_secured(telegram, 55));
   telegram.payload = {};
   telegram.service = wire::Service::kRead;
