@@ -78,7 +78,7 @@ TEST(GroupKeysFile, IsForItsOwnerOnly) {
   std::ofstream(path) << "1/2/7 " << kDigits << "\n";
   std::filesystem::permissions(path, perms::owner_read | perms::owner_write);
   EXPECT_EQ(read_group_keys_file(disk, path)->groups.size(), 1U);
-  std::filesystem::permissions(path, perms::group_read, std::filesystem::perm_options::add);
+  std::filesystem::permissions(path, perms::others_read, std::filesystem::perm_options::add);
   const auto refused = read_group_keys_file(disk, path);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
