@@ -66,8 +66,11 @@ void describe_state(CLI::App& app, StateTool& tool) {
   tool.importing = tool.state->add_subcommand("import", "Merge an export into FILE: all of it or nothing");
   tool.importing->add_option("EXPORT", tool.from, "what `export` wrote; - = standard input")->capture_default_str();
   tool.importing->add_flag("--force", tool.force, "also the export of another island");
-  tool.forget = tool.state->add_subcommand("forget", "Forget devices");
-  tool.forget->add_option("DEVICE", tool.devices, "NETWORK/ADDRESS, or NETWORK.ID as in keys")->required();
+  tool.forget = tool.state->add_subcommand("forget", "Forget devices, or what a network itself remembers");
+  tool.forget
+      ->add_option("DEVICE", tool.devices,
+                   "NETWORK/ADDRESS, or NETWORK.ID as in keys; NETWORK: its own values, such as sequence numbers")
+      ->required();
 }
 
 CLI::App* describe_recording(CLI::App& app, rubicon::daemon::RecordingOptions& options, bool& csv) {

@@ -186,9 +186,18 @@ Result<KnownDevice> find_device(const StateStore& store, const std::string& name
   return fail(ErrorCode::kDuplicate, fmt::format("{}: names several devices, expected NETWORK/ADDRESS", name));
 }
 
+/// A name without address or id is that of a network.
+bool is_network(const std::string& name) {
+  return name.find_first_of("/.") == name.npos;
+}
+
 Result<void> forget_all(StateStore& store, const std::vector<std::string>& names_given) {
   if (auto begun = store.begin(); !begun) return begun;
   for (const auto& name : names_given) {
+    if (is_network(name)) {
+      if (auto done = store.forget_memory(name); !done) return done;
+      continue;
+    }
     const auto slash = name.find('/');
     // Also a device whose row cannot be read.
     if (slash != name.npos && store.forget(name.substr(0, slash), name.substr(slash + 1))) continue;
@@ -197,6 +206,14 @@ Result<void> forget_all(StateStore& store, const std::vector<std::string>& names
     if (auto done = store.forget(device->network, device->address); !done) return done;
   }
   return store.commit(true);
+}
+
+Result<void> show_memories(const StateStore& store) {
+  const auto all = store.memories();
+  if (!all) return fail(all.error());
+  if (!all->empty()) fmt::print("\n{:<32} {:>6} {:>9}\n", "NETWORK", "VALUES", "BYTES");
+  for (const auto& one : *all) fmt::print("{:<32} {:>6} {:>9}\n", printable(one.network), one.values, one.bytes);
+  return {};
 }
 
 }  // namespace
@@ -214,6 +231,7 @@ int show_state(const std::string& file) {
                time_text(device.last_heard), device.values.size());
   });
   if (!read) return failed(read.error());
+  if (auto shown = show_memories(**store); !shown) return failed(shown.error());
   warn_of_damage(**store);
   return kExitOk;
 }

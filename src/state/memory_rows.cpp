@@ -22,6 +22,13 @@ Result<MemoryRows> MemoryRows::prepare(Database& database) {
     return fail(done.error());
   if (auto done = make(rows.count_, "SELECT count(*) FROM memory WHERE network=? AND name<>?", kReading); !done)
     return fail(done.error());
+  if (auto done =
+          make(rows.sizes_, "SELECT network,count(*),sum(length(value)) FROM memory GROUP BY network ORDER BY network",
+               kReading);
+      !done)
+    return fail(done.error());
+  if (auto done = make(rows.remove_all_, "DELETE FROM memory WHERE network=?", kWriting); !done)
+    return fail(done.error());
   return rows;
 }
 
@@ -49,6 +56,24 @@ Result<std::uint64_t> MemoryRows::count_others(std::string_view network, std::st
   const auto row = query.text(network).text(name).next();
   if (!row) return fail(row.error());
   return static_cast<std::uint64_t>(query.integer_at(0));
+}
+
+Result<std::vector<MemorySize>> MemoryRows::sizes() {
+  std::vector<MemorySize> all;
+  Query query(sizes_);
+  while (true) {
+    const auto row = query.next();
+    if (!row) return fail(row.error());
+    if (!*row) return all;
+    all.push_back({std::string(query.text_at(0)), static_cast<std::uint64_t>(query.integer_at(1)),
+                   static_cast<std::uint64_t>(query.integer_at(2))});
+  }
+}
+
+Result<bool> MemoryRows::remove_all(std::string_view network) {
+  Query query(remove_all_);
+  if (auto done = query.text(network).run(); !done) return fail(done.error());
+  return query.changes() > 0;
 }
 
 }  // namespace rubicon::state

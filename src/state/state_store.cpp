@@ -409,6 +409,21 @@ Result<std::optional<Bytes>> StateStore::remembered(const std::string& network, 
   return impl_->memory.find(network, name);
 }
 
+Result<std::vector<MemorySize>> StateStore::memories() const {
+  return impl_->memory.sizes();
+}
+
+Result<void> StateStore::forget_memory(const std::string& network) {
+  auto& impl = *impl_;
+  return impl.write([&]() -> Result<void> {
+    const auto removed = impl.memory.remove_all(network);
+    if (!removed) return fail(removed.error());
+    if (*removed) return {};
+    return fail(ErrorCode::kNotFound, fmt::format("state file {}: network {} remembers nothing", impl.file.path,
+                                                  network.substr(0, kMaxAddress)));
+  });
+}
+
 Result<void> StateStore::begin() {
   auto& impl = *impl_;
   RUBICON_ASSERT(!impl.begun);

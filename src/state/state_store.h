@@ -61,6 +61,12 @@ inline constexpr std::size_t kMaxStoredValue = 65536;
 
 struct StateFile;
 
+/// How much a network remembers.
+struct MemorySize {
+  std::string network;
+  std::uint64_t values = 0, bytes = 0;
+};
+
 /// Stores what an island remembers across restarts, in one SQLite file. The calling thread writes in short
 /// transactions; a process that dies at any instant leaves the file as it was after one of them. Commands are never
 /// stored.
@@ -110,6 +116,10 @@ class StateStore {
                         bool durable = true);
   /// nullopt: there is none.
   Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) const;
+  /// How much each network remembers.
+  Result<std::vector<MemorySize>> memories() const;
+  /// Removes all that a network remembers. kNotFound: nothing.
+  Result<void> forget_memory(const std::string& network);
 
   /// All writes between begin and commit are one transaction; without begin each write is one. A durable commit is on
   /// the disk when it returns; others may be lost in a power failure, but not if the process dies. After a write failed

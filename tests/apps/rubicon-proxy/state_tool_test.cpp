@@ -205,5 +205,22 @@ TEST_F(StateTool, ForgetsDevicesByAddressOrKeyAllOrNone) {
   EXPECT_EQ(opened(file_)->stats().devices, 1U);
 }
 
+TEST_F(StateTool, ShowsAndForgetsWhatNetworksRemember) {
+  EXPECT_EQ(quietly([&] { return show_state(file_); }), 0);
+  EXPECT_THAT(output_, testing::Not(HasSubstr("NETWORK "))) << "none of them remembers anything";
+  for (const auto* name : {"secure.sequence", "routing-timer"})
+    ASSERT_TRUE(opened(file_)->remember("knx-hall", name, Bytes(8), 9));
+  ASSERT_TRUE(opened(file_)->remember("knx-shed", "secure.sequence", Bytes(8), 9));
+  EXPECT_EQ(quietly([&] { return show_state(file_); }), 0);
+  EXPECT_THAT(output_, testing::ContainsRegex("knx-hall +2 +16\nknx-shed +1 +8\n"));
+  EXPECT_EQ(quietly([&] { return forget_state(file_, {"knx-hall", "knx-none"}); }), 1);
+  EXPECT_THAT(errors_, HasSubstr("network knx-none remembers nothing"));
+  EXPECT_TRUE(opened(file_)->remembered("knx-hall", "routing-timer")->has_value());
+  EXPECT_EQ(quietly([&] { return forget_state(file_, {"knx-hall"}); }), 0) << errors_;
+  EXPECT_FALSE(opened(file_)->remembered("knx-hall", "routing-timer")->has_value());
+  EXPECT_TRUE(opened(file_)->remembered("knx-shed", "secure.sequence")->has_value());
+  EXPECT_EQ(opened(file_)->stats().devices, 5U);
+}
+
 }  // namespace
 }  // namespace rubicon::daemon
