@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <compare>
 #include <cstdint>
 #include <optional>
@@ -101,8 +102,8 @@ struct SeriesAnswer {
 
 struct Answer {
   WallTime from{}, to{};
-  Duration bucket{0};                ///< width
-  std::vector<SeriesAnswer> series;  ///< in the order of the question
+  std::chrono::milliseconds bucket{0};  ///< width; of a question about all times it is more than a Duration holds
+  std::vector<SeriesAnswer> series;     ///< in the order of the question
 };
 
 }  // namespace rubicon::history

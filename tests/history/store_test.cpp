@@ -371,6 +371,15 @@ TEST(Store, RefusesQuestionsBeyondItsLimits) {
   EXPECT_TRUE(unknown->series.at(0).buckets.empty());
 }
 
+TEST(Store, AnswersAboutThousandsOfYears) {
+  Folder folder;
+  auto store = opened(folder / "h");
+  constexpr std::int64_t kThousandYears = 365'250 * kDay;
+  const auto all = answer(*store, {{{OwnerId(1), "a.value"}}, wall(-kThousandYears), wall(kThousandYears), 1});
+  ASSERT_TRUE(all);
+  EXPECT_GE(all->bucket, std::chrono::milliseconds(kThousandYears));
+}
+
 TEST(Store, GoesOnWhenTheDiskHasRoomAgain) {
   Folder folder;
   const auto child = ::fork();
