@@ -26,6 +26,11 @@ constexpr std::array kRemedies{
         "write the password that was chosen when the keyring was exported (not that of the project) into the file of "
         "`keyring-password-file`, and reload"},
     Remedy{"the keyring was changed after ETS exported it", "export the keyring from ETS again, and reload"},
+    Remedy{"its interfaces are plain",
+           "the project has no secure tunnel: `secure: off` opens a plain one, and secured groups stay secured. If the "
+           "interface is secured, activate secure tunnelling in ETS and export the keyring again"},
+    Remedy{"the line is plain: the keyring has no",
+           "nothing, if the interface is plain; `secure: require` forbids plain lines, `secure: off` ends this notice"},
     Remedy{"the keyring has no tunnel",
            "compare `tunnel-address` and `server-address` with what `rubicon knx keyring FILE` lists; if the tunnel is "
            "missing there, activate secure tunnelling in ETS, download the interface and export the keyring again"},

@@ -102,9 +102,11 @@ Line as_json(const Pick& pick, const Keyring& keyring) {
   line["user"] = pick.access->user;
   line["authentication"] = pick.access->authentication.has_value();
   line["groups"] = Line::array();
-  for (const auto& [group, entry] : keyring.groups(pick.access->address).groups)
-    line["groups"].push_back(
-        {{"address", to_string(group)}, {"write", entry.may_send}, {"senders", senders_json(entry.senders)}});
+  const auto own = pick.access->address;
+  for (const auto& [group, entry] : keyring.groups().groups)
+    line["groups"].push_back({{"address", to_string(group)},
+                              {"write", entry.may_send_from(own)},
+                              {"senders", senders_json(entry.senders_to(own))}});
   return line;
 }
 
@@ -169,10 +171,11 @@ void put(Output& out, const Pick& pick, const Keyring& keyring) {
   put(out, "picked",
       fmt::format("tunnel {} of {}, user {}{}", to_string(access.address), to_string(access.host), access.user,
                   access.authentication ? "" : "; no authentication code, so the interface cannot be verified"));
-  for (const auto& [group, entry] : keyring.groups(access.address).groups)
+  for (const auto& [group, entry] : keyring.groups().groups)
     put(out, "  group",
-        fmt::format("{} {}, senders: {}", to_string(group), entry.may_send ? "read and write" : "read only",
-                    entry.senders.size()));
+        fmt::format("{} {}, senders: {}", to_string(group),
+                    entry.may_send_from(access.address) ? "read and write" : "read only",
+                    entry.senders_to(access.address).size()));
 }
 
 void put(Output& out, const KeyringFile& file, const std::optional<Keyring>& keyring, const std::vector<Pick>& picks) {

@@ -86,6 +86,7 @@ class KnxNetwork final : public network::Network {
   void add_missing_keys(std::vector<network::Missing>& all) const;
   std::optional<model::State> state_without_keys() const;
   void add_counters(std::map<std::string, std::uint64_t>& all) const;
+  void add_limits(std::string& reason) const;
   std::optional<model::State> state();
 
   KnxOptions options_;
@@ -106,7 +107,8 @@ class KnxNetwork final : public network::Network {
   std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
   std::string refused_;                        ///< why there are no keys; the options are to be changed
   std::uint64_t key_attempts_ = 0;             ///< to derive the keys again, for a user
-  std::string missing_keys_;                   ///< secured groups without a key, for the user
+  /// What the keys do not permit, for the user: a line that is plain, groups that cannot be written or have no key.
+  std::string missing_keys_, plain_;
   std::unique_ptr<secure::GroupGuard> guard_;
   std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
   base::Lifetime lifetime_;
@@ -166,6 +168,8 @@ void KnxNetwork::use_keys(Result<SecureAccess> access) {
   line.routing.secure = std::move(access->routing);
   if (line.routing.secure) line.routing.storage = storage();
   if (!access->multicast.empty() && !line.multicast_given) line.routing.group.address = access->multicast;
+  plain_ = std::move(access->plain);
+  if (!plain_.empty()) host_.log().warning(plain_);
   secure_groups(std::move(access->groups));
   make_line();
   if (auto opened = line_->open(); !opened) line_lost(opened.error());
@@ -391,6 +395,12 @@ void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
               {"dropped-unassigned", unassigned_.dropped()}});
 }
 
+void KnxNetwork::add_limits(std::string& reason) const {
+  for (const auto* one : {&plain_, &missing_keys_}) {
+    if (!one->empty()) reason += (reason.empty() ? "" : "; ") + *one;
+  }
+}
+
 /// None while the line is lost: the supervisor then reports.
 std::optional<model::State> KnxNetwork::state() {
   if (opened_ && !line_) return state_without_keys();
@@ -406,7 +416,7 @@ std::optional<model::State> KnxNetwork::state() {
   state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
   add_counters(state.counters);
-  if (up_ && !missing_keys_.empty()) state.reason += (state.reason.empty() ? "" : "; ") + missing_keys_;
+  if (up_) add_limits(state.reason);
   state.texts = {{"unassigned", unassigned_.json()},
                  {"server", line.server},
                  {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},

@@ -157,13 +157,25 @@ Error in_file(const SecureOptions::KeyringSource& source, const Error& error) {
   return {error.code, fmt::format("{}: {}", source.path, error.text)};
 }
 
+/// Plain only where the keyring cannot mean anything else: an address that it does not have may be a typing error.
+Result<void> derive_without_tunnels(const SecureOptions& options, const LineOptions& line, SecureAccess& out) {
+  constexpr auto kNone = "the keyring has no tunnel with a user and a password";
+  const bool named = line.tunnel.wanted || options.keyring->server;
+  if (options.policy == Policy::kAllow && !named) {
+    out.plain = fmt::format("the line is plain: {}", kNone);
+    return {};
+  }
+  return fail(in_file(*options.keyring,
+                      {ErrorCode::kNotFound, fmt::format("{}: its interfaces are plain. `secure: off` opens a plain "
+                                                         "line; secured groups stay secured",
+                                                         kNone)}));
+}
+
 Result<void> derive_tunnel(const SecureOptions& options, const keyring::Keyring& keyring, const LineOptions& line,
                            SecureAccess& out) {
+  if (!keyring.has_secure_tunnel()) return derive_without_tunnels(options, line, out);
   const auto access = keyring.tunnel({line.tunnel.wanted, options.keyring->server, {}});
-  if (!access) {
-    if (options.policy == Policy::kAllow && access.error().code == ErrorCode::kNotFound) return {};
-    return fail(in_file(*options.keyring, access.error()));
-  }
+  if (!access) return fail(in_file(*options.keyring, access.error()));
   auto keys = access->session_keys();
   if (!keys) return fail(keys.error());
   out.session = std::move(*keys);
@@ -177,7 +189,10 @@ Result<void> derive_routing(const SecureOptions& options, const keyring::Keyring
     out.multicast = keyring.routing()->multicast;
     return {};
   }
-  if (options.policy == Policy::kAllow) return {};
+  if (options.policy == Policy::kAllow) {
+    out.plain = "the line is plain: the keyring has no backbone key for secure routing";
+    return {};
+  }
   return fail(in_file(*options.keyring, {ErrorCode::kNotFound,
                                          "it has no backbone key for secure routing; with "
                                          "'secure: allow' the line would be plain"}));
@@ -197,8 +212,7 @@ Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const Lin
     auto done = routing ? derive_routing(options, *keyring, out) : derive_tunnel(options, *keyring, line, out);
     if (!done) return fail(done.error());
   }
-  const auto tunnel = out.tunnel ? out.tunnel : line.tunnel.wanted;
-  out.groups = keyring->groups(routing ? line.routing.address : tunnel.value_or(wire::IndividualAddress{}));
+  out.groups = keyring->groups();
   return out;
 }
 

@@ -66,6 +66,7 @@ struct SecureAccess {
   std::optional<wire::IndividualAddress> tunnel{};  ///< the tunnel of the session's user
   std::optional<secure::RoutingKeys> routing{};
   std::string multicast{};  ///< of the keyring's backbone; empty = not known
+  std::string plain{};      ///< why the line is plain although keys for it were given; for the user
   secure::GroupKeys groups{};
 };
 

@@ -186,6 +186,10 @@ std::string Keyring::tunnels_text() const {
   return all.empty() ? std::string("none") : all;
 }
 
+bool Keyring::has_secure_tunnel() const {
+  return std::any_of(interfaces_.begin(), interfaces_.end(), [](const auto& one) { return one.is_secure_tunnel(); });
+}
+
 Result<TunnelAccess> Keyring::tunnel(const Wish& wish) const {
   return wish.tunnel ? wanted_tunnel(*wish.tunnel) : free_tunnel(wish);
 }
@@ -207,7 +211,7 @@ Result<TunnelAccess> Keyring::free_tunnel(const Wish& wish) const {
   std::vector<const Interface*> all;
   std::set<wire::IndividualAddress> hosts;
   for (const auto& one : interfaces_) {
-    if (!one.is_tunnel || !one.has_password || one.access.user == 0) continue;
+    if (!one.is_secure_tunnel()) continue;
     if (wish.server && number(one.access.host) != 0 && one.access.host != *wish.server) continue;
     all.push_back(&one);
     hosts.insert(one.access.host);
@@ -230,43 +234,29 @@ Result<TunnelAccess> Keyring::free_tunnel(const Wish& wish) const {
 
 // Groups.
 
-/// What the interfaces state about one group.
-struct Keyring::Links {
-  bool is_linked = false;  ///< with the interface that has the own address
-  bool own_sends = false;  ///< an interface lists the own address as a sender
-  std::set<wire::IndividualAddress> senders_of_own, senders_of_all;
-};
-
-std::map<wire::GroupAddress, Keyring::Links> Keyring::links_of(wire::IndividualAddress own) const {
-  std::map<wire::GroupAddress, Links> all;
-  for (const auto& interface : interfaces_) {
-    for (const auto& group : interface.groups) {
-      auto& links = all[group.address];
-      links.senders_of_all.insert(group.senders.begin(), group.senders.end());
-      if (interface.access.address != own) continue;
-      links.is_linked = true;
-      links.senders_of_own.insert(group.senders.begin(), group.senders.end());
-    }
-  }
-  for (auto& [address, links] : all) links.own_sends = links.senders_of_all.contains(own);
-  return all;
-}
-
-secure::GroupKeys Keyring::groups(wire::IndividualAddress own) const {
+secure::GroupKeys Keyring::groups() const {
   secure::GroupKeys out;
   out.sequences = sequences_;
-  auto all = links_of(own);
-  for (const auto& [address, key] : group_keys_) {
-    auto& entry = out.groups[address];
-    entry.key = key;
-    const auto found = all.find(address);
-    entry.may_send = found == all.end() || found->second.is_linked || found->second.own_sends;
-    if (found == all.end()) continue;
-    const auto& links = found->second;
-    entry.senders = links.is_linked ? links.senders_of_own : links.senders_of_all;
-    if (!links.is_linked) entry.senders.erase(own);
-  }
+  for (const auto& [address, key] : group_keys_) out.groups[address].key = key;
+  add_links(out);
   return out;
+}
+
+void Keyring::add_links(secure::GroupKeys& keys) const {
+  for (const auto& interface : interfaces_) {
+    const auto own = interface.access.address;
+    for (const auto& group : interface.groups) {
+      const auto found = keys.groups.find(group.address);
+      if (found == keys.groups.end()) continue;
+      auto& entry = found->second;
+      entry.senders.insert(group.senders.begin(), group.senders.end());
+      if (!entry.may_send) entry.may_send.emplace();
+      entry.may_send->insert(group.senders.begin(), group.senders.end());
+      if (number(own) == 0) continue;  // of USB: no line has this address
+      entry.may_send->insert(own);
+      entry.senders_for[own].insert(group.senders.begin(), group.senders.end());
+    }
+  }
 }
 
 }  // namespace rubicon::networks::knx::keyring

@@ -78,18 +78,21 @@ class Keyring {
   Result<TunnelAccess> tunnel(const Wish& wish) const;
   /// nullopt: the keyring has no backbone key.
   const std::optional<RoutingAccess>& routing() const { return routing_; }
-  /// For a line that has this address. Senders are those of its interface, or of all interfaces for a group that its
-  /// interface is not linked with. Telegrams may be sent where the interface is linked with the group, or where another
-  /// interface lists the address as a sender, or where no interface knows the group.
-  secure::GroupKeys groups(wire::IndividualAddress own) const;
+  /// Senders are those of the interface that has the line's address, or of all interfaces for a group that it is not
+  /// linked with. Telegrams may be sent from the addresses of the interfaces that are linked with the group, and from
+  /// those that any interface lists as senders; from each address where no interface knows the group.
+  secure::GroupKeys groups() const;
+  /// The keyring has a tunnel with a user and a password.
+  bool has_secure_tunnel() const;
 
  private:
   struct Interface {
     TunnelAccess access;
     bool is_tunnel = false, has_password = false;
     std::vector<KeyringFile::Group> groups;
+
+    bool is_secure_tunnel() const { return is_tunnel && has_password && access.user != 0; }
   };
-  struct Links;
 
   Keyring() = default;
   Result<void> decrypt(const KeyringFile& file, const Cipher& cipher);
@@ -97,7 +100,7 @@ class Keyring {
   Result<void> decrypt(const KeyringFile::Interface& from, const Cipher& cipher);
   Result<void> decrypt(const KeyringFile::GroupKey& from, const Cipher& cipher);
   Result<void> decrypt(const KeyringFile::Device& from, const Cipher& cipher);
-  std::map<wire::GroupAddress, Links> links_of(wire::IndividualAddress own) const;
+  void add_links(secure::GroupKeys& keys) const;
   Result<TunnelAccess> wanted_tunnel(wire::IndividualAddress address) const;
   Result<TunnelAccess> free_tunnel(const Wish& wish) const;
   TunnelAccess access_of(const Interface& interface) const;

@@ -80,6 +80,7 @@ Result<Bytes> GroupGuard::protect(wire::CemiCode code, const wire::Telegram& tel
   if (!secures(telegram.destination)) return wire::write_telegram(code, telegram);
   const auto key = key_to_send(telegram.destination, own);
   if (!key) return fail(key.error());
+  own_sequence_.raise(known_of(keys_, own));
   auto from_us = telegram;
   from_us.source = own;
   const auto plain = wire::write_telegram(code, from_us);
@@ -97,7 +98,7 @@ Result<const Key*> GroupGuard::key_to_send(wire::GroupAddress group, wire::Indiv
   if (!entry.key)
     return fail(ErrorCode::kRefused,
                 fmt::format("{} is secured, and its key is not known: give a keyring with it", to_string(group)));
-  if (!entry.may_send)
+  if (number(own) != 0 && !entry.may_send_from(own))
     return fail(ErrorCode::kRefused,
                 fmt::format("{} is secured, and the keyring has no link between it and {}: devices would ignore the "
                             "telegram. Link them in ETS and export the keyring again",
@@ -150,7 +151,7 @@ GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame, wire:
   const auto group = keys_.groups.find(wire::GroupAddress(frame.destination));
   if (group == keys_.groups.end() || !group->second.key)
     return drop(Drop::kNoKey, fmt::format("secured telegram from {}: no key for this group", path_of(frame)));
-  if (!group->second.any_sender && !group->second.senders.contains(frame.source))
+  if (!group->second.any_sender && !group->second.senders_to(own).contains(frame.source))
     return drop(Drop::kUnknownSender,
                 fmt::format("secured telegram from {}: not a sender of this group", path_of(frame)));
   // What we sent ourselves and somebody recorded is no value of a device.

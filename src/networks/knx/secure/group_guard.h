@@ -46,7 +46,8 @@ class GroupGuard {
     std::uint64_t sequence = 0;  ///< if secured
   };
 
-  /// `own`: the address that telegrams are sent from, for its known sequence number; 0.0.0 = not known yet. The
+  /// `own`: the address that telegrams are sent from, as far as it is known before the line is up, for its known
+  /// sequence number; 0.0.0 = not known yet. The
   /// scheduler must outlive it, and what the storage calls. `note` may be empty.
   GroupGuard(Scheduler& scheduler, GroupKeys keys, GroupStorage storage, wire::IndividualAddress own, Note note);
   GroupGuard(const GroupGuard&) = delete;

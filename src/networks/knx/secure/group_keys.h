@@ -16,8 +16,18 @@ namespace rubicon::networks::knx::secure {
 struct GroupKey {
   std::optional<Key> key{};                     ///< nullopt: secured, but its key is not known
   std::set<wire::IndividualAddress> senders{};  ///< whose telegrams are accepted
-  bool may_send = true;                         ///< receivers accept telegrams of our own address
-  bool any_sender = false;                      ///< telegrams of all others are accepted too
+  /// The same for a line that has one of these addresses.
+  std::map<wire::IndividualAddress, std::set<wire::IndividualAddress>> senders_for{};
+  /// From which addresses receivers accept telegrams; nullopt: not known, so from each.
+  std::optional<std::set<wire::IndividualAddress>> may_send{};
+  bool any_sender = false;  ///< telegrams of all others are accepted too
+
+  /// `own`: the address of the line, 0.0.0 = not known.
+  bool may_send_from(wire::IndividualAddress own) const { return !may_send || may_send->contains(own); }
+  const std::set<wire::IndividualAddress>& senders_to(wire::IndividualAddress own) const {
+    const auto found = senders_for.find(own);
+    return found == senders_for.end() ? senders : found->second;
+  }
 
   friend bool operator==(const GroupKey&, const GroupKey&) = default;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -25,6 +26,8 @@ class OwnSequence {
   /// The scheduler must outlive it. `known`: the last number known from elsewhere, 0 = none.
   OwnSequence(Scheduler& scheduler, GroupStorage storage, std::uint64_t known);
 
+  /// Later numbers are above `known`.
+  void raise(std::uint64_t known) { next_ = std::max(next_, known + 1); }
   /// 1 to kMaxSequence. kUnsupported: nothing is kept across restarts; kIo: the storage fails; kInvalid: what is stored
   /// cannot be read; kRefused: the clock was never set, and no last number is known; kOutOfRange: all numbers are used.
   /// Each with a sentence for the user.

@@ -141,7 +141,7 @@ TEST(Keyring, WithoutABackboneKeyTheGroupKeysAreRead) {
   const auto keyring = read(root);
   ASSERT_TRUE(keyring) << keyring.error().text;
   EXPECT_FALSE(keyring->routing());
-  EXPECT_EQ(keyring->groups({}).groups.count(k127), 1U);
+  EXPECT_EQ(keyring->groups().groups.count(k127), 1U);
 }
 
 TEST(Keyring, WithKeysOnlyBothReasonsAreNamed) {
@@ -249,26 +249,25 @@ TEST(Keyring, RoutingHasKeyLatencyAndGroup) {
 // Groups.
 
 TEST(Keyring, SendersOfAGroupAreThoseOfTheOwnInterface) {
-  const auto groups = read(house())->groups(device("1.1.10"));
+  const auto groups = read(house())->groups();
   ASSERT_EQ(groups.groups.size(), 2U);
   const auto& linked = groups.groups.at(k127);
   EXPECT_EQ(base::to_hex(linked.key->view()), kKey2);
-  EXPECT_THAT(linked.senders, ElementsAre(device("1.1.11"), device("1.1.30")));
-  EXPECT_TRUE(linked.may_send);
+  EXPECT_THAT(linked.senders_to(device("1.1.10")), ElementsAre(device("1.1.11"), device("1.1.30")));
+  EXPECT_TRUE(linked.may_send_from(device("1.1.10")));
   const auto& unknown = groups.groups.at(k201);
   EXPECT_THAT(unknown.senders, IsEmpty());
-  EXPECT_TRUE(unknown.may_send) << "no interface knows it";
+  EXPECT_TRUE(unknown.may_send_from(device("1.1.10"))) << "no interface knows it";
   EXPECT_EQ(groups.sequences.at(device("1.1.30")), 4294967297U);
 }
 
 TEST(Keyring, OfAnAddressWithoutALinkTheSendersAreThoseOfAllInterfaces) {
   const auto keyring = read(house()).value();
-  const auto other = keyring.groups(device("1.1.12")).groups.at(k127);
-  EXPECT_THAT(other.senders, ElementsAre(device("1.1.10"), device("1.1.11"), device("1.1.30")));
-  EXPECT_FALSE(other.may_send) << "nothing would accept it";
-  const auto named = keyring.groups(device("1.1.30")).groups.at(k127);
-  EXPECT_THAT(named.senders, ElementsAre(device("1.1.10"), device("1.1.11")));
-  EXPECT_TRUE(named.may_send) << "the interfaces list it as a sender";
+  const auto group = keyring.groups().groups.at(k127);
+  EXPECT_THAT(group.senders_to(device("1.1.12")), ElementsAre(device("1.1.10"), device("1.1.11"), device("1.1.30")));
+  EXPECT_FALSE(group.may_send_from(device("1.1.12"))) << "nothing would accept it";
+  EXPECT_TRUE(group.may_send_from(device("1.1.30"))) << "the interfaces list it as a sender";
+  EXPECT_FALSE(group.may_send_from({})) << "an interface without an address is that of no line";
 }
 
 // Whatever is written is read.
@@ -315,7 +314,7 @@ TEST(Keyring, WhatIsWrittenIsReadBack) {
     ASSERT_TRUE(keyring) << seed << ": " << keyring.error().text;
     for (const auto& [address, word] : passwords)
       EXPECT_EQ(keyring->tunnel({device(address.c_str())})->password.text(), word) << seed;
-    const auto groups = keyring->groups({});
+    const auto groups = keyring->groups();
     ASSERT_EQ(groups.groups.size(), keys.size());
     for (std::size_t i = 0; i < keys.size(); ++i) {
       const auto& entry = groups.groups.at(GroupAddress(static_cast<std::uint16_t>(i + 1)));

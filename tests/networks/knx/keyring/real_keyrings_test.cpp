@@ -148,7 +148,7 @@ TEST(RealKeyrings, TheKeyringOfTheRigGivesItsKeys) {
   EXPECT_EQ(access.user, 2);
   EXPECT_EQ(access.password.text(), "user2pw");
   EXPECT_EQ(access.authentication->text(), "trustme");
-  const auto groups = keyring.groups(IndividualAddress(0x710a));
+  const auto groups = keyring.groups();
   EXPECT_EQ(base::to_hex(groups.groups.at(wire::GroupAddress(2567)).key->view()), "303132333435363738393a3b3c3d3e3f");
 }
 

@@ -190,11 +190,30 @@ TEST(GroupGuard, WithoutStorageSecuredGroupsAreReadOnly) {
 TEST(GroupGuard, WithoutALinkOrAnOwnAddressNothingIsSent) {
   GuardBench bench;
   auto keys = one_group();
-  keys.groups[kSecuredGroup].may_send = false;
+  keys.groups[kSecuredGroup].may_send.emplace();
   EXPECT_THAT(bench.start(keys).protect(CemiCode::kDataRequest, value_for(kSecuredGroup), kOwn).error().text,
               HasSubstr("no link between it and 1.1.10"));
   EXPECT_THAT(bench.start().protect(CemiCode::kDataRequest, value_for(kSecuredGroup), {}).error().text,
               HasSubstr("no address to send from"));
+}
+
+TEST(GroupGuard, TheAddressOfTheLineDecidesWhoMaySendAndBeHeard) {
+  GuardBench bench;
+  auto keys = one_group();
+  auto& entry = keys.groups[kSecuredGroup];
+  entry.may_send = {kOwn};
+  entry.senders = {kOther, kOwn};
+  entry.senders_for[kOwn] = {};
+  keys.sequences[kOwn] = 1ULL << 47U;
+  auto& guard = bench.start(keys);
+  const wire::IndividualAddress elsewhere{0x1177};
+  EXPECT_FALSE(guard.protect(CemiCode::kDataRequest, value_for(kSecuredGroup), elsewhere));
+  const auto sent = guard.protect(CemiCode::kDataRequest, value_for(kSecuredGroup), kOwn).value();
+  EXPECT_EQ(read_secured(wire::read_data_frame(sent)->tpdu)->sequence, (1ULL << 47U) + 1) << "the known number counts";
+  const auto cemi = indication(kOther, 9, value_for(kSecuredGroup));
+  const auto telegram = wire::read_data_frame(cemi).value();
+  EXPECT_EQ(guard.open(telegram, kOwn).error().drop, GroupGuard::Drop::kUnknownSender);
+  EXPECT_TRUE(guard.open(telegram, elsewhere));
 }
 
 TEST(GroupGuard, AMonitorDecodesWithoutAnyEffect) {

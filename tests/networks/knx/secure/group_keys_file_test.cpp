@@ -30,7 +30,7 @@ TEST(GroupKeysFile, HasOneGroupInALine) {
   ASSERT_EQ(keys->groups.size(), 3U);
   const auto& open = keys->groups.at(wire::GroupAddress(0x0a07));
   EXPECT_EQ(*open.key, Key(counting(0x30, 16).view()));
-  EXPECT_TRUE(open.any_sender && open.may_send);
+  EXPECT_TRUE(open.any_sender && open.may_send_from(wire::IndividualAddress(0x1101)));
   EXPECT_THAT(open.senders, IsEmpty());
   const auto& narrow = keys->groups.at(wire::GroupAddress(0x1001));
   EXPECT_EQ(*narrow.key, *open.key);

@@ -1,0 +1,113 @@
+#include "networks/knx/secure_bench.h"
+
+namespace rubicon::networks::knx {
+namespace {
+
+using model::LineState;
+using model::Outcome;
+using support::KeyringElement;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+/// A house with secured groups behind a plain interface, which gives the tunnel 1.1.200 to each client.
+class PlainInterface : public SecureKnx {
+ protected:
+  PlainInterface() { host.files.put("house.knxkeys", keyring_of("1.1.200")); }
+
+  static std::string keyring_of(const char* linked) {
+    auto root = support::keyring_root();
+    KeyringElement interface{"Interface"};
+    interface.text("Type", "Tunneling").text("IndividualAddress", linked).text("Host", "1.1.0");
+    interface.add(KeyringElement{"Group"}.text("Address", "4097").text("Senders", "1.1.30"));
+    root.add(interface.add(KeyringElement{"Group"}.text("Address", "2567").text("Senders", "1.1.30")));
+    KeyringElement groups{"GroupAddresses"};
+    for (const auto* number : {"2567", "4097"})
+      groups.add(KeyringElement{"Group"}.text("Address", number).key("Key", kGroupKey));
+    return support::write_keyring(root.add(groups), "ring word");
+  }
+  /// The house with these further options and a plain tunnel.
+  static std::string plain_house(const std::string& more) {
+    std::string house(kSecureHouse);
+    const std::string via = R"({"via": "tunnel-tcp", "host": "10.0.0.10",)";
+    return house.replace(0, via.size(), R"({"host": "10.0.0.9", )" + more);
+  }
+  std::vector<Bytes> heard_plainly() const {
+    std::vector<Bytes> all;
+    for (const auto& one : server.heard())
+      if (one.destination == group("2/0/1")) all.push_back(one.tpdu);
+    return all;
+  }
+};
+
+TEST_F(PlainInterface, SecuredGroupsAreReadAndWrittenFromTheAddressThatItGives) {
+  start(plain_house(R"("secure": "off",)"));
+  ASSERT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().reason, "");
+  server.inject_cemi(from_device(0x0a07, {0x0c, 0x33}));
+  command(21.5);
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
+  EXPECT_THAT(outcomes(), ElementsAre(Outcome::kSent));
+  ASSERT_THAT(heard_plainly(), SizeIs(1));
+  EXPECT_EQ(heard_plainly()[0][1], 0xf1) << "secured";
+}
+
+TEST_F(PlainInterface, ItIsWrittenFromNoOtherAddress) {
+  host.files.put("house.knxkeys", keyring_of("1.1.205"));
+  start(plain_house(R"("secure": "off",)"));
+  command(21.5);
+  EXPECT_THAT(outcomes(), ElementsAre(Outcome::kRefused));
+  EXPECT_THAT(heard_plainly(), SizeIs(0));
+}
+
+TEST_F(PlainInterface, IsRefusedWithTheRemedyWhereALineMustBeSecure) {
+  start(plain_house(""));
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, AllOf(HasSubstr("its interfaces are plain"), HasSubstr("`secure: off`")));
+  EXPECT_EQ(server.counters.connects, 0U);
+}
+
+TEST_F(PlainInterface, IsAllowedAndNamed) {
+  start(plain_house(R"("secure": "allow",)"));
+  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_EQ(last_state().reason, "the line is plain: the keyring has no tunnel with a user and a password");
+  EXPECT_TRUE(host.words.contains("the line is plain"));
+  command(21.5);
+  EXPECT_THAT(outcomes(), ElementsAre(Outcome::kSent));
+}
+
+TEST_F(PlainInterface, IsNotAllowedWhereAnAddressIsNamed) {
+  for (const auto* named : {R"("tunnel-address": "1.1.200",)", R"("server-address": "1.1.0",)"}) {
+    start(plain_house(std::string(R"("secure": "allow",)") + named));
+    EXPECT_EQ(last_state().line, LineState::kRefused) << named;
+  }
+  EXPECT_EQ(server.counters.connects, 0U);
+}
+
+TEST_F(SecureKnx, AllowIsSecureWhereTheKeyringHasATunnel) {
+  std::string house(kSecureHouse);
+  start(house.insert(1, R"("secure": "allow", )"));
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().reason, "");
+  EXPECT_EQ(count("secure-sessions"), 1U);
+}
+
+TEST_F(SecureKnx, AllowDoesNotBecomePlainByATypingError) {
+  std::string house(kSecureHouse);
+  start(house.insert(1, R"("secure": "allow", "tunnel-address": "1.1.99", )"));
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("no tunnel 1.1.99"));
+  EXPECT_EQ(secure_server->counters.connects, 0U);
+}
+
+TEST_F(SecureKnx, AllowedRoutingWithoutABackboneKeyIsPlainAndNamed) {
+  start(R"({"via": "routing", "interface": "127.0.0.1", "keyring": "house.knxkeys", "secure": "allow",
+            "keyring-password-file": "house.password"})");
+  host.time.run_for(10s);
+  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_THAT(last_state().reason, HasSubstr("the line is plain: the keyring has no backbone key"));
+}
+
+}  // namespace
+}  // namespace rubicon::networks::knx
