@@ -18,7 +18,7 @@ class PlainInterface : public SecureKnx {
 
   static std::string keyring_of(const char* linked) {
     auto root = support::keyring_root();
-    KeyringElement interface{"Interface"};
+    KeyringElement interface { "Interface" };
     interface.text("Type", "Tunneling").text("IndividualAddress", linked).text("Host", "1.1.0");
     interface.add(KeyringElement{"Group"}.text("Address", "4097").text("Senders", "1.1.30"));
     root.add(interface.add(KeyringElement{"Group"}.text("Address", "2567").text("Senders", "1.1.30")));
