@@ -16,6 +16,10 @@ function counters(...all: [string, string][]): Map<string, Tuple> {
 test("counters of all networks are told apart by what they count", () => {
   for (const name of ["dropped-readings", "refused-busy", "telegrams-lost", "bad-crc", "undeliverable", "share-dropped-gone", "lost-motes"])
     assert.equal(kindOf(name, "0"), "loss", name);
+  for (const name of ["secure-plain-frames", "secure-forbidden", "data-secure-plain-dropped", "data-secure-no-key", "data-secure-other"])
+    assert.equal(kindOf(name, "0"), "loss", name);
+  for (const name of ["secure-sent", "secure-early", "secure-notifies-received", "data-secure-received"])
+    assert.equal(kindOf(name, "3"), "flow", name);
   for (const name of ["unknown-devices", "repeats", "missing-acks", "unanswered-reads", "duplicates"])
     assert.equal(kindOf(name, "3"), "oddity", name);
   for (const name of ["readings", "telegrams-sent", "packets-read", "commands", "joins"]) assert.equal(kindOf(name, "3"), "flow", name);
