@@ -31,6 +31,12 @@ constexpr std::array kRemedies{
            "interface is secured, activate secure tunnelling in ETS and export the keyring again"},
     Remedy{"the line is plain: the keyring has no",
            "nothing, if the interface is plain; `secure: require` forbids plain lines, `secure: off` ends this notice"},
+    Remedy{"secured groups can only be read: ",
+           "sequence numbers need a state file and a clock: configure `state: {file: ...}`, see that the file can be "
+           "written, and set the clock of the host"},
+    Remedy{"all tunnels of the keyring are in use",
+           "end another client of the interface, or activate another tunnel in ETS and export the keyring again; the "
+           "island goes on trying all of them"},
     Remedy{"the keyring has no tunnel",
            "compare `tunnel-address` and `server-address` with what `rubicon knx keyring FILE` lists; if the tunnel is "
            "missing there, activate secure tunnelling in ETS, download the interface and export the keyring again"},
@@ -73,6 +79,9 @@ struct Drop {
   std::string_view counter, meaning, fix;
 };
 constexpr std::array kDrops{
+    Drop{"data-secure-refused", "commands and reads of secured groups that could not be sent",
+         "the log and the answer to the command have the reason: no link in ETS between the group and the address of "
+         "the island, no key, or no state file"},
     Drop{"data-secure-plain-dropped", "plain telegrams to secured groups",
          "the log names the sender: it was not downloaded since the group was secured, or the telegrams are forged"},
     Drop{"data-secure-no-key", "secured telegrams of groups without a key",

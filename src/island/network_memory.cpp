@@ -14,7 +14,9 @@ Result<void> NetworkMemory::remember(const std::string& network, std::string_vie
 }
 
 Result<std::optional<Bytes>> NetworkMemory::remembered(const std::string& network, std::string_view name) {
-  return store_ ? store_->remembered(network, name) : Result<std::optional<Bytes>>(std::optional<Bytes>());
+  if (!store_)
+    return fail(ErrorCode::kUnsupported, "nothing can be remembered without a state file (state: {file: ...})");
+  return store_->remembered(network, name);
 }
 
 }  // namespace rubicon::island

@@ -35,7 +35,7 @@ Result<void> NetworkHost::remember(std::string_view, ByteView, Keep) {
 }
 
 Result<std::optional<Bytes>> NetworkHost::remembered(std::string_view) {
-  return std::optional<Bytes>();
+  return fail(ErrorCode::kUnsupported, "nothing can be remembered without a state file (state: {file: ...})");
 }
 
 Result<void> Network::reopen() {

@@ -40,7 +40,7 @@ TEST(NetworkMemory, WithoutAStateFileRemembersNothing) {
   ASSERT_FALSE(kept);
   EXPECT_EQ(kept.error().code, ErrorCode::kUnsupported);
   EXPECT_THAT(kept.error().text, HasSubstr("state: {file: ...}"));
-  EXPECT_EQ(*memory.remembered("knx", "sequence"), std::nullopt);
+  EXPECT_EQ(memory.remembered("knx", "sequence").error().code, ErrorCode::kUnsupported);
 }
 
 }  // namespace

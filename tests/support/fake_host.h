@@ -41,6 +41,7 @@ class FakeHost final : public network::NetworkHost {
   }
   Result<std::optional<Bytes>> remembered(std::string_view name) override {
     if (state != nullptr) return state->remembered("network", name);
+    if (forgetful) return NetworkHost::remembered(name);
     const auto found = memory.find(std::string(name));
     return found == memory.end() ? std::optional<Bytes>() : std::optional(found->second);
   }

@@ -71,7 +71,10 @@ class KnxNetwork final : public network::Network {
   void make_line();
   Result<void> derive_keys();
   void use_keys(Result<SecureAccess> access);
+  void try_next_tunnel();
+  void use_next_tunnel(Result<SecureAccess> access);
   void secure_groups(secure::GroupKeys keys);
+  std::string read_only() const;
   secure::GroupStorage storage();
   void line_changed(const line::LineState& state);
   void line_lost(Error why);
@@ -109,6 +112,9 @@ class KnxNetwork final : public network::Network {
   std::uint64_t key_attempts_ = 0;             ///< to derive the keys again, for a user
   /// What the keys do not permit, for the user: a line that is plain, groups that cannot be written or have no key.
   std::string missing_keys_, plain_;
+  std::vector<wire::IndividualAddress> taken_;  ///< tunnels of the keyring that the interface refused in this round
+  std::string all_taken_;                       ///< names them, after a round without a free one
+  bool has_group_keys_ = false;
   std::unique_ptr<secure::GroupGuard> guard_;
   std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
   base::Lifetime lifetime_;
@@ -146,17 +152,40 @@ Result<void> KnxNetwork::derive_keys() {
   auto worker = host_.transports().start_worker("knx-keys");
   if (!worker) return fail(worker.error());
   worker_ = std::move(*worker);
-  auto use = lifetime_.guard([this](Result<SecureAccess> access) { use_keys(std::move(access)); });
-  worker_->run([secure = options_.secure, line = options_.line, &scheduler = host_.scheduler(), use] {
-    auto access = std::make_shared<Result<SecureAccess>>(derive_access(secure, line));
-    scheduler.post([use, access]() mutable { use(std::move(*access)); });
+  auto use = lifetime_.guard([this](Result<SecureAccess> access) {
+    worker_.reset();
+    line_ ? use_next_tunnel(std::move(access)) : use_keys(std::move(access));
   });
+  worker_->run(
+      [secure = options_.secure, line = configured_line_, taken = taken_, &scheduler = host_.scheduler(), use] {
+        auto access = std::make_shared<Result<SecureAccess>>(derive_access(secure, line, taken));
+        scheduler.post([use, access]() mutable { use(std::move(*access)); });
+      });
   reporter_.line_changed();
   return {};
 }
 
+/// The interface gave away the tunnel that the keyring chose: the next one may be free.
+void KnxNetwork::try_next_tunnel() {
+  const auto& tunnel = options_.line.tunnel;
+  if (worker_ || !options_.secure.keyring || !tunnel.secure || !tunnel.wanted || configured_line_.tunnel.wanted) return;
+  taken_.push_back(*tunnel.wanted);
+  if (auto started = derive_keys(); !started) taken_.clear();
+}
+
+/// After the last tunnel of the keyring the line pauses, and all are tried again.
+void KnxNetwork::use_next_tunnel(Result<SecureAccess> access) {
+  if (access && access->session && access->tunnel) {
+    options_.line.tunnel.wanted = access->tunnel;
+    line_->use(std::move(*access->session), *access->tunnel);
+  } else {
+    taken_.clear();
+    if (!access) all_taken_ = access.error().text;
+  }
+  reporter_.line_changed();
+}
+
 void KnxNetwork::use_keys(Result<SecureAccess> access) {
-  worker_.reset();
   if (!access && access.error().code == ErrorCode::kIo) return line_lost(access.error());  // no fault of the options
   if (!access) {
     refused_ = access.error().text;
@@ -184,7 +213,7 @@ secure::GroupStorage KnxNetwork::storage() {
 
 /// Makes the guard of the groups with a key, and of those that are secured without one.
 void KnxNetwork::secure_groups(secure::GroupKeys keys) {
-  const bool has_keys = !keys.groups.empty();
+  has_group_keys_ = !keys.groups.empty();
   missing_keys_ = explain_missing_keys(add_without_keys(keys, options_.secured), options_.secure);
   if (keys.groups.empty()) return;
   if (!missing_keys_.empty()) host_.log().warning(missing_keys_);
@@ -194,8 +223,14 @@ void KnxNetwork::secure_groups(secure::GroupKeys keys) {
       host_.scheduler(), std::move(keys), storage(), own,
       [this](std::string_view subject, std::string_view text) { warn(std::string(subject), text); });
   options_.line.tunnel.guard = options_.line.routing.guard = guard_.get();
-  if (const auto can = guard_->can_send(); has_keys && !can)
-    host_.log().warning(fmt::format("secured groups can only be read: {}", can.error().text));
+  if (const auto text = read_only(); !text.empty()) host_.log().warning(text);
+}
+
+/// Why secured groups with a key cannot be written; empty if they can.
+std::string KnxNetwork::read_only() const {
+  if (!guard_ || !has_group_keys_) return {};
+  const auto can = guard_->can_send();
+  return can ? std::string() : fmt::format("secured groups can only be read: {}", can.error().text);
 }
 
 Result<void> KnxNetwork::open() {
@@ -260,12 +295,15 @@ void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
 
 void KnxNetwork::line_changed(const line::LineState& state) {
   if (state.phase == line::LineState::Phase::kUp && !std::exchange(up_, true)) {
+    taken_.clear();
+    all_taken_.clear();
     tools_.use(line_.get());
     points_.line_up(*line_);
     exposures_.line_up();
   } else if (state.phase != line::LineState::Phase::kUp) {
     line_down();
   }
+  if (state.tunnel_in_use) try_next_tunnel();
   reporter_.line_changed();
 }
 
@@ -307,8 +345,11 @@ void KnxNetwork::received(const wire::Telegram& telegram) {
 
 void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)> done) {
   if (!line_) return done(false);
+  const auto address = telegram.destination;
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
-              [done = std::move(done)](line::SendOutcome outcome, std::string_view) {
+              [this, address, done = std::move(done)](line::SendOutcome outcome, std::string_view why) {
+                if (outcome == line::SendOutcome::kRefused)
+                  warn("refused exposures", fmt::format("{} is not sent: {}", to_string(address), why));
                 done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed);
               });
 }
@@ -396,8 +437,8 @@ void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
 }
 
 void KnxNetwork::add_limits(std::string& reason) const {
-  for (const auto* one : {&plain_, &missing_keys_}) {
-    if (!one->empty()) reason += (reason.empty() ? "" : "; ") + *one;
+  for (const auto& one : {plain_, missing_keys_, read_only()}) {
+    if (!one.empty()) reason += (reason.empty() ? "" : "; ") + one;
   }
 }
 
@@ -408,11 +449,11 @@ std::optional<model::State> KnxNetwork::state() {
   const auto& line = line_->state();
   using Phase = line::LineState::Phase;
   if (!opened_ || line.phase == Phase::kOff) return std::nullopt;
-  const bool refused = line.phase == Phase::kWaiting || line.phase == Phase::kRefused;
+  const bool refused = !worker_ && (line.phase == Phase::kWaiting || line.phase == Phase::kRefused);
   model::State state{up_       ? model::LineState::kUp
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
-                     line.reason, line_->counters()};
+                     line.tunnel_in_use && !all_taken_.empty() ? all_taken_ : line.reason, line_->counters()};
   state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
   add_counters(state.counters);

@@ -14,6 +14,7 @@ namespace rubicon::networks::knx {
 namespace {
 
 using Policy = SecureOptions::Policy;
+using Taken = std::span<const wire::IndividualAddress>;
 
 constexpr std::size_t kKeyFileBytes = 64;
 
@@ -172,9 +173,9 @@ Result<void> derive_without_tunnels(const SecureOptions& options, const LineOpti
 }
 
 Result<void> derive_tunnel(const SecureOptions& options, const keyring::Keyring& keyring, const LineOptions& line,
-                           SecureAccess& out) {
+                           Taken taken, SecureAccess& out) {
   if (!keyring.has_secure_tunnel()) return derive_without_tunnels(options, line, out);
-  const auto access = keyring.tunnel({line.tunnel.wanted, options.keyring->server, {}});
+  const auto access = keyring.tunnel({line.tunnel.wanted, options.keyring->server, taken});
   if (!access) return fail(in_file(*options.keyring, access.error()));
   auto keys = access->session_keys();
   if (!keys) return fail(keys.error());
@@ -198,7 +199,7 @@ Result<void> derive_routing(const SecureOptions& options, const keyring::Keyring
                                          "'secure: allow' the line would be plain"}));
 }
 
-Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const LineOptions& line) {
+Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const LineOptions& line, Taken taken) {
   const auto keyring = keyring::Keyring::open(options.keyring->file, options.keyring->password);
   if (!keyring) {
     auto error = in_file(*options.keyring, keyring.error());
@@ -209,7 +210,7 @@ Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const Lin
   SecureAccess out;
   const bool routing = line.via == Via::kRouting;
   if (options.policy != Policy::kOff) {
-    auto done = routing ? derive_routing(options, *keyring, out) : derive_tunnel(options, *keyring, line, out);
+    auto done = routing ? derive_routing(options, *keyring, out) : derive_tunnel(options, *keyring, line, taken, out);
     if (!done) return fail(done.error());
   }
   out.groups = keyring->groups();
@@ -230,8 +231,8 @@ Result<SecureAccess> derive_from_user(const SecureOptions::User& user) {
   return out;
 }
 
-Result<SecureAccess> derive_line(const SecureOptions& options, const LineOptions& line) {
-  if (options.keyring) return derive_from_keyring(options, line);
+Result<SecureAccess> derive_line(const SecureOptions& options, const LineOptions& line, Taken taken) {
+  if (options.keyring) return derive_from_keyring(options, line, taken);
   if (options.user) return derive_from_user(*options.user);
   SecureAccess out;
   if (options.backbone) out.routing = secure::RoutingKeys{options.backbone->key, options.backbone->latency};
@@ -266,8 +267,9 @@ SecureOptions read_secure_options(const network::NetworkConfig& config, transpor
   return Reader(config, transports, via).read();
 }
 
-Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line) {
-  auto access = derive_line(options, line);
+Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line,
+                                   std::span<const wire::IndividualAddress> taken) {
+  auto access = derive_line(options, line, taken);
   if (access && options.group_keys) {
     const auto& more = options.group_keys->keys.groups;
     access->groups.groups.insert(more.begin(), more.end());

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "network/network.h"
@@ -71,7 +72,9 @@ struct SecureAccess {
 };
 
 /// Decrypts the keyring and derives the keys of passwords: some 15 ms for each, so not on the event loop. Errors are
-/// those of Keyring, with the name of the file: kIo of OpenSSL, else a matter of configuration.
-Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line);
+/// those of Keyring, with the name of the file: kIo of OpenSSL, kBusy if all tunnels are `taken`, else a matter of
+/// configuration. `taken`: tunnels of the keyring that are in use.
+Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line,
+                                   std::span<const wire::IndividualAddress> taken = {});
 
 }  // namespace rubicon::networks::knx

@@ -146,6 +146,7 @@ TEST(SecureCounters, AreAllOnTheirPage) {
   std::ifstream file(RUBICON_SOURCE_DIR "/docs/knx-secure.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   for (const auto* name : {"data-secure-sent",
+                           "data-secure-refused",
                            "data-secure-received",
                            "data-secure-plain-dropped",
                            "data-secure-no-key",

@@ -71,6 +71,8 @@ TEST_F(KeylessGroups, AreNotAnsweredOrWrittenFromATuple) {
   server.inject_read(0x111e, group("6/0/1"));
   host.time.run_for(10s);
   EXPECT_EQ(sent_to("6/0/1"), 0);
+  EXPECT_TRUE(host.words.contains("6/0/1 is not sent: 6/0/1 is secured, and its key is not known"));
+  EXPECT_GE(count("data-secure-refused"), 2U);
 }
 
 TEST_F(KeylessGroups, AreNamedWithTheRemedyWhileTheLineIsUp) {

@@ -1,3 +1,4 @@
+#include "networks/knx/line/tunnel_line.h"
 #include "networks/knx/secure_bench.h"
 
 namespace rubicon::networks::knx {
@@ -83,6 +84,79 @@ TEST_F(PlainInterface, IsNotAllowedWhereAnAddressIsNamed) {
     EXPECT_EQ(last_state().line, LineState::kRefused) << named;
   }
   EXPECT_EQ(server.counters.connects, 0U);
+}
+
+/// An interface with the tunnels 1.1.201 and 1.1.202 of the users 2 and 3, and another client of it.
+class TwoTunnels : public SecureKnx {
+ protected:
+  TwoTunnels() {
+    knx_simulator::SecureOptions secured;
+    secured.device_code = secure::device_code(secure::Secret::of_text("the device"))->key;
+    secured.users = {{2, key_of_user("two"), 0x11c9}, {3, key_of_user("three"), 0x11ca}};
+    support::KnxServer::Options options;
+    options.at = {"10.0.0.11", 3671};
+    options.wanted_addresses = true;
+    options.secure = std::move(secured);
+    two = std::make_unique<support::KnxServer>(host.time, host.net, options);
+    auto root = support::keyring_root();
+    root.add(tunnel("1.1.201", "2", "two"));
+    host.files.put("house.knxkeys", support::write_keyring(root.add(tunnel("1.1.202", "3", "three")), "ring word"));
+    house.replace(house.find("10.0.0.10"), 9, "10.0.0.11");
+  }
+  static KeyringElement tunnel(const char* address, const char* user, const char* password) {
+    KeyringElement one{"Interface"};
+    one.text("Type", "Tunneling").text("IndividualAddress", address).text("Host", "1.1.0").text("UserID", user);
+    return one.password("Password", password).password("Authentication", "the device");
+  }
+  std::unique_ptr<line::TunnelLine> client(std::uint8_t user, const char* password) {
+    line::TunnelOptions options;
+    options.host = "10.0.0.11";
+    options.via = line::TunnelOptions::Via::kTcp;
+    options.secure = secure::SessionKeys{user, secure::user_key(secure::Secret::of_text(password)).value(), {}};
+    auto made = std::make_unique<line::TunnelLine>(std::move(options), host.time, host.files, line::LineCallbacks());
+    EXPECT_TRUE(made->open());
+    host.time.run_for(1s);
+    EXPECT_EQ(made->state().phase, line::LineState::Phase::kUp) << made->state().reason;
+    return made;
+  }
+
+  std::unique_ptr<support::KnxServer> two;
+  std::string house{kSecureHouse};
+};
+
+TEST_F(TwoTunnels, TheFirstFreeOneIsTaken) {
+  const auto other = client(2, "two");
+  start(house);
+  host.time.run_for(1s);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.202");
+}
+
+TEST_F(TwoTunnels, WithoutAFreeOneBothAreNamedAndTriedAgain) {
+  auto first = client(2, "two");
+  const auto second = client(3, "three");
+  start(house);
+  host.time.run_for(10s);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason,
+              AllOf(HasSubstr("all tunnels of the keyring are in use"), HasSubstr("1.1.201, 1.1.202")));
+  first.reset();
+  host.time.run_for(3min);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().reason, "");
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+}
+
+TEST_F(TwoTunnels, ANamedOneIsWaitedFor) {
+  auto other = client(2, "two");
+  house.insert(1, R"("tunnel-address": "1.1.201", )");
+  start(house);
+  host.time.run_for(1min);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("in use"));
+  other.reset();
+  host.time.run_for(3min);
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
 }
 
 TEST_F(SecureKnx, AllowIsSecureWhereTheKeyringHasATunnel) {

@@ -149,8 +149,11 @@ TEST_F(SecureKnx, WithoutAStateFileSecuredGroupsAreReadOnly) {
   host.forgetful = true;
   start(kSecureHouse);
   EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_THAT(last_state().reason, AllOf(HasSubstr("secured groups can only be read: "), HasSubstr("state file")));
+  EXPECT_TRUE(host.words.contains("secured groups can only be read: "));
   command(21.5);
   EXPECT_THAT(heard(), IsEmpty());
+  EXPECT_EQ(count("data-secure-refused"), 1U);
   ASSERT_THAT(outcomes(), SizeIs(1));
   EXPECT_NE(outcomes()[0], Outcome::kSent);
   secure_server->inject_cemi(from_device(0x0a07, {0x0c, 0x33}));

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "networks/knx/secure/line_keys.h"
 #include "networks/knx/wire/telegram.h"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
@@ -27,6 +28,7 @@ struct LineState {
   std::string reason;             ///< for the user: "all tunnels of the interface are in use (status 24)"
   std::string server;             ///< name and endpoint, as far as known
   wire::IndividualAddress own{};  ///< the tunnel's address; with routing: the configured one
+  bool tunnel_in_use = false;     ///< waits because the interface has no free tunnel for it
   bool bus = true;                ///< false: link up, bus down or silent (status 27, three times no L_Data.con)
 };
 
@@ -67,6 +69,8 @@ class Line {
   virtual Result<void> open() = 0;
   /// Ends a pause after a refusal: the line tries again in the next turn. False: there is no pause.
   virtual bool reopen() { return false; }
+  /// In a pause because of `tunnel_in_use`: tries the tunnel of another user at once. Else it does nothing.
+  virtual void use(secure::SessionKeys /*keys*/, wire::IndividualAddress /*tunnel*/) {}
   /// `done` is called exactly once, in a later turn, unless the line is destroyed. Reads use spare rate only.
   virtual void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) = 0;
   virtual const LineState& state() const = 0;

@@ -357,8 +357,8 @@ bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
   if (end.cause == Tunnel::Cause::kClosedByServer) return retries_closed(lived);
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (wire::meaning_of(end.status).remedy) {
-    case wire::Remedy::kRetry:
-    case wire::Remedy::kWaitForSlot: retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
+    case wire::Remedy::kWaitForSlot: state_.tunnel_in_use = true; [[fallthrough]];
+    case wire::Remedy::kRetry: retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
     case wire::Remedy::kConfiguration: retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
     case wire::Remedy::kBusDown:
       state_.bus = false;
@@ -411,8 +411,16 @@ bool TunnelLine::reopen() {
   return true;
 }
 
+void TunnelLine::use(secure::SessionKeys keys, wire::IndividualAddress tunnel) {
+  if (!state_.tunnel_in_use || !reopen()) return;
+  options_.secure = std::move(keys);
+  options_.wanted = tunnel;
+  uses_other_password_ = tried_other_password_ = false;
+}
+
 void TunnelLine::retry() {
   state_.phase = Phase::kOff;
+  state_.tunnel_in_use = false;
   ++counters_.attempts;
   if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
 }

@@ -47,6 +47,7 @@ class TunnelLine final : public Line {
   /// Fails if there are no sockets, or if the local port is in use. Does nothing unless the line is off.
   Result<void> open() override;
   bool reopen() override;
+  void use(secure::SessionKeys keys, wire::IndividualAddress tunnel) override;
   void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;

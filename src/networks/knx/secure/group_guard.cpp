@@ -78,6 +78,12 @@ GroupGuard::GroupGuard(Scheduler& scheduler, GroupKeys keys, GroupStorage storag
 
 Result<Bytes> GroupGuard::protect(wire::CemiCode code, const wire::Telegram& telegram, wire::IndividualAddress own) {
   if (!secures(telegram.destination)) return wire::write_telegram(code, telegram);
+  auto secured = encrypt(code, telegram, own);
+  ++(secured ? sent_ : refused_);
+  return secured;
+}
+
+Result<Bytes> GroupGuard::encrypt(wire::CemiCode code, const wire::Telegram& telegram, wire::IndividualAddress own) {
   const auto key = key_to_send(telegram.destination, own);
   if (!key) return fail(key.error());
   own_sequence_.raise(known_of(keys_, own));
@@ -89,7 +95,6 @@ Result<Bytes> GroupGuard::protect(wire::CemiCode code, const wire::Telegram& tel
   if (!secured)
     return fail(ErrorCode::kRefused, fmt::format("{} is secured, and nothing can be sent to it: {}",
                                                  to_string(telegram.destination), secured.error().text));
-  ++sent_;
   return secured;
 }
 
@@ -212,7 +217,8 @@ Result<GroupGuard::Peeked> GroupGuard::peek(const wire::DataFrame& frame) const 
 }
 
 std::map<std::string, std::uint64_t> GroupGuard::counters() const {
-  std::map<std::string, std::uint64_t> all{{"data-secure-sent", sent_}, {"data-secure-received", received_}};
+  std::map<std::string, std::uint64_t> all{
+      {"data-secure-sent", sent_}, {"data-secure-refused", refused_}, {"data-secure-received", received_}};
   for (std::size_t i = 1; i < kDrops; ++i) all[std::string(kCounters[i])] = dropped_[i];
   return all;
 }

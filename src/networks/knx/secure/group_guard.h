@@ -76,6 +76,7 @@ class GroupGuard {
   Opened check_secured(const wire::DataFrame& frame, wire::IndividualAddress own);
   Opened accept(const wire::DataFrame& frame, const SecuredApdu& secured, const Key& key);
   Result<const Key*> key_to_send(wire::GroupAddress group, wire::IndividualAddress own) const;
+  Result<Bytes> encrypt(wire::CemiCode code, const wire::Telegram& telegram, wire::IndividualAddress own);
   Result<Bytes> secure(const Bytes& plain, const Key& key);
 
   GroupKeys keys_;
@@ -83,7 +84,7 @@ class GroupGuard {
   SenderSequences senders_;
   mutable Ccm ccm_;
   std::array<std::uint64_t, kDrops> dropped_{};
-  std::uint64_t sent_ = 0, received_ = 0;
+  std::uint64_t sent_ = 0, refused_ = 0, received_ = 0;
 };
 
 }  // namespace rubicon::networks::knx::secure

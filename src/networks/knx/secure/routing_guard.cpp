@@ -51,6 +51,7 @@ Result<Bytes> check_of(const Key& key, ByteView timer) {
 Result<std::uint64_t> first_timer(const Scheduler& scheduler, const GroupStorage& storage, const Key& key) {
   if (!storage.stored) return 0;
   const auto stored = storage.stored(kTimerName);
+  if (!stored && stored.error().code == ErrorCode::kUnsupported) return 0;
   if (!stored) return fail(stored.error());
   if (!*stored) return 0;
   const ByteView row = **stored;
