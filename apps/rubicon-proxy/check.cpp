@@ -113,12 +113,15 @@ int check(const CheckOptions& options) {
   if (!island) return report(island.error());
   const ConfigPlaces places(options.file, options.overrides);
   print(warnings(**island, places), "warning: ");
-  const auto lacking = options.elsewhere ? std::vector<std::string>() : what_host_lacks(**island, transports, places);
-  if (!lacking.empty()) {
-    print(lacking);
+  const auto found = check_host(**island, transports, places);
+  print(found.warnings, "warning: ");
+  print(found.wrong);
+  if (!options.elsewhere && !found.lacking.empty()) {
+    print(found.lacking);
     fmt::print(stderr, "as seen on this host; `check --elsewhere` is for the files of another one\n");
     return kExitConfiguration;
   }
+  if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
   return options.against ? print_plan(options) : kExitOk;
 }

@@ -16,12 +16,14 @@ namespace rubicon::daemon {
 namespace {
 
 namespace fs = std::filesystem;
+using Kind = network::Missing::Kind;
 
 class Findings {
  public:
   explicit Findings(const ConfigPlaces& places) : places_(places) {}
 
-  void add(const std::vector<std::string>& path, std::string_view text) {
+  void add(const std::vector<std::string>& path, std::string_view text, Kind kind = Kind::kOnHost) {
+    auto& lines = kind == Kind::kOnHost ? found_.lacking : kind == Kind::kWrong ? found_.wrong : found_.warnings;
     lines.push_back(fmt::format("{}: {}: {}", places_.of(path), fmt::join(path, "."), text));
   }
   /// A file is to be made there. What we may not look into is left to who runs the island.
@@ -34,10 +36,11 @@ class Findings {
     add(path, fmt::format("there is no folder {}", folder.string()));
   }
 
-  std::vector<std::string> lines;
+  HostCheck take() { return std::move(found_); }
 
  private:
   const ConfigPlaces& places_;
+  HostCheck found_;
 };
 
 }  // namespace
@@ -58,13 +61,12 @@ std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
   return to_string(place);
 }
 
-std::vector<std::string> what_host_lacks(island::Island& island, transport::Transports& transports,
-                                         const ConfigPlaces& places) {
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places) {
   Findings findings(places);
   const auto& config = island.config();
   for (const auto& setup : config.networks) {
     for (const auto& one : island.networks().find(setup.id)->missing())
-      findings.add({"networks", setup.key, one.option}, one.text);
+      findings.add({"networks", setup.key, one.option}, one.text, one.kind);
   }
   if (config.engine.dds) {
     const auto good = tuples::dds::check_interfaces(config.engine.options, transport::interfaces());
@@ -77,7 +79,7 @@ std::vector<std::string> what_host_lacks(island::Island& island, transport::Tran
     for (const auto& [key, text] : web::faults_of_files(transports, *config.web, config.directory))
       findings.add({"web", key}, text);
   }
-  return std::move(findings.lines);
+  return findings.take();
 }
 
 }  // namespace rubicon::daemon

@@ -25,10 +25,14 @@ class ConfigPlaces {
   mutable std::optional<ConfigNode> root_;
 };
 
-/// What the configuration names and this host does not have: recordings, folders that are written to, interfaces,
-/// certificates. One
-/// line each, with its place.
-std::vector<std::string> what_host_lacks(island::Island& island, transport::Transports& transports,
-                                         const ConfigPlaces& places);
+/// Lines for the user, each with its place.
+struct HostCheck {
+  /// What the configuration names and this host does not have: recordings, folders that are written to, interfaces,
+  /// certificates.
+  std::vector<std::string> lacking;
+  std::vector<std::string> wrong;  ///< on each host, such as the password of a file
+  std::vector<std::string> warnings;
+};
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places);
 
 }  // namespace rubicon::daemon

@@ -224,6 +224,20 @@ const island::NetworkSetup& setup_of(const island::IslandConfig& config, const s
   return *std::find_if(config.networks.begin(), config.networks.end(), [&](const auto& one) { return one.id == id; });
 }
 
+/// What the files of the new and the changed networks show to be wrong, such as the password of a KNX keyring. Some 50
+/// ms for each keyring that changed, in the turn of the reload.
+Result<void> try_files(const island::IslandConfig& next, const network::Supervisor& trial) {
+  for (const auto& setup : next.networks) {
+    const auto* network = trial.find(setup.id);
+    if (network == nullptr) continue;
+    for (const auto& one : network->missing()) {
+      if (one.kind == network::Missing::Kind::kWrong)
+        return fail(ErrorCode::kInvalid, fmt::format("networks.{}.{}: {}", setup.key, one.option, one.text));
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 /// Warns of configured names that match no device: by the list of the network where there is one (the network created
@@ -255,6 +269,7 @@ Result<void> Island::Impl::try_options(const island::IslandConfig& next, island:
       std::ignore = add(setup_of(next, id), trial, next.directory, next.limits.devices, errors);
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  if (auto good = try_files(next, trial); !good) return good;
   warn_of_lost_names(next, trial, plan);
   return {};
 }

@@ -63,7 +63,8 @@ class NetworkHost {
   /// more than kMaxMemoryName bytes or other characters, a value of more than kMaxMemoryValue bytes; kBusy: the network
   /// has kMostMemories values, or the file is at its limit; else kIo.
   virtual Result<void> remember(std::string_view name, ByteView value, Keep keep);
-  /// That value; nullopt: there is none, also without a state file. An error if the file cannot be read.
+  /// That value; nullopt: there is none. kUnsupported: the island has no state file (the default); else an error if the
+  /// file cannot be read.
   virtual Result<std::optional<Bytes>> remembered(std::string_view name);
 
   virtual Scheduler& scheduler() = 0;
@@ -105,8 +106,14 @@ struct Control {
 
 /// What an option names and this host does not have: a file, an interface.
 struct Missing {
+  enum class Kind : std::uint8_t {
+    kOnHost,  ///< an error on this host only
+    kWrong,   ///< wrong on each host, as the files of the configuration show: a reload refuses it
+    kWarning  ///< the network works all the same, with less
+  };
   std::string option;
   std::string text;
+  Kind kind = Kind::kOnHost;
 };
 
 /// How long all networks of an island together may send last messages to their devices when the island ends.

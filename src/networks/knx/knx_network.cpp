@@ -279,18 +279,24 @@ std::vector<network::Missing> KnxNetwork::missing() const {
 
 void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
   auto access = derive_access(options_.secure, options_.line);
-  if (!access) return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text});
+  using Kind = network::Missing::Kind;
+  if (!access)
+    return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text,
+                          access.error().code == ErrorCode::kIo ? Kind::kOnHost : Kind::kWrong});
   if (!access->groups.groups.empty() && !remembers_)
     all.push_back({options_.secure.keyring ? "keyring" : "group-keys-file",
                    "its groups can only be read, and recorded telegrams are taken once more after each start: sequence "
-                   "numbers need a state file (state: {file: ...})"});
+                   "numbers need a state file (state: {file: ...})",
+                   Kind::kWarning});
   if (access->routing && !remembers_)
     all.push_back({options_.secure.keyring ? "keyring" : "backbone-key-file",
                    "recorded telegrams of secure routing can be replayed after a restart: its timer needs a state file "
-                   "(state: {file: ...})"});
+                   "(state: {file: ...})",
+                   Kind::kWarning});
   const auto without = add_without_keys(access->groups, options_.secured);
   if (!without.empty())
-    all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure)});
+    all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure),
+                   Kind::kWarning});
 }
 
 void KnxNetwork::line_changed(const line::LineState& state) {

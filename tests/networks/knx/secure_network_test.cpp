@@ -162,6 +162,7 @@ TEST_F(SecureKnx, WithoutAStateFileSecuredGroupsAreReadOnly) {
   const auto missing = network->missing();
   ASSERT_THAT(missing, SizeIs(1));
   EXPECT_THAT(missing[0].text, AllOf(HasSubstr("can only be read"), HasSubstr("taken once more")));
+  EXPECT_EQ(missing[0].kind, network::Missing::Kind::kWarning);
 }
 
 TEST_F(SecureKnx, ChangesOfPointsKeepTheSessionThoseOfKeysDoNot) {
@@ -186,6 +187,7 @@ TEST_F(SecureKnx, TheCheckOfTheConfigurationTriesThePassword) {
   ASSERT_THAT(missing, SizeIs(1));
   EXPECT_EQ(missing[0].option, "keyring");
   EXPECT_THAT(missing[0].text, HasSubstr("password"));
+  EXPECT_EQ(missing[0].kind, network::Missing::Kind::kWrong);
 }
 
 TEST_F(SecureKnx, SecureRoutingTakesTheBackboneOfTheKeyring) {
