@@ -34,6 +34,18 @@ const std::string kOtherMotes =
 const std::string kWaiting = "networks.dummy-new={type: dummy, simulate: {guest: {}, stranger: {}}}";
 const std::string kAsk = "discovery={rules: [{network: dummy-new, new-devices: ask}]}";
 
+/// One secure tunnel of the interface 1.1.0.
+support::KeyringElement hall_keyring() {
+  auto root = support::keyring_root("Hall");
+  root.add(support::KeyringElement{"Interface"}
+               .text("Type", "Tunneling")
+               .text("IndividualAddress", "1.1.200")
+               .text("Host", "1.1.0")
+               .text("UserID", "3")
+               .password("Password", "tunnel three"));
+  return root;
+}
+
 }  // namespace
 
 DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_examples_" + std::to_string(::getpid()))) {
@@ -134,9 +146,11 @@ void DemoIsland::write_files() const {
   auto protected_house = support::small_house(23);
   protected_house.password = "flatpass";
   write("hall.knxproj", protected_house.file());
-  write("hall.password", "flatpass\n");
-  write("hall.knxkeys", support::write_keyring(support::keyring_root("Hall"), "flatpass"));
-  fs::permissions(folder_ / "hall.password", fs::perms::owner_read | fs::perms::owner_write);
+  write("hall.knxkeys", support::write_keyring(hall_keyring(), "flatpass"));
+  for (const auto* name : {"hall.password", "project.password"}) {
+    write(name, "flatpass\n");
+    fs::permissions(folder_ / name, fs::perms::owner_read | fs::perms::owner_write);
+  }
 }
 
 std::vector<std::string> DemoIsland::command(const std::string& line, int seconds) const {

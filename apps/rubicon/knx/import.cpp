@@ -142,7 +142,7 @@ void add_import(Cli& cli, CLI::App* under) {
   auto* app = cli.command(
       {"import", "Convert a project or an export of ETS to a group file (YAML)",
        "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report goes to stderr\n"
-       "  rubicon knx import hall.knxproj --password-file hall.password --output hall.yaml\n"
+       "  rubicon knx import hall.knxproj --password-file project.password --output hall.yaml\n"
        "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # keeps what is in flat.yaml\n"
        "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
        under},
