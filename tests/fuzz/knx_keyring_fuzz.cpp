@@ -23,7 +23,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const auto& one : file->interfaces) {
     (void)ring->tunnel({one.address});
     (void)ring->tunnel({{}, one.host});
-    if (ring->groups(one.address).groups.size() > file->group_keys.size()) std::abort();
+  }
+  const auto keys = ring->groups();
+  if (keys.groups.size() > file->group_keys.size()) std::abort();
+  for (const auto& [address, key] : keys.groups) {
+    if (!key.key) std::abort();
   }
   return 0;
 }
