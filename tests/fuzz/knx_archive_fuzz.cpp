@@ -4,7 +4,7 @@
 #include "networks/knx/project/project.h"
 #include "networks/knx/project/zip_source.h"
 
-/// Input: a project of the ETS (.knxproj), plain or with the password `flatpass`.
+/// Input: a project of ETS (.knxproj), plain or with the password `flatpass`.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon::networks::knx;
   static const auto password = secure::Secret::of_text("flatpass");

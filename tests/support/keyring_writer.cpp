@@ -5,6 +5,7 @@
 
 #include "base/base64.h"
 #include "networks/knx/secure/crypto.h"
+#include "support/xml_text.h"
 
 namespace rubicon::support {
 
@@ -12,21 +13,6 @@ namespace {
 
 namespace secure = networks::knx::secure;
 using Attribute = KeyringElement::Attribute;
-
-std::string attribute_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\n': out += "&#10;"; break;
-      case '\t': out += "&#9;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 class KeyringWriter {
  public:
@@ -87,7 +73,7 @@ class KeyringWriter {
   static std::string xml(const KeyringElement& element, const std::string& indent) {
     std::string out = indent + "<" + element.name;
     for (const auto& attribute : element.attributes)
-      out += " " + attribute.name + "=\"" + attribute_text(attribute.value) + "\"";
+      out += " " + attribute.name + "=\"" + xml_attribute(attribute.value) + "\"";
     if (element.children.empty()) return out + " />\n";
     out += ">\n";
     for (const auto& child : element.children) out += xml(child, indent + "  ");

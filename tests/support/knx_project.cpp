@@ -9,24 +9,11 @@
 #include <stdexcept>
 
 #include "networks/knx/secure/passwords.h"
+#include "support/xml_text.h"
 
 namespace rubicon::support {
 
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\n': out += "&#xA;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 std::string document(unsigned schema, const std::string& body) {
   return fmt::format(
@@ -78,8 +65,9 @@ std::string objects_text(const KnxHouse& house, const KnxDevice& device, const s
     if (!object.instance.empty()) objects += " " + object.instance;
     objects += links_text(house, object);
     if (!object.parameter.empty())
-      parameters += fmt::format("<ParameterInstanceRef RefId=\"{}_{}P-{}_R-1\" Value=\"{}\"/>", program,
-                                object.in_module ? "MD-1_M-7_MI-1_" : "", object.number, escaped(object.parameter));
+      parameters +=
+          fmt::format("<ParameterInstanceRef RefId=\"{}_{}P-{}_R-1\" Value=\"{}\"/>", program,
+                      object.in_module ? "MD-1_M-7_MI-1_" : "", object.number, xml_attribute(object.parameter));
   }
   auto out = fmt::format(
       "<ParameterInstanceRefs>{}</ParameterInstanceRefs><ComObjectInstanceRefs>{}"
@@ -116,7 +104,7 @@ std::string topology_text(const KnxHouse& house) {
         "<DeviceInstance Id=\"P-00F1-0_DI-{0}\"{1} Name=\"{2}\" ProductRefId=\"M-00FA_H-1_P-{0}\" "
         "Hardware2ProgramRefId=\"M-00FA_H-1_HP-{0}\"><Security ToolKey=\"AAAAAAAAAAAAAAAAAAAAAA==\"/>{3}"
         "</DeviceInstance>",
-        i + 1, address, escaped(device.name), objects_text(house, device, program_id(i)));
+        i + 1, address, xml_attribute(device.name), objects_text(house, device, program_id(i)));
   }
   std::string out;
   for (const auto& [area, lines] : areas) {
@@ -143,7 +131,7 @@ std::string room_text(const KnxHouse& house, const std::string& room) {
   for (std::size_t i = 0; i < house.functions.size(); ++i) {
     if (house.functions[i].room != room) continue;
     out += fmt::format("<Function Id=\"P-00F1-0_F-{}\" Name=\"{}\" Type=\"FT-1\">", i + 1,
-                       escaped(house.functions[i].name));
+                       xml_attribute(house.functions[i].name));
     for (const auto& [group, role] : house.functions[i].groups)
       out += fmt::format("<GroupAddressRef Name=\"\" Role=\"{}\" RefId=\"P-00F1-0_GA-{}\"/>", role, group);
     out += "</Function>";
@@ -162,17 +150,18 @@ std::string locations_text(const KnxHouse& house) {
     if (room.empty()) continue;
     const auto slash = room.find('/');
     out += fmt::format("<{0} Type=\"Floor\" Name=\"{1}\"><{0} Type=\"Room\" Name=\"{2}\">{3}</{0}></{0}>", element,
-                       escaped(room.substr(0, slash)), escaped(room.substr(slash + 1)), room_text(house, room));
+                       xml_attribute(room.substr(0, slash)), xml_attribute(room.substr(slash + 1)),
+                       room_text(house, room));
   }
   const auto* list = house.schema < 12 ? "Buildings" : "Locations";
-  return fmt::format("<{0}><{1} Type=\"Building\" Name=\"{2}\">{3}</{1}></{0}>", list, element, escaped(house.name),
-                     out);
+  return fmt::format("<{0}><{1} Type=\"Building\" Name=\"{2}\">{3}</{1}></{0}>", list, element,
+                     xml_attribute(house.name), out);
 }
 
 std::string group_text(const KnxGroup& group, std::size_t place) {
   auto out = fmt::format("<GroupAddress Id=\"P-00F1-0_GA-{}\" Address=\"{}\" Name=\"{}\"", place, group.address,
-                         escaped(group.name));
-  if (!group.description.empty()) out += fmt::format(" Description=\"{}\"", escaped(group.description));
+                         xml_attribute(group.name));
+  if (!group.description.empty()) out += fmt::format(" Description=\"{}\"", xml_attribute(group.description));
   if (!group.type.empty()) out += fmt::format(" DatapointType=\"{}\"", group.type);
   return out + (group.more.empty() ? "" : " " + group.more) + "/>";
 }
@@ -223,7 +212,7 @@ std::string tables_text(const KnxDevice& device, const std::string& program, boo
         "ReadFlag=\"Disabled\" WriteFlag=\"Disabled\" CommunicationFlag=\"Disabled\" TransmitFlag=\"Disabled\"/>",
         id, object.number, object.size);
     references += fmt::format("<ComObjectRef Id=\"{}\" RefId=\"{}\" Text=\"{}\" FunctionText=\"{}\"{}{}{}/>", reference,
-                              id, escaped(object.text), escaped(object.function), flags_text(object.flags),
+                              id, xml_attribute(object.text), xml_attribute(object.function), flags_text(object.flags),
                               object.type.empty() ? "" : fmt::format(" DatapointType=\"{}\"", object.type),
                               object.parameter.empty() ? ""
                                                        : fmt::format(" TextParameterRefId=\"{}{}P-{}_R-1\"", prefix,
@@ -287,7 +276,7 @@ std::string KnxHouse::installation_xml() const {
 std::string KnxHouse::project_xml() const {
   return document(schema, fmt::format("<Project Id=\"P-00F1\"><ProjectInformation Name=\"{}\" GroupAddressStyle=\"{}\" "
                                       "ProjectPassword=\"in the clear\"/></Project>",
-                                      escaped(name), style));
+                                      xml_attribute(name), style));
 }
 
 std::vector<ZipEntry> KnxHouse::entries() const {

@@ -12,7 +12,7 @@ namespace rubicon::cli::knx {
 struct BusOptions {
   std::string direct;  ///< HOST or HOST:PORT of a KNXnet/IP interface; empty = through the running island
   bool tcp = false;    ///< with `direct`: by TCP, else UDP; always with `keyring`
-  /// With `direct`: a keyring of the ETS, the file with its password (empty = RUBICON_KNX_PASSWORD), the interface that
+  /// With `direct`: a keyring of ETS, the file with its password (empty = RUBICON_KNX_PASSWORD), the interface that
   /// is meant if the keyring has several, and the tunnel to take (empty = that of the smallest user number).
   std::string keyring, password_file, server, tunnel_address;
   std::string group_keys;  ///< with `direct`: a file with keys of groups

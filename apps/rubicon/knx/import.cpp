@@ -84,7 +84,7 @@ int put(const ImportOptions& options, const std::string& text) {
   return written ? kGood : kFailed;
 }
 
-/// The points of a project or of a list, which is told by the file.
+/// The points of a project or of a list; the content of the file decides which it is.
 Result<networks::knx::groups::Import> read_file(const ImportOptions& options,
                                                 const networks::knx::groups::ImportOptions& how) {
   namespace project = networks::knx::project;

@@ -33,23 +33,23 @@ struct Pick {
 };
 
 /// The addresses of the options.
-Result<Keyring::Wish> wish_of(const KeyringOptions& options) {
-  Keyring::Wish wish;
+Result<Keyring::Selection> selection_of(const KeyringOptions& options) {
+  Keyring::Selection selection;
   for (const auto& [text, into] :
-       {std::pair(&options.tunnel, &wish.tunnel), std::pair(&options.server, &wish.server)}) {
+       {std::pair(&options.tunnel, &selection.tunnel), std::pair(&options.server, &selection.server)}) {
     if (text->empty()) continue;
     const auto address = networks::knx::wire::parse_individual(*text);
     if (!address) return fail(address.error());
     *into = *address;
   }
-  return wish;
+  return selection;
 }
 
 /// The wanted tunnel, else one of each server.
-std::vector<Pick> picks_of(const Keyring& keyring, const KeyringFile& file, const Keyring::Wish& wish) {
+std::vector<Pick> picks_of(const Keyring& keyring, const KeyringFile& file, const Keyring::Selection& selection) {
   std::vector<Pick> picks;
-  if (wish.tunnel || wish.server) {
-    picks.push_back({wish.server.value_or(IndividualAddress{}), keyring.tunnel(wish)});
+  if (selection.tunnel || selection.server) {
+    picks.push_back({selection.server.value_or(IndividualAddress{}), keyring.tunnel(selection)});
     return picks;
   }
   std::set<IndividualAddress> servers;
@@ -220,14 +220,14 @@ Result<std::optional<Keyring>> open(transport::Transports& disk, const KeyringOp
 }
 
 int show(const Settings& settings, const KeyringOptions& options) {
-  const auto wish = wish_of(options);
-  if (!wish) return failed(wish.error().text);
+  const auto selection = selection_of(options);
+  if (!selection) return failed(selection.error().text);
   transport::LocalTransports disk;
   const auto file = networks::knx::keyring::read_keyring(disk, options.file);
   if (!file) return failed(file.error().text);
   const auto keyring = open(disk, options, *file);
   if (!keyring) return failed(keyring.error().text);
-  const auto picks = *keyring ? picks_of(**keyring, *file, *wish) : std::vector<Pick>();
+  const auto picks = *keyring ? picks_of(**keyring, *file, *selection) : std::vector<Pick>();
   Output out(1);
   if (settings.json) {
     out.line(model::dump(as_json(*file, *keyring, picks)));

@@ -44,7 +44,7 @@ class SecureSessions {
     Bytes frame;
   };
 
-  /// `ended`: a session ended, whoever ended it; its tunnels must end.
+  /// `ended`: a session was ended by either side; its tunnels must end.
   SecureSessions(Scheduler& scheduler, SecureOptions options, std::function<void(std::uint16_t session)> ended);
   SecureSessions(const SecureSessions&) = delete;
   SecureSessions& operator=(const SecureSessions&) = delete;

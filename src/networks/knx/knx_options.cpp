@@ -165,7 +165,7 @@ std::string path_of(const network::NetworkConfig& config, const std::string& nam
   return std::filesystem::path(base::resolve_path(config.directory, name)).lexically_normal().string();
 }
 
-/// The points of a project of the ETS.
+/// The points of a project of ETS.
 Result<groups::Import> import_project(const network::NetworkConfig& config, transport::Transports& transports,
                                       std::unique_ptr<transport::FileSource> file, const std::string& path,
                                       bool guess) {
@@ -197,7 +197,7 @@ groups::Import import_groups(const network::NetworkConfig& config, transport::Tr
   const auto is_project = project::is_project(**file, path);
   if (!is_project) return refused(is_project.error());
   if (!*is_project && config.options.has("import-password-file"))
-    config.options.error("import-password-file", "is only for projects of the ETS (.knxproj)");
+    config.options.error("import-password-file", "is only for projects of ETS (.knxproj)");
   Result<groups::Import> imported = groups::Import{};
   if (*is_project) {
     imported = import_project(config, transports, std::move(*file), path, guess);

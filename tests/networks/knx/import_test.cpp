@@ -75,7 +75,7 @@ TEST_F(KnxImports, APasswordFileWithoutAProjectIsAnError) {
   host.files.put("flat.csv", "Lamp;1/0/1;;;;DPST-1-1;\n");
   host.files.put("right", "flatpass\n");
   EXPECT_THAT(errors_of(R"({"host": "10.0.0.9", "import": "flat.csv", "import-password-file": "right"})"),
-              HasSubstr("is only for projects of the ETS"));
+              HasSubstr("is only for projects of ETS"));
   EXPECT_THAT(errors_of(R"({"host": "10.0.0.9", "import-password-file": "right"})"),
               HasSubstr("is given without 'import'"));
 }

@@ -190,8 +190,8 @@ bool Keyring::has_secure_tunnel() const {
   return std::any_of(interfaces_.begin(), interfaces_.end(), [](const auto& one) { return one.is_secure_tunnel(); });
 }
 
-Result<TunnelAccess> Keyring::tunnel(const Wish& wish) const {
-  return wish.tunnel ? wanted_tunnel(*wish.tunnel) : free_tunnel(wish);
+Result<TunnelAccess> Keyring::tunnel(const Selection& selection) const {
+  return selection.tunnel ? wanted_tunnel(*selection.tunnel) : free_tunnel(selection);
 }
 
 Result<TunnelAccess> Keyring::wanted_tunnel(wire::IndividualAddress address) const {
@@ -207,26 +207,26 @@ Result<TunnelAccess> Keyring::wanted_tunnel(wire::IndividualAddress address) con
   return access_of(*found);
 }
 
-Result<TunnelAccess> Keyring::free_tunnel(const Wish& wish) const {
+Result<TunnelAccess> Keyring::free_tunnel(const Selection& selection) const {
   std::vector<const Interface*> all;
   std::set<wire::IndividualAddress> hosts;
   for (const auto& one : interfaces_) {
     if (!one.is_secure_tunnel()) continue;
-    if (wish.server && number(one.access.host) != 0 && one.access.host != *wish.server) continue;
+    if (selection.server && number(one.access.host) != 0 && one.access.host != *selection.server) continue;
     all.push_back(&one);
     hosts.insert(one.access.host);
   }
   if (all.empty())
-    return fail(ErrorCode::kNotFound, wish.server
+    return fail(ErrorCode::kNotFound, selection.server
                                           ? fmt::format("the keyring has no tunnel of the interface {}, only: {}",
-                                                        to_string(*wish.server), tunnels_text())
+                                                        to_string(*selection.server), tunnels_text())
                                           : std::string("the keyring has no tunnel with a user and a password"));
-  if (!wish.server && hosts.size() > 1)
+  if (!selection.server && hosts.size() > 1)
     return fail(ErrorCode::kInvalid,
                 fmt::format("the keyring has tunnels of several interfaces, name one: {}", tunnels_text()));
   std::sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->access.user < b->access.user; });
   for (const auto* one : all) {
-    if (std::find(wish.taken.begin(), wish.taken.end(), one->access.address) == wish.taken.end())
+    if (std::find(selection.taken.begin(), selection.taken.end(), one->access.address) == selection.taken.end())
       return access_of(*one);
   }
   return fail(ErrorCode::kBusy, fmt::format("all tunnels of the keyring are in use: {}", tunnels_text()));

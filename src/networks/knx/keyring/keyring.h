@@ -68,14 +68,14 @@ class Keyring {
   static Result<Keyring> open(const KeyringFile& file, const Cipher& cipher);
 
   /// Which tunnel is wanted: by its own address, else by that of its server.
-  struct Wish {
+  struct Selection {
     std::optional<wire::IndividualAddress> tunnel{}, server{};
     std::span<const wire::IndividualAddress> taken{};  ///< tunnels that are in use
   };
   /// The wanted tunnel, else the free tunnel of the server that has the lowest user number; without a server, that of
   /// the only server of the keyring. kNotFound: no such tunnel, or it has no user or password; kBusy: all are taken;
   /// kInvalid: several servers. Each names what the keyring has.
-  Result<TunnelAccess> tunnel(const Wish& wish) const;
+  Result<TunnelAccess> tunnel(const Selection& selection) const;
   /// nullopt: the keyring has no backbone key.
   const std::optional<RoutingAccess>& routing() const { return routing_; }
   /// Senders are those of the interface that has the line's address, or of all interfaces for a group that it is not
@@ -102,7 +102,7 @@ class Keyring {
   Result<void> decrypt(const KeyringFile::Device& from, const Cipher& cipher);
   void add_links(secure::GroupKeys& keys) const;
   Result<TunnelAccess> wanted_tunnel(wire::IndividualAddress address) const;
-  Result<TunnelAccess> free_tunnel(const Wish& wish) const;
+  Result<TunnelAccess> free_tunnel(const Selection& selection) const;
   TunnelAccess access_of(const Interface& interface) const;
   std::string tunnels_text() const;
 

@@ -21,7 +21,7 @@ struct ReadOptions {
   std::size_t kept = kMaxKept;  ///< bytes that may be kept of it
 };
 
-/// A project of the ETS.
+/// A project of ETS.
 struct Project {
   std::string id, name;  ///< `P-0242`
   unsigned schema = 0;

@@ -40,7 +40,7 @@ Result<void> ProjectFile::find_schema() {
   SchemaDocument master;
   auto read = read_entry(std::string(kMaster), master);
   if (!read && read.error().code == ErrorCode::kNotFound)
-    return fail(ErrorCode::kInvalid, fmt::format("has no entry {}, expected a project of the ETS (.knxproj)", kMaster));
+    return fail(ErrorCode::kInvalid, fmt::format("has no entry {}, expected a project of ETS (.knxproj)", kMaster));
   if (!read) return read;
   const auto schema = master.schema();
   if (!schema || *schema < kOldestSchema)

@@ -101,7 +101,7 @@ class RoutingGuard {
   Ccm ccm_;
   std::deque<Seen> seen_;
   std::deque<Seen> notifies_;  ///< the last that were sent: multicast brings them back
-  std::uint64_t floor_ = 0;    ///< an older wrapper can no longer be told from a repetition
+  std::uint64_t floor_ = 0;    ///< an older wrapper can no longer be distinguished from a repetition
   std::uint64_t began_ = 0;    ///< the timer when it was synchronised: what is older may have been taken before
   std::uint64_t limit_ = 0;    ///< what is stored: no timer beyond it was sent
   bool used_ = false;          ///< a timer was sent

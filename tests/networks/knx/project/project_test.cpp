@@ -269,7 +269,7 @@ TEST(KnxProject, WhatIsMissingIsNamed) {
     std::erase_if(rest, [&](const ZipEntry& entry) { return entry.name.starts_with(name); });
     return error_of(support::zip_of(rest)).text;
   };
-  EXPECT_THAT(without("knx_master"), HasSubstr("has no entry knx_master.xml, expected a project of the ETS"));
+  EXPECT_THAT(without("knx_master"), HasSubstr("has no entry knx_master.xml, expected a project of ETS"));
   EXPECT_THAT(without("P-"), HasSubstr("has no project"));
   EXPECT_THAT(without("P-00F1/0"), HasSubstr("the project P-00F1 has no entry 0.xml"));
   EXPECT_THAT(without("P-00F1/project"), HasSubstr("the project P-00F1 has no entry project.xml"));
