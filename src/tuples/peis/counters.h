@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+namespace rubicon::tuples::peis {
+
+/// What a node counted since its start; each number names something that was not done.
+struct Counters {
+  std::uint64_t bad_streams = 0;       ///< connections closed for bytes that are no packages
+  std::uint64_t foreign_versions = 0;  ///< connections and announcements of another protocol version
+  std::uint64_t foreign_networks = 0;  ///< connections and announcements of another network
+  std::uint64_t bad_announcements = 0;
+  std::uint64_t bad_bodies = 0;       ///< node-level packages that could not be decoded
+  std::uint64_t high_ports = 0;       ///< packages with a port above 49
+  std::uint64_t bad_ids = 0;          ///< packages with a source or destination of 0 or below
+  std::uint64_t hop_limit = 0;        ///< packages that reached 14 hops
+  std::uint64_t loops = 0;            ///< packages that would go back where they came from
+  std::uint64_t duplicates = 0;       ///< packages received before
+  std::uint64_t unknown_sources = 0;  ///< messages of hosts that were not up
+  std::uint64_t no_route = 0;         ///< packages to forward to a host without a route
+  std::uint64_t queue_full = 0;       ///< packages to forward that found the link busy
+  std::uint64_t forged_deaths = 0;    ///< DEAD_HOST by others than the host
+  std::uint64_t time_messages = 0;    ///< TIMESYNC, always ignored
+  std::uint64_t too_many_hosts = 0;
+  std::uint64_t too_many_routes = 0;
+  std::uint64_t too_many_links = 0;  ///< connections refused
+  std::uint64_t fragments_dropped = 0;
+  std::uint64_t stuck_links = 0;  ///< connections without progress for 2 s
+  std::uint64_t silent_links = 0;
+  std::uint64_t resends = 0;
+  std::uint64_t given_up = 0;     ///< messages
+  std::uint64_t own_id_seen = 0;  ///< connections and infos of another node with this node's id
+};
+
+}  // namespace rubicon::tuples::peis
