@@ -1,8 +1,10 @@
 #include "transport/asio_tcp.h"
 
 #include <fmt/format.h>
+#include <linux/sockios.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -37,6 +39,7 @@ struct Connection final : AsioTraffic<tcp::socket> {
   void set_options();
   void connect(const tcp::endpoint& remote);
   void connected_or_not(const error_code& error);
+  std::size_t unacknowledged();
   void abort();
 
   asio::steady_timer deadline;
@@ -100,6 +103,14 @@ void Connection::connected_or_not(const error_code& error) {
   lose(std::move(why));
 }
 
+/// SIOCOUTQ: what the socket holds, sent or not, until it is acknowledged (tcp(7)).
+std::size_t Connection::unacknowledged() {
+  if (!connected) return waits();
+  int held_by_socket = 0;
+  if (::ioctl(socket.native_handle(), SIOCOUTQ, &held_by_socket) != 0) held_by_socket = 0;
+  return waits() + static_cast<std::size_t>(held_by_socket);
+}
+
 /// Closing with a linger time of 0 resets the connection and discards unsent data (socket(7), SO_LINGER).
 void Connection::abort() {
   if (socket.is_open()) set(socket, SOL_SOCKET, SO_LINGER, ::linger{1, 0});
@@ -122,6 +133,7 @@ class AsioTcp final : public TcpStream {
   void hold(bool held) override { connection_->hold(held); }
   std::size_t queued() const override { return connection_->waits(); }
   bool connected() const override { return connection_->connected; }
+  std::size_t unacknowledged() const override { return connection_->unacknowledged(); }
   Endpoint local() const override {
     error_code error;
     const auto bound = connection_->connected ? connection_->socket.local_endpoint(error) : tcp::endpoint();

@@ -30,6 +30,9 @@ using TcpCalls = StreamCalls;
 class TcpStream : public ByteStream {
  public:
   virtual bool connected() const = 0;
+  /// Bytes of send() that the other end's system has not acknowledged, with those of queued(); 0 after the connection
+  /// was lost. It acknowledges what its buffers take, which its program may not have read.
+  virtual std::size_t unacknowledged() const = 0;
   /// Aborts the connection: nothing more is sent, not even what the system accepted (RFC 9293, section 3.10.5). No
   /// calls follow; destroy the stream next.
   virtual void abort() = 0;

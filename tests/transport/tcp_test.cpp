@@ -162,6 +162,28 @@ TEST_P(Tcp, AStreamWithoutAReaderRefusesMoreAndLosesNothing) {
   EXPECT_TRUE(client.stream->send(base::as_bytes(block)));
 }
 
+TEST_P(Tcp, WhatTheOtherEndHasNotAcknowledgedIsCounted) {
+  ASSERT_TRUE(client.open(transports(), server->at()));
+  ASSERT_TRUE(client.stream->send(base::as_bytes("early")));
+  EXPECT_EQ(client.stream->unacknowledged(), 5u) << "waits for the connection";
+  ASSERT_TRUE(world->until([&] { return server->heard == "early" && client.stream->unacknowledged() == 0; }));
+
+  server->read(false);
+  const std::string block(16 * 1024, 'x');
+  std::size_t taken = 0;
+  for (int i = 0; i < 5000 && client.stream->send(base::as_bytes(block)); ++i) taken += block.size();
+  EXPECT_GT(client.stream->unacknowledged(), 0u);
+  EXPECT_GE(client.stream->unacknowledged(), client.stream->queued());
+  EXPECT_LE(client.stream->unacknowledged(), taken);
+  server->read(true);
+  EXPECT_TRUE(world->until([&] { return client.stream->unacknowledged() == 0; }));
+  EXPECT_TRUE(world->until([&] { return server->heard.size() == 5 + taken; }));
+
+  server->hang_up();
+  ASSERT_TRUE(world->until([&] { return !client.failures.empty(); }));
+  EXPECT_EQ(client.stream->unacknowledged(), 0u);
+}
+
 TEST_P(Tcp, TheOtherEndsCloseIsReportedOnceAndNothingIsSentAfterIt) {
   connect();
   server->send("bye");

@@ -17,7 +17,8 @@ struct MemoryTcp::End {
   TcpCalls calls;
   std::weak_ptr<End> peer;
   Bytes queue;
-  Bytes kept;  ///< arrived while held
+  std::size_t in_flight = 0;  ///< bytes that left the queue and have not arrived
+  Bytes kept;                 ///< arrived while held
   bool held = false;
   bool connected = false, lost = false, alive = true, flushing = false;
   Timer deadline;
@@ -57,6 +58,7 @@ class MemoryStream final : public TcpStream {
   void hold(bool held) override { net_.hold(end_, held); }
   std::size_t queued() const override { return end_->queue.size(); }
   bool connected() const override { return end_->connected; }
+  std::size_t unacknowledged() const override { return end_->lost ? 0 : end_->queue.size() + end_->in_flight; }
   Endpoint local() const override { return end_->connected ? end_->local : Endpoint{}; }
   Endpoint remote() const override { return end_->connected ? end_->remote : Endpoint{}; }
 
@@ -209,7 +211,11 @@ void MemoryTcp::accept(const EndPtr& client, const Accept& accept) {
 void MemoryTcp::flush(const EndPtr& end) {
   const auto peer = end->peer.lock();
   if (stalled_ || !end->connected || !peer || peer->held || end->queue.empty()) return;
-  after_transit([this, peer, bytes = std::exchange(end->queue, {})] { arrive_at(*peer, bytes, segment); });
+  end->in_flight += end->queue.size();
+  after_transit([this, end, peer, bytes = std::exchange(end->queue, {})] {
+    end->in_flight -= bytes.size();
+    arrive_at(*peer, bytes, segment);
+  });
 }
 
 void MemoryTcp::hold(const EndPtr& end, bool held) {

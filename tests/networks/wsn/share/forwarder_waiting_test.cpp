@@ -192,6 +192,7 @@ class BrokenStream final : public transport::TcpStream {
   void hold(bool) override {}
   std::size_t queued() const override { return 0; }
   bool connected() const override { return true; }
+  std::size_t unacknowledged() const override { return 0; }
   void abort() override {}
   transport::Endpoint local() const override { return {"127.0.0.1", 9002}; }
   transport::Endpoint remote() const override { return {"127.0.0.1", 40000}; }
