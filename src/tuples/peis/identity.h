@@ -5,14 +5,11 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "rubicon/address.hpp"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
 namespace rubicon::tuples::peis {
-
-/// The id of a component, 1..2^31-1: kernels close connections on negative ones and do not acknowledge to 0.
-using PeisId = std::uint32_t;
-constexpr PeisId kLargestId = 0x7fffffff;
 
 /// What a component of ours says to another one, on port 40, which G6 ignores. 4 bytes `RBC1`, version u16, lease in
 /// milliseconds u32, incarnation u64, big-endian, then the host id as text.
@@ -34,7 +31,7 @@ Result<Hello> decode_hello(ByteView body);
 
 /// Who a host is.
 struct Identity {
-  PeisId id = 0;
+  OwnerId id{};
   std::uint32_t magic = 0;  ///< of its start
   std::string host_name;
   std::string full_name;       ///< `name@host!pid`

@@ -15,11 +15,12 @@
 #include "transport/transports.h"
 #include "tuples/peis/counters.h"
 #include "tuples/peis/identity.h"
+#include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
 
 struct NodeOptions {
-  PeisId id = 0;                    ///< 1..2^31-1
+  OwnerId id = 0;                   ///< 1..2^31-1
   std::uint32_t magic = 0;          ///< this start, 1..2^31-1; differs from that of every former start
   std::string network = "default";  ///< at most 63 bytes; nodes of other networks are not seen
   std::string host_name;            ///< without its domain, at most 63 bytes; G6 uses loopback only between equal ones
@@ -54,17 +55,17 @@ enum class HostEvent {
 struct NodeCalls {
   /// A message of a host between its kUp and its kLeft or kLost; the bytes are valid during the call. The ports are
   /// those of tuples (5, 6, 7, 10, 15, 16) and of ours (41 to 49): the node answers all others itself.
-  std::function<void(PeisId from, std::uint16_t port, ByteView body)> message;
+  std::function<void(OwnerId from, Port port, ByteView body)> message;
   std::function<void(HostEvent event, const Identity& host)> host;
   /// There is room again for messages to a host for which send() gave kBusy.
-  std::function<void(PeisId to)> ready;
+  std::function<void(OwnerId to)> ready;
   /// Another live node uses this node's id. Called once per magic of the other.
   std::function<void(const Identity& other)> id_taken;
 };
 
 /// A connection, for `kernel.connections` and diagnosis.
 struct LinkState {
-  PeisId peer = 0;
+  OwnerId peer{};
   transport::Endpoint remote;
   std::uint64_t bytes_in = 0, bytes_out = 0;
   bool ours = false;  ///< the peer said hello
@@ -72,11 +73,11 @@ struct LinkState {
 
 /// A line of `kernel.routingTable`.
 struct RouteState {
-  PeisId to = 0, via = 0;
+  OwnerId to{}, via{};
   int metric = 0;
 };
 
-/// A node of a PEIS network (G6, protocol 500; specs: docs/peis.md): discovery, connections, routing, acknowledged
+/// A node of a PEIS network (G6, protocol 500): discovery, connections, routing, acknowledged
 /// messages. Bodies pass unread. Destroying it says goodbye (DEAD_HOST) and closes all.
 class Node {
  public:
@@ -91,17 +92,17 @@ class Node {
   /// package arrive later (G6 has no order; between nodes of ours packages are lost only with a link on the way).
   /// kNotFound: no such host is up; kBusy: too much waits for it, ready() follows; kOutOfRange: longer than 16 MiB or a
   /// port above 49, which kills kernels.
-  Result<void> send(PeisId to, std::uint16_t port, ByteView body, Done done = {});
+  Result<void> send(OwnerId to, Port port, ByteView body, Done done = {});
   /// Sends a message to all hosts, once and without acknowledgement. kOutOfRange: longer than 1024 bytes or a port
   /// above 49.
-  Result<void> broadcast(std::uint16_t port, ByteView body);
+  Result<void> broadcast(Port port, ByteView body);
 
   /// The hosts that are up, by id.
   std::vector<Identity> hosts() const;
   /// Null: not up. Valid until the next turn.
-  const Identity* host(PeisId id) const;
+  const Identity* host(OwnerId id) const;
   /// Messages to the host that wait or are not acknowledged, in packages; 0 = none.
-  std::size_t unacknowledged(PeisId to) const;
+  std::size_t unacknowledged(OwnerId to) const;
 
   transport::Endpoint local() const;  ///< where it listens
   std::vector<LinkState> links() const;
