@@ -18,6 +18,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"transport", {}},
     {"tuples", {}},
     {"tuples/dds", {"transport"}},
+    {"tuples/peis", {"transport"}},
     {"network", {"transport"}},
     {"motes", {}},
     {"recording", {}},
@@ -91,9 +92,9 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; KNX Secure, which has keys; KNX
-/// projects, which are archives.
-const Names kRooms{"tuples/dds", "networks/knx/project", "networks/knx/secure"};
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; KNX
+/// Secure, which has keys; KNX projects, which are archives.
+const Names kRooms{"tuples/dds", "tuples/peis", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
   for (const auto& room : kRooms) {
