@@ -62,8 +62,8 @@ void put_address(std::span<std::uint8_t> out, const HostAddress& address) {
 }
 
 /// The 544 bytes that announcements and HOSTINFO have in common.
-Result<HostInfo> read_host(std::string_view body, ByteView bytes) {
-  HostInfo host;
+Result<HostRecord> read_host(std::string_view body, ByteView bytes) {
+  HostRecord host;
   const auto id = id_at(body, "host id", bytes, 0);
   if (!id) return fail(id.error());
   host.id = *id;
@@ -84,7 +84,7 @@ Result<HostInfo> read_host(std::string_view body, ByteView bytes) {
   return host;
 }
 
-void put_host(std::span<std::uint8_t> out, const HostInfo& host) {
+void put_host(std::span<std::uint8_t> out, const HostRecord& host) {
   RUBICON_ASSERT(host.addresses.size() <= kMaxAddresses);
   put_id(out, 0, host.id);
   put_u32(out, 4, host.magic);
@@ -140,18 +140,18 @@ Bytes write(const ConnectMessage& message) {
   return out;
 }
 
-Result<HostInfoMessage> read_host_info(ByteView body) {
+Result<HostRecordMessage> read_host_info(ByteView body) {
   constexpr std::string_view kBody = "HOSTINFO";
-  if (const auto size = expect_size(kBody, body, kHostInfoSize + 8); !size) return fail(size.error());
+  if (const auto size = expect_size(kBody, body, kHostRecordSize + 8); !size) return fail(size.error());
   auto host = read_host(kBody, body);
   if (!host) return fail(host.error());
-  return HostInfoMessage{std::move(*host), body[kHostInfoSize] != 0};
+  return HostRecordMessage{std::move(*host), body[kHostRecordSize] != 0};
 }
 
-Bytes write(const HostInfoMessage& message) {
-  Bytes out(kHostInfoSize + 8);
+Bytes write(const HostRecordMessage& message) {
+  Bytes out(kHostRecordSize + 8);
   put_host(out, message.host);
-  out[kHostInfoSize] = message.cached ? 1 : 0;
+  out[kHostRecordSize] = message.cached ? 1 : 0;
   return out;
 }
 

@@ -65,7 +65,7 @@ struct HostAddress {
 };
 
 /// Who a component is and where it listens, 544 bytes. The time at 528 means nothing to others: written as zero.
-struct HostInfo {
+struct HostRecord {
   OwnerId id{};
   std::uint32_t magic = 0;             ///< random at each start: tells incarnations apart
   std::string host_name;               ///< texts longer than kMaxNameLength are cut when written
@@ -73,15 +73,15 @@ struct HostInfo {
   std::vector<HostAddress> addresses;  ///< at most kMaxAddresses
   OwnerId cluster{};                   ///< the lowest id that it can reach
   std::uint32_t flags = 0;
-  friend bool operator==(const HostInfo&, const HostInfo&) = default;
+  friend bool operator==(const HostRecord&, const HostRecord&) = default;
 };
 inline constexpr std::size_t kMaxAddresses = 16;
-inline constexpr std::size_t kHostInfoSize = 544;
+inline constexpr std::size_t kHostRecordSize = 544;
 
 /// The datagram of the announcer of a host, 616 bytes (section 3.2).
 struct Announcement {
   std::string network;  ///< 1 to kMaxNameLength bytes
-  HostInfo host;
+  HostRecord host;
   friend bool operator==(const Announcement&, const Announcement&) = default;
 };
 inline constexpr std::size_t kAnnouncementSize = 616;
@@ -204,13 +204,13 @@ Result<QueryHost> read_query_host(ByteView body);
 Bytes write(const QueryHost& query);
 
 /// HOSTINFO.
-struct HostInfoMessage {
-  HostInfo host;
+struct HostRecordMessage {
+  HostRecord host;
   bool cached = false;  ///< from a host on the way that knows the one that was asked
-  friend bool operator==(const HostInfoMessage&, const HostInfoMessage&) = default;
+  friend bool operator==(const HostRecordMessage&, const HostRecordMessage&) = default;
 };
-Result<HostInfoMessage> read_host_info(ByteView body);
-Bytes write(const HostInfoMessage& message);
+Result<HostRecordMessage> read_host_info(ByteView body);
+Bytes write(const HostRecordMessage& message);
 
 /// Why a host is dead. Kernels act only on kLost (section 6.1, 3). Others may come.
 enum class DeathReason : std::uint32_t { kMessage = 0, kLost = 1, kReborn = 2 };
