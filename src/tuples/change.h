@@ -26,7 +26,11 @@ struct SnapshotEnd {
 };
 
 /// The sender had lost this subscriber: what follows replaces what was sent before, whatever its sequence.
-struct Restart {};
+struct Restart {
+  /// When that began, by the clock of the sender; later than in each Restart before. Orders the streams of one sender
+  /// that arrive over several engines. Zero = not given.
+  WallTime since{};
+};
 
 /// What an owner sends to a subscriber, in order. The views are valid during the call that passes it.
 using Change = std::variant<TupleSet, TupleGone, SnapshotEnd, Restart>;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,6 +21,15 @@ struct SubscriptionSpec {
   Flow flow;
 };
 
+/// What a component declares about itself.
+struct PeerIdentity {
+  OwnerId id{};
+  /// Its start: microseconds since 1970 UTC, by its own clock, and the same on every engine. Components of other
+  /// programs may have another number here, below that of the year 2000.
+  std::uint64_t incarnation = 0;
+  std::string host;  ///< identifies its host; equal for all components of a host, on every engine
+};
+
 /// Receives what a Link brings; never called inside a call of the space into the link.
 class LinkListener {
  public:
@@ -30,7 +40,7 @@ class LinkListener {
   virtual void on_remote_set(const RemoteSet& set) = 0;
   virtual void on_reply(const Reply& reply) = 0;
   /// kLeft and kLost also end the peer's subscriptions. Copies of its tuples stay readable for kOwnerGrace.
-  virtual void on_peer(OwnerId peer, PeerEvent event) = 0;
+  virtual void on_peer(const PeerIdentity& peer, PeerEvent event) = 0;
   /// The summary of a component that is up: after kUp unless it is empty, and at each change.
   virtual void on_summary(OwnerId peer, std::string_view summary) = 0;
 };
@@ -41,9 +51,12 @@ class Link {
  public:
   virtual ~Link() = default;
 
-  /// Sets the listener, which is not owned; peers that are present already are reported in a later turn. nullptr
-  /// detaches.
-  virtual void attach(LinkListener* listener) = 0;
+  /// Begins a start of this component. The listener is not owned; peers that are present already are reported in a
+  /// later turn. `incarnation`: PeerIdentity::incarnation of this start. A link that had that number or a higher one
+  /// before takes the next number.
+  virtual void attach(LinkListener& listener, std::uint64_t incarnation) = 0;
+  /// Ends it: all others see that this component left.
+  virtual void detach() = 0;
 
   /// Sends the changes of this turn to a subscriber: each tuple at most once, with its latest value. False: nothing was
   /// sent because the queue is full; try again a little later.

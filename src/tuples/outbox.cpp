@@ -60,7 +60,7 @@ Outbox::State Outbox::flush(PeerQueue& peer) {
 
 Change Outbox::change_of(const PeerQueue::Entry& entry) const {
   if (const auto* end = std::get_if<SnapshotEnd>(&entry)) return *end;
-  if (std::holds_alternative<Restart>(entry)) return Restart{};
+  if (const auto* restart = std::get_if<Restart>(&entry)) return *restart;
   const auto index = static_cast<std::uint32_t>(std::get<PeerQueue::TupleIndex>(entry));
   const auto& tuple = store_.at(index);
   if (tuple.present) return TupleSet{store_.view(index)};

@@ -1,18 +1,8 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
-
 #include "tuples/link.h"
 
 namespace rubicon::tuples {
-
-/// What a component declares about itself.
-struct PeerIdentity {
-  OwnerId id{};
-  std::uint64_t incarnation = 0;  ///< its start: microseconds since 1970 UTC, by its own clock
-  std::string host;               ///< identifies its host; equal for all components of a host
-};
 
 /// Decides who a peer is and what it may do. A link has one and reports peers that come up and go down; the space asks
 /// it when a distant subscription begins and before each remote set, never per publication. Authentication will be

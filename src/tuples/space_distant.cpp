@@ -104,7 +104,7 @@ void TupleSpace::Impl::on_subscribe(OwnerId subscriber, const SubscriptionSpec& 
   if (!peer.outgoing) {
     peer.outgoing = std::make_shared<PeerQueue>();
     peer.outgoing->id = subscriber;
-    outbox.add(*peer.outgoing, Restart{});
+    outbox.add(*peer.outgoing, next_restart());
   }
   on_unsubscribe(subscriber, spec.id);
   if (!link.policy().may_subscribe(subscriber, spec)) {
@@ -116,6 +116,11 @@ void TupleSpace::Impl::on_subscribe(OwnerId subscriber, const SubscriptionSpec& 
     return;
   }
   peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.outgoing, spec.id);
+}
+
+Restart TupleSpace::Impl::next_restart() {
+  last_restart = std::max(scheduler.wall_now(), last_restart + std::chrono::microseconds(1));
+  return {last_restart};
 }
 
 void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
@@ -167,13 +172,13 @@ void TupleSpace::Impl::peer_down(OwnerId owner) {
   });
 }
 
-void TupleSpace::Impl::on_peer(OwnerId peer, PeerEvent event) {
+void TupleSpace::Impl::on_peer(const PeerIdentity& peer, PeerEvent event) {
   if (event == PeerEvent::kUp) {
-    peer_up(peer);
+    peer_up(peer.id);
   } else {
-    peer_down(peer);
+    peer_down(peer.id);
   }
-  call_all(peer_calls, peer, event);
+  call_all(peer_calls, peer.id, event);
 }
 
 void TupleSpace::Impl::on_summary(OwnerId peer, std::string_view summary) {

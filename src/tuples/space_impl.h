@@ -46,7 +46,7 @@ struct TupleSpace::Impl final : LinkListener {
   void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override;
   void on_remote_set(const RemoteSet& set) override;
   void on_reply(const Reply& reply) override;
-  void on_peer(OwnerId peer, PeerEvent event) override;
+  void on_peer(const PeerIdentity& peer, PeerEvent event) override;
   void on_summary(OwnerId peer, std::string_view summary) override;
 
   // -- turns
@@ -103,6 +103,7 @@ struct TupleSpace::Impl final : LinkListener {
   void drop_peer(OwnerId peer);
   void peer_up(OwnerId owner);
   void begin_epoch(OwnerId owner);
+  Restart next_restart();
   void peer_down(OwnerId owner);
   std::uint64_t start_request(RemoteSet set, ReplyCall call);
   void send(RemoteSet set);
@@ -147,6 +148,7 @@ struct TupleSpace::Impl final : LinkListener {
   bool turn_is_ending = false;  // end_turn() runs: a turn that opens now needs no posted call
   SteadyTime now{};
   WallTime wall{};
+  WallTime last_restart{};
   Timer outbox_retry;
   std::uint64_t sets = 0;
   std::uint64_t dropped = 0;

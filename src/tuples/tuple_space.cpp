@@ -46,11 +46,11 @@ Handle& Handle::operator=(Handle&& other) noexcept {
 
 TupleSpace::TupleSpace(OwnerId self, base::Scheduler& scheduler, Link& link)
     : impl_(std::make_unique<Impl>(self, scheduler, link)) {
-  link.attach(impl_.get());
+  link.attach(*impl_, static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()));
 }
 
 TupleSpace::~TupleSpace() {
-  impl_->link.attach(nullptr);
+  impl_->link.detach();
 }
 
 OwnerId TupleSpace::self() const {

@@ -14,7 +14,8 @@ using testing::IsEmpty;
 
 /// A link whose other end is played by the test.
 struct ScriptedLink final : Link {
-  void attach(LinkListener* to) override { listener = to; }
+  void attach(LinkListener& to, std::uint64_t) override { listener = &to; }
+  void detach() override { listener = nullptr; }
   bool publish(OwnerId, std::span<const Change> changes) override {
     ++attempts;
     if (full) return false;
@@ -93,9 +94,9 @@ TEST_F(Bounds, ANewOrReturningSubscriberReceivesARestartFirst) {
   link.listener->on_subscribe(kPeer, {10, pattern("b"), {}});
   time.run_ready();
   EXPECT_EQ(link.restarts, 1);
-  link.listener->on_peer(kPeer, PeerEvent::kUp);
-  link.listener->on_peer(kPeer, PeerEvent::kLost);
-  link.listener->on_peer(kPeer, PeerEvent::kUp);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kUp);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kLost);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kUp);
   link.listener->on_subscribe(kPeer, {9, pattern("a"), {}});
   time.run_ready();
   EXPECT_EQ(link.restarts, 2);
@@ -137,7 +138,7 @@ TEST_F(Bounds, WhatWaitsForALostSubscriberIsForgotten) {
   ASSERT_TRUE(space.set("a", "1"));
   time.run_ready();
   EXPECT_EQ(space.stats().queued, 3u);
-  link.listener->on_peer(kPeer, PeerEvent::kLost);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kLost);
   EXPECT_EQ(space.stats().queued, 0u);
   link.full = false;
   time.run_for(1s);
@@ -190,7 +191,7 @@ TEST_F(Bounds, HostileSubscriptionsAreCountedAndDropped) {
   EXPECT_EQ(space.stats().dropped, 5u);
   for (std::uint32_t i = 0; i < 10'010; ++i) link.listener->on_subscribe(kPeer, {i, pattern("x.y"), {}});
   EXPECT_EQ(space.stats().subscriptions, 10'000u);
-  link.listener->on_peer(kPeer, PeerEvent::kLeft);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kLeft);
   time.run_ready();
   EXPECT_EQ(space.stats().subscriptions, 0u);
 }
@@ -201,7 +202,7 @@ TEST_F(Bounds, ManySubscribersOfOneTupleAreTakenOffInSlices) {
   ASSERT_TRUE(space.erase("a"));
   const auto again = *space.set("a", "2");
   EXPECT_TRUE(space.has_subscriber(again));
-  link.listener->on_peer(kPeer, PeerEvent::kLeft);
+  link.listener->on_peer({kPeer, 1, "host"}, PeerEvent::kLeft);
   EXPECT_FALSE(space.has_subscriber(again));
   time.run_ready();
   ASSERT_TRUE(space.set(again, "3"));

@@ -37,7 +37,8 @@ struct Doorkeeper final : PeerPolicy {
 /// A link of the engine with another policy.
 struct GuardedLink final : Link {
   GuardedLink(std::unique_ptr<Link> inside, PeerPolicy& a_policy) : link(std::move(inside)), guard(a_policy) {}
-  void attach(LinkListener* listener) override { link->attach(listener); }
+  void attach(LinkListener& listener, std::uint64_t incarnation) override { link->attach(listener, incarnation); }
+  void detach() override { link->detach(); }
   bool publish(OwnerId to, std::span<const Change> changes) override { return link->publish(to, changes); }
   void subscribe(const SubscriptionSpec& spec) override { link->subscribe(spec); }
   void unsubscribe(std::uint32_t id) override { link->unsubscribe(id); }

@@ -71,13 +71,11 @@ DdsLink::~DdsLink() {
   leave();
 }
 
-void DdsLink::attach(LinkListener* listener) {
+void DdsLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   leave();
-  if (!listener) return;
   if (auto done = make_entities(); !done) return log_.error(done.error().text);
-  listener_ = listener;
-  const auto since = scheduler_.wall_now().time_since_epoch().count();
-  incarnation_ = std::max(static_cast<std::uint64_t>(since), incarnation_ + 1);
+  listener_ = &listener;
+  incarnation_ = std::max(incarnation, incarnation_ + 1);
   id_conflicts_.begin(incarnation_);
   if (!write_presence()) retry_flush();
   for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);

@@ -30,7 +30,8 @@ class DdsLink final : public Link, private FrameReader {
                                                base::LogSink& log);
   ~DdsLink() override;
 
-  void attach(LinkListener* listener) override;
+  void attach(LinkListener& listener, std::uint64_t incarnation) override;
+  void detach() override { leave(); }
   bool publish(OwnerId subscriber, std::span<const Change> changes) override;
   void subscribe(const SubscriptionSpec& spec) override;
   void unsubscribe(std::uint32_t id) override;

@@ -183,10 +183,12 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   const EarlyFrames::Sender sender{id, incarnation, start.participant};
   peer.incarnation = incarnation;
   peer.participant = start.participant;
+  peer.host = start.host;
   if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
   peer.summary.clear();
-  policy_.peer_up({id, incarnation, start.host});
-  listener_->on_peer(id, PeerEvent::kUp);
+  const PeerIdentity identity{id, incarnation, start.host};
+  policy_.peer_up(identity);
+  listener_->on_peer(identity, PeerEvent::kUp);
   if (listener_) report_summary(id, peer);
   for (const auto& spec : interests_.of(id, incarnation, sender.participant)) {
     if (listener_) listener_->on_subscribe(id, spec);
@@ -197,10 +199,10 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
 }
 
 void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
-  peer.incarnation = 0;
+  const PeerIdentity identity{id, std::exchange(peer.incarnation, 0), peer.host};
   peer.channel.reset();
   gone_.push_back(id);
-  listener_->on_peer(id, event);
+  listener_->on_peer(identity, event);
   policy_.peer_down(id);
 }
 

@@ -75,7 +75,8 @@ class Cursor {
   bool ok_ = true;
 };
 
-/// In an entry kSet with an empty key the sequence is the id of the subscription whose snapshot ends, or 0 for Restart.
+/// In an entry kSet with an empty key the sequence is the id of the subscription whose snapshot ends, or 0 for Restart,
+/// with its time as the write time.
 Change read_set_entry(Cursor& in, OwnerId from) {
   TupleView tuple;
   tuple.owner = from;
@@ -89,7 +90,7 @@ Change read_set_entry(Cursor& in, OwnerId from) {
   tuple.expire_time = in.time();
   if (!tuple.key.empty()) return TupleSet{tuple};
   if (tuple.sequence != 0) return SnapshotEnd{static_cast<std::uint32_t>(tuple.sequence)};
-  return Restart{};
+  return Restart{tuple.write_time};
 }
 
 Change read_change(Cursor& in, Entry entry, OwnerId from) {
@@ -167,6 +168,7 @@ void FrameWriter::add(const Change& change) {
   }
   TupleView control;
   if (const auto* end = std::get_if<SnapshotEnd>(&change)) control.sequence = end->subscription;
+  if (const auto* restart = std::get_if<Restart>(&change)) control.write_time = restart->since;
   set_entry(control);
 }
 

@@ -27,7 +27,7 @@ struct Peer {
 
   std::uint64_t incarnation = 0;  ///< reported to the listener; 0 = down
   Participant participant{};      ///< of that incarnation
-  std::string summary;            ///< reported to the listener
+  std::string host, summary;      ///< reported to the listener
 
   std::unique_ptr<Channel> channel;  ///< made when there is something to send
   std::uint64_t last_request = 0;    ///< highest number of its remote sets; repetitions are dropped

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -11,6 +12,9 @@
 namespace rubicon::tuples {
 
 namespace {
+
+/// The host of every member.
+constexpr const char* kHost = "memory";
 
 /// A Change that owns its texts until it is delivered.
 class OwnedChange {
@@ -51,6 +55,7 @@ std::pair<OwnerId, OwnerId> unordered_pair(OwnerId a, OwnerId b) {
 /// The members and the cuts between them; shared by the links and the posted deliveries, which may outlive each other.
 struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Shared> {
   struct Member {
+    std::uint64_t visit = 0;  ///< of one attach()
     std::uint64_t incarnation = 0;
     LinkListener* listener = nullptr;
     std::map<std::uint32_t, SubscriptionSpec> subscriptions;
@@ -63,13 +68,13 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     return from != to && members.contains(to) && !cuts.contains(unordered_pair(from, to));
   }
 
-  /// A delivery carries the incarnations of both ends and the epoch of their connection. It is lost if either end
+  /// A delivery carries the visits of both ends and the epoch of their connection. It is lost if either end
   /// leaves or the connection is cut before it arrives.
   template <class Call>
   void deliver(OwnerId from, OwnerId to, Call call) {
     if (!reachable(from, to)) return;
-    const auto sender = members.at(from).incarnation;
-    const auto receiver = members.at(to).incarnation;
+    const auto sender = members.at(from).visit;
+    const auto receiver = members.at(to).visit;
     const auto epoch = epochs[unordered_pair(from, to)];
     scheduler.post([shared = shared_from_this(), from, to, sender, receiver, epoch, call = std::move(call)] {
       if (!shared->is_present(from, sender) || shared->epochs[unordered_pair(from, to)] != epoch) return;
@@ -77,27 +82,28 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     });
   }
 
-  bool is_present(OwnerId id, std::uint64_t incarnation) const {
+  bool is_present(OwnerId id, std::uint64_t visit) const {
     const auto found = members.find(id);
-    return found != members.end() && found->second.incarnation == incarnation;
+    return found != members.end() && found->second.visit == visit;
   }
 
   template <class Call>
-  void call_listener(OwnerId to, std::uint64_t incarnation, const Call& call) {
-    if (!is_present(to, incarnation)) return;
+  void call_listener(OwnerId to, std::uint64_t visit, const Call& call) {
+    if (!is_present(to, visit)) return;
     if (auto* listener = members.at(to).listener) call(*listener);
   }
 
+  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, kHost}; }
+
   void announce(OwnerId peer, PeerEvent event, OwnerId to) {
-    const auto incarnation = members.at(to).incarnation;
-    scheduler.post([shared = shared_from_this(), peer, event, to, incarnation] {
-      shared->call_listener(to, incarnation, [&](LinkListener& listener) { listener.on_peer(peer, event); });
+    scheduler.post([shared = shared_from_this(), who = identity(peer), event, to, visit = members.at(to).visit] {
+      shared->call_listener(to, visit, [&](LinkListener& listener) { listener.on_peer(who, event); });
     });
   }
 
   /// Reports to `to` that `from` is up, its summary and its subscriptions.
   void introduce(OwnerId from, OwnerId to) {
-    deliver(from, to, [from](LinkListener& listener) { listener.on_peer(from, PeerEvent::kUp); });
+    deliver(from, to, [who = identity(from)](LinkListener& listener) { listener.on_peer(who, PeerEvent::kUp); });
     if (const auto& summary = members.at(from).summary; !summary.empty())
       deliver(from, to, [from, summary](LinkListener& listener) { listener.on_summary(from, summary); });
     for (const auto& subscription : members.at(from).subscriptions) {
@@ -117,7 +123,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   std::map<OwnerId, Member> members;
   std::set<std::pair<OwnerId, OwnerId>> cuts;
   std::map<std::pair<OwnerId, OwnerId>, std::uint64_t> epochs;
-  std::uint64_t incarnations = 0;
+  std::uint64_t visits = 0;
 };
 
 /// The link of one member, which is visible to the others from attach() on, so that it misses no announcement.
@@ -130,16 +136,18 @@ class MemoryEcology::MemoryLink final : public Link {
     shared_->members.erase(self_);
   }
 
-  void attach(LinkListener* listener) override {
+  void attach(LinkListener& listener, std::uint64_t incarnation) override {
     leave();
     auto& me = shared_->members.at(self_);
-    me.listener = listener;
-    if (!listener) return;
+    me.listener = &listener;
+    me.incarnation = std::max(incarnation, me.incarnation + 1);
     shared_->each_reachable(self_, [&](OwnerId peer) {
       shared_->introduce(peer, self_);
       shared_->introduce(self_, peer);
     });
   }
+
+  void detach() override { leave(); }
 
   bool publish(OwnerId subscriber, std::span<const Change> changes) override {
     std::vector<OwnedChange> copies(changes.begin(), changes.end());
@@ -197,7 +205,7 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
  private:
-  /// Begins a new incarnation: deliveries to and from the old one are lost; the others see that it left.
+  /// Begins a new visit: deliveries to and from the old one are lost; the others see that it left.
   void leave() {
     auto& me = shared_->members.at(self_);
     if (me.listener) {
@@ -205,7 +213,7 @@ class MemoryEcology::MemoryLink final : public Link {
     }
     me.listener = nullptr;
     me.subscriptions.clear();
-    me.incarnation = ++shared_->incarnations;
+    me.visit = ++shared_->visits;
   }
 
   OwnerId self_;
@@ -220,7 +228,7 @@ Result<std::unique_ptr<Link>> MemoryEcology::join(OwnerId id) {
   if (shared_->members.contains(id)) {
     return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
   }
-  shared_->members[id].incarnation = ++shared_->incarnations;
+  shared_->members[id].visit = ++shared_->visits;
   return std::make_unique<MemoryLink>(id, shared_);
 }
 

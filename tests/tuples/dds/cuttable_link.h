@@ -23,18 +23,22 @@ class CuttableLink final : public Link, private LinkListener {
 
   void cut(OwnerId peer) {
     if (!cuts_.insert(peer).second || !there_.contains(peer) || !listener_) return;
-    listener_->on_peer(peer, PeerEvent::kLost);
+    listener_->on_peer(there_.at(peer), PeerEvent::kLost);
   }
   void mend(OwnerId peer) {
     if (cuts_.erase(peer) == 0 || !there_.contains(peer) || !listener_) return;
-    listener_->on_peer(peer, PeerEvent::kUp);
+    listener_->on_peer(there_.at(peer), PeerEvent::kUp);
     if (!summaries_[peer].empty()) listener_->on_summary(peer, summaries_[peer]);
     for (const auto& [id, spec] : std::map(subscriptions_[peer])) listener_->on_subscribe(peer, spec);
   }
 
-  void attach(LinkListener* listener) override {
-    listener_ = listener;
-    link_->attach(listener ? this : nullptr);
+  void attach(LinkListener& listener, std::uint64_t incarnation) override {
+    listener_ = &listener;
+    link_->attach(*this, incarnation);
+  }
+  void detach() override {
+    listener_ = nullptr;
+    link_->detach();
   }
   bool publish(OwnerId subscriber, std::span<const Change> changes) override {
     return cuts_.contains(subscriber) || link_->publish(subscriber, changes);
@@ -72,15 +76,15 @@ class CuttableLink final : public Link, private LinkListener {
     if (!cuts_.contains(set.from)) listener_->on_remote_set(set);
   }
   void on_reply(const Reply& reply) override { listener_->on_reply(reply); }
-  void on_peer(OwnerId peer, PeerEvent event) override {
+  void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (event == PeerEvent::kUp) {
-      there_.insert(peer);
+      there_[peer.id] = peer;
     } else {
-      there_.erase(peer);
-      subscriptions_.erase(peer);
-      summaries_.erase(peer);
+      there_.erase(peer.id);
+      subscriptions_.erase(peer.id);
+      summaries_.erase(peer.id);
     }
-    if (!cuts_.contains(peer)) listener_->on_peer(peer, event);
+    if (!cuts_.contains(peer.id)) listener_->on_peer(peer, event);
   }
 
   void on_summary(OwnerId peer, std::string_view summary) override {
@@ -92,7 +96,8 @@ class CuttableLink final : public Link, private LinkListener {
   std::map<OwnerId, CuttableLink*>& all_;
   OwnerId self_;
   LinkListener* listener_ = nullptr;
-  std::set<OwnerId> cuts_, there_;
+  std::set<OwnerId> cuts_;
+  std::map<OwnerId, PeerIdentity> there_;
   std::map<OwnerId, std::map<std::uint32_t, SubscriptionSpec>> subscriptions_;
   std::map<OwnerId, std::string> summaries_;
 };

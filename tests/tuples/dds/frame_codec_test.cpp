@@ -88,14 +88,17 @@ TEST(Frame, CarriesControlMessagesAsSetsWithAnEmptyKey) {
   FrameWriter frame;
   frame.add(SnapshotEnd{5});
   frame.add(Restart{});
+  frame.add(Restart{WallTime(std::chrono::microseconds(7))});
   EXPECT_EQ(base::to_hex(frame.view()),
             "000005000000000000"
-            "000000000000000000");
+            "000000000000000000"
+            "0000000000000e0000");
   Entries read;
   ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
-  ASSERT_EQ(read.changes.size(), 2U);
+  ASSERT_EQ(read.changes.size(), 3U);
   EXPECT_EQ(std::get<SnapshotEnd>(read.changes[0]).subscription, 5U);
-  EXPECT_TRUE(std::holds_alternative<Restart>(read.changes[1]));
+  EXPECT_EQ(std::get<Restart>(read.changes[1]).since, WallTime{}) << "as earlier releases send it";
+  EXPECT_EQ(std::get<Restart>(read.changes[2]).since, WallTime(std::chrono::microseconds(7)));
 }
 
 TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
