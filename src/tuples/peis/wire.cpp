@@ -76,7 +76,8 @@ Result<HostRecord> read_host(std::string_view body, ByteView bytes) {
   host.full_name = *full_name;
   const std::size_t addresses = bytes[136];
   if (addresses > kMaxAddresses)
-    return wrong_field(body, fmt::format("number of addresses at 136: {}, expected at most {}", addresses, kMaxAddresses));
+    return wrong_field(body,
+                       fmt::format("number of addresses at 136: {}, expected at most {}", addresses, kMaxAddresses));
   for (std::size_t i = 0; i < addresses; ++i)
     host.addresses.push_back(address_at(bytes.subspan(kFirstAddress + i * kAddressSize, kAddressSize)));
   host.cluster = OwnerId{u32_at(bytes, 536)};
