@@ -14,13 +14,15 @@
 #include "transport/interfaces.h"
 #include "transport/transports.h"
 #include "tuples/peis/counters.h"
+#include "tuples/peis/deliveries.h"
+#include "tuples/peis/hosts.h"
 #include "tuples/peis/identity.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
 
 struct NodeOptions {
-  OwnerId id = 0;                   ///< 1..2^31-1
+  OwnerId id{};                     ///< 1..2^31-1
   std::uint32_t magic = 0;          ///< this start, 1..2^31-1; differs from that of every former start
   std::string network = "default";  ///< at most 63 bytes; nodes of other networks are not seen
   std::string host_name;            ///< without its domain, at most 63 bytes; G6 uses loopback only between equal ones
@@ -32,23 +34,6 @@ struct NodeOptions {
   /// loopback interfaces only, no other host can connect.
   std::vector<transport::Interface> interfaces;
   std::vector<std::string> connect;  ///< `host:port` of nodes to stay connected with, at most 64
-};
-
-/// How a message to a host ended.
-enum class Outcome {
-  kDelivered,  ///< the host acknowledged all of it; a G6 kernel does not say whether it accepted it
-  kGivenUp,    ///< not acknowledged after 7 resends (11.6 s); it may have arrived
-  kHostGone,   ///< the host left or was lost, or this node ends; it may have arrived
-};
-using Done = std::function<void(Outcome)>;
-
-enum class HostEvent {
-  kUp,      ///< routable, its host info is known, and it had the time to say hello: messages can be sent
-  kHello,   ///< said hello only after kUp: a component of ours
-  kBack,    ///< routable again, same magic, before it counted as lost: what was given up may be sent again
-  kForgot,  ///< deleted what it knew of this node: our tuples and subscriptions there are gone
-  kLeft,    ///< declared itself dead
-  kLost,    ///< not routable for longer than its lease, or restarted: kUp with another magic follows
 };
 
 /// Called from the loop, never inside a call to the node. None may destroy the node.

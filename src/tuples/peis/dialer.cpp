@@ -1,0 +1,188 @@
+#include "tuples/peis/dialer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::peis {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMaxHostTries = 1024;
+constexpr int kMaxFailures = 8;  ///< of a host that only announcements name; then it must be announced again
+
+}  // namespace
+
+Dialer::Dialer(Scheduler& scheduler, transport::Transports& transports, Own own, Calls calls)
+    : scheduler_(scheduler),
+      transports_(transports),
+      own_(std::move(own)),
+      calls_(std::move(calls)),
+      random_(own_.seed),
+      next_(scheduler, [this] { sweep(); }) {
+  for (auto& where : own_.configured) configured_.push_back({where, {}, {}, false, nullptr});
+  for (auto& configured : configured_) schedule(configured.next, {});
+}
+
+Duration Dialer::jitter(Duration from, Duration to) {
+  return from + (to - from) * static_cast<int>(random_() % 1024) / 1024;
+}
+
+void Dialer::schedule(Try& next, Duration delay) {
+  const auto due = scheduler_.now() + delay;
+  if (next.dialing || next.due <= due) return;
+  next.due = due;
+  next_.advance_to(due);
+}
+
+void Dialer::meet(OwnerId host, bool is_lower_cluster, bool first) {
+  const auto found = tries_.find(host);
+  if (found == tries_.end() && tries_.size() >= kMaxHostTries) return;
+  auto& next = tries_[host];
+  if (next.dialing || next.due != SteadyTime::max()) return;
+  if (next.failures >= kMaxFailures) next.failures = 0;
+  if (!is_lower_cluster) return schedule(next, jitter(2s, 3s));
+  schedule(next, first ? jitter(0ms, 20ms) : jitter(300ms, 1s));
+}
+
+void Dialer::prefer_direct(OwnerId host) {
+  const auto now = scheduler_.now();
+  if (!tries_.contains(host) && tries_.size() >= kMaxHostTries) return;
+  auto& next = tries_[host];
+  if (next.dialing || (next.last_direct != SteadyTime{} && now - next.last_direct < kDirectPause)) return;
+  next.last_direct = now;
+  next.direct = true;
+  schedule(next, host < own_.id ? jitter(0ms, 5ms) : jitter(20ms, 50ms));  // the other one may try too
+}
+
+void Dialer::again(OwnerId host, bool first) {
+  if (!tries_.contains(host) && tries_.size() >= kMaxHostTries) return;
+  auto& next = tries_[host];
+  next.direct = true;
+  schedule(next, first ? Duration{} : jitter(500ms, 1s));
+}
+
+void Dialer::connected(const Target& target, OwnerId host) {
+  release(target);
+  if (target.configured >= 0) {
+    auto& configured = configured_.at(static_cast<std::size_t>(target.configured));
+    configured.host = host;
+    configured.linked = true;
+    configured.next.failures = 0;
+  }
+  if (const auto found = tries_.find(host); found != tries_.end()) {
+    found->second.failures = 0;
+    found->second.direct = false;
+    found->second.due = SteadyTime::max();
+  }
+}
+
+/// The try of the target, null if there is none; it is over.
+Dialer::Try* Dialer::release(const Target& target) {
+  Try* next = nullptr;
+  if (target.configured >= 0) {
+    next = &configured_.at(static_cast<std::size_t>(target.configured)).next;
+  } else if (const auto found = tries_.find(target.host); found != tries_.end()) {
+    next = &found->second;
+  }
+  if (next && std::exchange(next->dialing, false)) --dialing_;
+  return next;
+}
+
+void Dialer::ended(const Target& target, bool was_connected) {
+  auto* next = release(target);
+  if (target.configured >= 0) configured_.at(static_cast<std::size_t>(target.configured)).linked = false;
+  if (!next || (was_connected && target.configured < 0)) return;  // again() follows
+  if (!was_connected) ++next->failures, ++next->address;
+  failed(*next);
+}
+
+/// The next try: at once, after 1.5 s (a kernel resets the first connection of a new start), then with longer pauses.
+void Dialer::failed(Try& next) {
+  if (next.failures <= 1) return schedule(next, next.failures == 0 ? Duration{} : Duration(100ms));
+  schedule(next, std::min<Duration>(1500ms * (1 << std::min(next.failures - 2, 4)), kLongestPause));
+}
+
+void Dialer::forget(OwnerId host) {
+  const auto found = tries_.find(host);
+  if (found == tries_.end()) return;
+  if (found->second.dialing) --dialing_;
+  tries_.erase(found);
+}
+
+void Dialer::sweep() {
+  const auto now = scheduler_.now();
+  std::vector<OwnerId> due;
+  for (const auto& [host, next] : tries_) {
+    if (next.due <= now) due.push_back(host);
+  }
+  for (const auto host : due) try_host(host, tries_[host]);
+  for (std::size_t i = 0; i < configured_.size(); ++i) {
+    if (configured_[i].next.due <= now) try_configured(i);
+  }
+  std::erase_if(tries_, [&](const auto& item) {
+    const auto& next = item.second;
+    return !next.dialing && next.due == SteadyTime::max() && now - next.last_direct > kDirectPause;
+  });
+  for (const auto& [host, next] : tries_) next_.advance_to(next.due);
+  for (const auto& configured : configured_) next_.advance_to(configured.next.due);
+}
+
+void Dialer::try_host(OwnerId host, Try& next) {
+  next.due = SteadyTime::max();
+  if (calls_.is_linked(host) || (calls_.is_routable(host) && !next.direct)) return;
+  const auto* record = calls_.record(host);
+  if (!record || next.failures >= kMaxFailures) return;
+  const auto addresses = addresses_of(*record);
+  if (addresses.empty()) return;
+  if (dialing_ >= kMaxTries) return schedule(next, 50ms);
+  next.dialing = true;
+  ++dialing_;
+  if (calls_.dial({host, -1}, addresses[next.address % addresses.size()], kForcedByCluster)) return;
+  next.dialing = false;
+  --dialing_;
+  ++next.failures;
+  failed(next);
+}
+
+void Dialer::try_configured(std::size_t index) {
+  auto& configured = configured_[index];
+  configured.next.due = SteadyTime::max();
+  if (configured.linked || configured.next.dialing) return;
+  if (configured.host != OwnerId{} && calls_.is_linked(configured.host))
+    return schedule(configured.next, kLongestPause);
+  configured.next.dialing = true;
+  ++dialing_;
+  const Target target{{}, static_cast<int>(index)};
+  configured.lookup = transports_.look_up(configured.where.host, [this, index, target](const auto& addresses) {
+    auto& found = configured_[index];
+    if (!addresses) return ended(target, false);
+    const auto& address = addresses->at(found.next.address % addresses->size());
+    if (!calls_.dial(target, {address, found.where.port}, kForcedByCluster | kForceBroadcasts)) ended(target, false);
+  });
+}
+
+/// Loopback addresses lead to a host only from itself: one with the same name (section 6.2, 15).
+std::vector<transport::Endpoint> Dialer::addresses_of(const HostRecord& record) const {
+  const bool same_host = record.host_name == own_.host_name;
+  std::vector<transport::Endpoint> addresses;
+  for (const auto& address : record.addresses) {
+    if (address.type != AddressType::kTcp4 || address.port == 0 || address.port > 0xffff) continue;
+    const bool loopback = address.loopback || address.ip[0] == 127;
+    if (loopback && !same_host) continue;
+    const auto& ip = address.ip;
+    const transport::Endpoint endpoint{fmt::format("{}.{}.{}.{}", ip[0], ip[1], ip[2], ip[3]),
+                                       static_cast<std::uint16_t>(address.port)};
+    if (loopback) {
+      addresses.insert(addresses.begin(), endpoint);
+    } else {
+      addresses.push_back(endpoint);
+    }
+  }
+  return addresses;
+}
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "base/deadline.h"
+#include "base/host_port.h"
+#include "transport/transports.h"
+#include "tuples/peis/wire.h"
+
+namespace rubicon::tuples::peis {
+
+/// What a connection is established for.
+struct Target {
+  OwnerId host{};       ///< a known host
+  int configured = -1;  ///< else the index of a configured one
+  friend bool operator==(const Target&, const Target&) = default;
+};
+
+/// Decides whom to connect to, and when (peis.md, sections 3.3 and 6.4): hosts of other clusters that were announced,
+/// hosts that messages go to by way of others, broken connections, configured hosts. Bounded: a try for each host that
+/// it was asked for, a few at a time.
+class Dialer {
+ public:
+  static constexpr std::size_t kMaxTries = 8;  ///< at a time
+  static constexpr Duration kLongestPause = std::chrono::seconds(10);
+  static constexpr Duration kDirectPause = std::chrono::seconds(10);  ///< between tries for a direct connection
+
+  struct Calls {
+    /// Whether there is a connection with the host.
+    std::function<bool(OwnerId)> is_linked;
+    std::function<bool(OwnerId)> is_routable;
+    /// Null: not known.
+    std::function<const HostRecord*(OwnerId)> record;
+    /// False: it cannot be tried.
+    std::function<bool(const Target&, const transport::Endpoint&, std::uint32_t flags)> dial;
+  };
+  struct Own {
+    OwnerId id{};
+    std::string host_name;
+    std::vector<base::HostPort> configured;
+    std::uint32_t seed = 0;
+  };
+
+  Dialer(Scheduler& scheduler, transport::Transports& transports, Own own, Calls calls);
+
+  /// A host that was announced cannot be reached. `first`: this component is the one of its host, or alone, so that it
+  /// connects at once.
+  void meet(OwnerId host, bool is_lower_cluster, bool first);
+  /// Messages go to this host by way of others.
+  void prefer_direct(OwnerId host);
+  /// The connection with a host broke. `first`: this component had established it, so it does again at once.
+  void again(OwnerId host, bool first);
+  /// The try succeeded: it is connected with this host.
+  void connected(const Target& target, OwnerId host);
+  /// The connection of the try ended, or it came to nothing.
+  void ended(const Target& target, bool was_connected);
+  /// The host left: no more tries.
+  void forget(OwnerId host);
+
+ private:
+  struct Try {
+    SteadyTime due = SteadyTime::max();
+    int failures = 0;
+    std::size_t address = 0;
+    bool dialing = false;
+    bool direct = false;  ///< wanted although it can be reached
+    SteadyTime last_direct{};
+  };
+  struct Configured {
+    base::HostPort where;
+    Try next;
+    OwnerId host{};  ///< whom it led to; 0 = not known
+    bool linked = false;
+    std::unique_ptr<transport::Lookup> lookup;
+  };
+
+  void schedule(Try& next, Duration delay);
+  void sweep();
+  void try_host(OwnerId host, Try& next);
+  void try_configured(std::size_t index);
+  Try* release(const Target& target);
+  void failed(Try& next);
+  std::vector<transport::Endpoint> addresses_of(const HostRecord& record) const;
+  Duration jitter(Duration from, Duration to);
+
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
+  Own own_;
+  Calls calls_;
+  std::mt19937 random_;
+  std::map<OwnerId, Try> tries_;
+  std::vector<Configured> configured_;
+  std::size_t dialing_ = 0;
+  base::Deadline next_;
+};
+
+}  // namespace rubicon::tuples::peis

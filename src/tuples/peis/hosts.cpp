@@ -1,0 +1,250 @@
+#include "tuples/peis/hosts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::peis {
+
+using namespace std::chrono_literals;
+
+Hosts::Hosts(Scheduler& scheduler, OwnerId self, Counters& counters, Calls calls)
+    : scheduler_(scheduler), self_(self), counters_(counters), calls_(std::move(calls)), next_(scheduler, [this] {
+        sweep();
+      }) {}
+
+/// Null: too many hosts.
+Hosts::Host* Hosts::obtain(OwnerId id) {
+  const auto now = scheduler_.now();
+  if (const auto found = hosts_.find(id); found != hosts_.end()) return &found->second;
+  if (hosts_.size() >= kMaxHosts) {
+    std::erase_if(hosts_, [](const auto& item) {
+      return item.second.state == State::kAbsent && !item.second.routable && !item.second.counted_lost;
+    });
+  }
+  if (hosts_.size() >= kMaxHosts) {
+    ++counters_.too_many_hosts;
+    return nullptr;
+  }
+  auto& host = hosts_[id];
+  host.identity.id = id;
+  host.heard = now;
+  due(now + kForgetTime);
+  return &host;
+}
+
+bool Hosts::learn(const HostRecord& record, RecordSource source) {
+  if (is_over(record.id, record.magic)) return false;
+  auto* host = obtain(record.id);
+  if (!host) return false;
+  host->heard = scheduler_.now();
+  const auto magic = host->identity.magic;
+  if (magic != 0 && record.magic != magic) {
+    const bool present = host->routable || host->state != State::kAbsent;
+    if (source == RecordSource::kOther && (present || host->informed)) return true;
+    if (source == RecordSource::kAnnounced && host->routable) return true;
+    restart(*host, record.magic);
+  }
+  if (source == RecordSource::kOther && host->informed) return true;
+  take(*host, record);
+  evaluate(*host);
+  return true;
+}
+
+void Hosts::take(Host& host, const HostRecord& record) {
+  host.record = record;
+  host.informed = true;
+  host.query_due = SteadyTime::max();
+  host.identity.magic = record.magic;
+  host.identity.host_name = record.host_name;
+  host.identity.full_name = record.full_name;
+}
+
+/// Another start of the host.
+void Hosts::restart(Host& host, std::uint32_t magic) {
+  const bool was_up = become_absent(host);
+  const auto before = host.identity;
+  host.former[host.next_former++ % host.former.size()] = {before.magic, scheduler_.now() + kForgetTime};
+  host.identity = {before.id, magic, {}, {}, std::nullopt};
+  host.informed = host.counted_lost = false;
+  host.queries = 0;
+  host.left_until = {};
+  if (was_up) calls_.event(HostEvent::kLost, before);
+}
+
+void Hosts::hello(OwnerId id, const Hello& hello) {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return;
+  auto& host = found->second;
+  const bool is_news = host.identity.hello != hello;
+  host.identity.hello = hello;
+  if (host.state == State::kGreeting) return become_up(host);
+  if (host.state == State::kUp && is_news) calls_.event(HostEvent::kHello, Identity(host.identity));
+}
+
+void Hosts::routable(OwnerId id, std::uint32_t magic) {
+  auto* host = obtain(id);
+  if (!host) return;
+  if (host->identity.magic != 0 && host->identity.magic != magic) restart(*host, magic);
+  host->identity.magic = magic;
+  host->routable = true;
+  host->heard = scheduler_.now();
+  evaluate(*host);
+}
+
+void Hosts::evaluate(Host& host) {
+  const auto now = scheduler_.now();
+  if (!host.routable) return;
+  if (!host.informed) {
+    if (host.query_due == SteadyTime::max()) ask(host, now);
+    return;
+  }
+  if (now < host.left_until) return due(host.left_until);
+  if (host.state == State::kMissing) {
+    host.state = State::kUp;
+    return calls_.event(HostEvent::kBack, Identity(host.identity));
+  }
+  if (host.state != State::kAbsent) return;
+  host.state = State::kGreeting;
+  host.due = now + kHelloWait;
+  due(host.due);
+  calls_.greet(host.identity.id);
+  if (std::exchange(host.counted_lost, false)) return calls_.returned(Identity(host.identity));
+  if (host.identity.hello) become_up(host);
+}
+
+void Hosts::become_up(Host& host) {
+  host.state = State::kUp;
+  calls_.event(HostEvent::kUp, Identity(host.identity));
+}
+
+/// Whether it was up.
+bool Hosts::become_absent(Host& host) {
+  const auto before = std::exchange(host.state, State::kAbsent);
+  if (before != State::kAbsent) calls_.gone(host.identity.id);
+  return before == State::kUp || before == State::kMissing;
+}
+
+void Hosts::unroutable(OwnerId id, SteadyTime heard) {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end() || !std::exchange(found->second.routable, false)) return;
+  auto& host = found->second;
+  const auto now = scheduler_.now();
+  host.query_due = SteadyTime::max();
+  host.queries = 0;
+  host.heard = now;
+  if (host.state == State::kGreeting) become_absent(host);
+  if (host.state != State::kUp) return;
+  host.state = State::kMissing;
+  host.due = host.identity.hello ? std::max(now, heard + host.identity.hello->lease) : now + kKernelLease;
+  due(host.due);
+}
+
+void Hosts::lose(Host& host) {
+  become_absent(host);
+  host.counted_lost = true;
+  calls_.event(HostEvent::kLost, Identity(host.identity));
+}
+
+void Hosts::left(OwnerId id) {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return;
+  auto& host = found->second;
+  const bool was_up = become_absent(host);
+  host.routable = host.counted_lost = false;
+  host.query_due = SteadyTime::max();
+  host.left_until = scheduler_.now() + kLeaveTime;
+  if (was_up) calls_.event(HostEvent::kLeft, Identity(host.identity));
+}
+
+bool Hosts::message(OwnerId id) {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return false;
+  if (found->second.state == State::kGreeting) become_up(found->second);
+  return found->second.state == State::kUp || found->second.state == State::kMissing;
+}
+
+void Hosts::ask(Host& host, SteadyTime now) {
+  host.query_due = now + std::min<Duration>(500ms * (1 << std::min(host.queries, 5)), kRoutingPeriod);
+  ++host.queries;
+  due(host.query_due);
+  calls_.query(host.identity.id);
+}
+
+void Hosts::sweep() {
+  const auto now = scheduler_.now();
+  std::vector<OwnerId> ids;
+  for (const auto& [id, host] : hosts_) ids.push_back(id);
+  for (const auto id : ids) {  // events may change the table
+    const auto found = hosts_.find(id);
+    if (found != hosts_.end()) sweep(found->second, now);
+  }
+  std::erase_if(hosts_, [&](const auto& item) { return purge(item.second, now); });
+  for (const auto& [id, host] : hosts_) {
+    if (host.state == State::kGreeting || host.state == State::kMissing) due(std::max(host.due, now + 1ms));
+    if (host.routable && host.query_due != SteadyTime::max()) due(std::max(host.query_due, now + 1ms));
+    if (host.routable && host.left_until > now) due(host.left_until);
+  }
+  if (!hosts_.empty()) due(now + kForgetTime / 4);
+}
+
+void Hosts::sweep(Host& host, SteadyTime now) {
+  if (host.state == State::kGreeting && host.due <= now) return become_up(host);
+  if (host.state == State::kMissing && host.due <= now) return lose(host);
+  if (host.routable && host.state == State::kAbsent && host.informed) return evaluate(host);
+  if (host.routable && !host.informed && host.query_due <= now) ask(host, now);
+}
+
+bool Hosts::purge(const Host& host, SteadyTime now) const {
+  return host.state == State::kAbsent && !host.routable && now - host.heard >= kForgetTime;
+}
+
+bool Hosts::is_over(OwnerId id, std::uint32_t magic) const {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return false;
+  const auto now = scheduler_.now();
+  const auto& former = found->second.former;
+  return std::any_of(former.begin(), former.end(),
+                     [&](const Former& start) { return start.magic == magic && magic != 0 && now < start.until; });
+}
+
+bool Hosts::is_up(OwnerId id) const {
+  return find(id) != nullptr;
+}
+
+bool Hosts::is_routable(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  return found != hosts_.end() && found->second.routable;
+}
+
+bool Hosts::is_ours(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  return found != hosts_.end() && found->second.identity.hello.has_value();
+}
+
+std::optional<Duration> Hosts::lease(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end() || !found->second.identity.hello) return std::nullopt;
+  return found->second.identity.hello->lease;
+}
+
+const Identity* Hosts::find(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return nullptr;
+  const auto state = found->second.state;
+  return state == State::kUp || state == State::kMissing ? &found->second.identity : nullptr;
+}
+
+const HostRecord* Hosts::record(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  return found != hosts_.end() && found->second.informed ? &found->second.record : nullptr;
+}
+
+std::vector<Identity> Hosts::up() const {
+  std::vector<Identity> up;
+  for (const auto& [id, host] : hosts_) {
+    if (host.state == State::kUp || host.state == State::kMissing) up.push_back(host.identity);
+  }
+  return up;
+}
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "base/lifetime.h"
+#include "base/limited_log.h"
+#include "base/paced_call.h"
+#include "tuples/peis/announcer.h"
+#include "tuples/peis/connection.h"
+#include "tuples/peis/deliveries.h"
+#include "tuples/peis/dialer.h"
+#include "tuples/peis/fragments.h"
+#include "tuples/peis/hosts.h"
+#include "tuples/peis/node.h"
+#include "tuples/peis/routes.h"
+#include "tuples/peis/seen_ids.h"
+
+namespace rubicon::tuples::peis {
+
+/// A connection and what it is for.
+struct NodeLink {
+  LinkId id{};
+  std::unique_ptr<Connection> connection;
+  bool initiated = false;  ///< by this node
+  Target target;
+  OwnerId peer{};                  ///< 0 = not known yet
+  std::uint32_t magic = 0;         ///< of the peer; 0 = its host record has not come, and the link is no route
+  bool ours = false;               ///< the peer said hello
+  std::vector<RoutingPage> early;  ///< came before the host record
+
+  bool is_route() const { return magic != 0; }
+};
+
+/// Wires the rooms of a node. Its parts: links (node_links.cpp), packages (node_packages.cpp), hosts (node_hosts.cpp).
+struct Node::Impl {
+  static constexpr std::size_t kMaxLinks = 64;
+  static constexpr std::size_t kMaxStrangers = 16;  ///< connections whose peer is not known yet
+  static constexpr std::size_t kMaxEarlyPages = 16;
+  static constexpr std::size_t kMaxTakenMagics = 16;
+  static constexpr int kPortsToTry = 100;
+  static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
+
+  Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l, NodeCalls c);
+  ~Impl();
+  Result<void> open();
+  Result<void> listen(std::uint16_t port);
+
+  // Links.
+  transport::TcpCalls accept(std::unique_ptr<transport::TcpStream> stream);
+  bool dial(const Target& target, const transport::Endpoint& to, std::uint32_t flags);
+  NodeLink& make_link(bool initiated);
+  bool greeted(NodeLink& link, const ConnectMessage& message);
+  void greet(NodeLink& link);
+  void meet(NodeLink& link, const HostRecord& record);
+  void drop_duplicates(OwnerId peer);
+  void close(NodeLink& link);
+  void closed(LinkId id, Ending why, const Error& error);
+  void remove(LinkId id, bool broken);
+  void said_hello(OwnerId peer);
+  bool is_linked(OwnerId peer) const;
+  std::size_t strangers() const;
+  NodeLink* link(LinkId id);
+
+  // Routing.
+  void apply(const RouteChanges& changes, std::optional<std::pair<OwnerId, SteadyTime>> heard = std::nullopt);
+  void periodic();
+  void update();
+  void send_routing(NodeLink& link);
+
+  // Packages.
+  void received(NodeLink& link, const Package& package);
+  bool is_sound(const PackageHeader& header);
+  void received_broadcast(NodeLink& link, const Package& package);
+  void received_direct(NodeLink& link, const Package& package);
+  void forward(NodeLink& from, const Package& package);
+  bool take(NodeLink& link, const Package& package);
+  bool take_node_message(NodeLink& link, const Package& package);
+  void take_message(const Package& package);
+  void take_hello(NodeLink& link, const Package& package);
+  void take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message);
+  bool take_death(NodeLink& link, const PackageHeader& header, const DeadHost& dead);
+  void answer_query(const QueryHost& query);
+  void answer_trace(OwnerId asker, Trace trace);
+
+  // Sending.
+  PackageHeader header_for(Routing routing, Port port, OwnerId destination);
+  void send_on(NodeLink& link, Routing routing, Port port, ByteView body);
+  void send_direct(OwnerId to, Port port, ByteView body);
+  void flood(ByteView package, std::optional<LinkId> except);
+  Emitted emit(OwnerId to, std::span<std::uint8_t> package, bool urgent);
+
+  // Hosts.
+  HostRecord own_record() const;
+  void announced(const HostRecord& record);
+  void id_taken(const Identity& other);
+  void happened(HostEvent event, const Identity& host);
+  void welcome(OwnerId host);
+  void returned(const Identity& host);
+  void leave_host(OwnerId host);
+
+  NodeOptions options;
+  Scheduler& scheduler;
+  transport::Transports& transports;
+  base::LimitedLog log;
+  NodeCalls calls;
+  Counters counters;
+  Hosts hosts;
+  Routes routes;
+  Deliveries deliveries;
+  Fragments fragments;
+  Dialer dialer;
+  SeenIds broadcasts{kDuplicateTable};
+  std::map<LinkId, NodeLink> links;
+  std::uint64_t last_link = 0;
+  std::vector<std::unique_ptr<Connection>> over;  ///< closed in this turn
+  std::set<std::uint32_t> taken_magics;
+  std::uint32_t sequence = 0;
+  std::unique_ptr<transport::TcpListener> listener;
+  transport::Endpoint local;  ///< where it listens
+  std::unique_ptr<Announcer> announcer;
+  base::PacedCall updates;
+  base::OncePerTurn cleaning, pumping;
+  Timer period;
+  base::Lifetime lifetime;
+};
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,249 @@
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "tuples/peis/node_impl.h"
+
+namespace rubicon::tuples::peis {
+
+namespace {
+
+bool is_id(OwnerId id) {
+  return number(id) > 0 && number(id) <= kMaxId;
+}
+
+/// Whether the node itself handles a port.
+bool is_of_node(Port port) {
+  return port == Port::kRouting || port == Port::kTrace || port == Port::kTraceReply || port == Port::kDeadHost ||
+         port == Port::kTimeSync || port == Port::kQueryHost || port == Port::kHostInfo || port == Port::kAcks ||
+         port == Port::kHello;
+}
+
+/// Whether messages on a port are for the tuples.
+bool is_of_tuples(Port port) {
+  const auto n = static_cast<int>(port);
+  return (n >= 5 && n <= 7) || n == 10 || n == 15 || n == 16 || (n >= 41 && n <= kLastPort);
+}
+
+}  // namespace
+
+// Receiving.
+
+void Node::Impl::received(NodeLink& link, const Package& package) {
+  const auto& header = package.header;
+  if (!is_sound(header)) return;
+  if (link.peer == OwnerId{}) {  // we connected, and this is the first that comes
+    if (header.routing != Routing::kLink) return;
+    if (header.source == options.id) return ++counters.own_id_seen, close(link);
+    link.peer = header.source;
+  }
+  if (header.source == options.id) return void(++counters.duplicates);
+  if (header.routing == Routing::kBroadcast) return received_broadcast(link, package);
+  if (header.routing == Routing::kDirect) return received_direct(link, package);
+  if (header.routing == Routing::kLink && header.source == link.peer) take(link, package);
+}
+
+bool Node::Impl::is_sound(const PackageHeader& header) {
+  const bool destination = header.routing != Routing::kDirect || is_id(header.destination);
+  if (!is_id(header.source) || !destination || header.id == 0) return ++counters.bad_ids, false;
+  if (static_cast<std::uint16_t>(header.port) > kLastPort) return ++counters.high_ports, false;
+  return true;
+}
+
+void Node::Impl::received_broadcast(NodeLink& link, const Package& package) {
+  const auto& header = package.header;
+  if (!broadcasts.add(std::uint64_t{number(header.source)} << 32 | header.id)) return void(++counters.duplicates);
+  const auto from = link.id;
+  if (!take(link, package)) return;
+  if (header.hops >= kMaxHops) return void(++counters.hop_limit);
+  auto next = header;
+  ++next.hops;
+  Bytes copy;
+  append_package(copy, next, package.body);
+  flood(copy, from);
+}
+
+void Node::Impl::received_direct(NodeLink& link, const Package& package) {
+  if (package.header.destination == options.id) {
+    take(link, package);
+  } else {
+    forward(link, package);
+  }
+}
+
+void Node::Impl::forward(NodeLink& from, const Package& package) {
+  auto header = package.header;
+  if (header.hops >= kMaxHops) return void(++counters.hop_limit);
+  const auto* route = routes.find(header.destination);
+  if (!route) return void(++counters.no_route);
+  if (route->link == from.id) return void(++counters.loops);
+  ++header.hops;
+  Bytes copy;
+  if (auto trace = header.port == Port::kTrace ? read_trace(package.body) : fail(ErrorCode::kInvalid, {})) {
+    if (trace->path.size() < kMaxTrace) trace->path.push_back(options.id);
+    append_package(copy, header, write(*trace));
+  } else {
+    append_package(copy, header, package.body);
+  }
+  if (emit(header.destination, copy, header.port == Port::kAcks) == Emitted::kFull) ++counters.queue_full;
+}
+
+/// Whether others should have it too.
+bool Node::Impl::take(NodeLink& link, const Package& package) {
+  const auto& header = package.header;
+  if (header.port == Port::kHello) return take_hello(link, package), true;
+  if (!is_of_node(header.port)) return take_message(package), true;
+  if (header.fragments > 0) return false;
+  if (header.routing == Routing::kDirect && header.wants_ack() && deliveries.is_open(header.source)) {
+    deliveries.acknowledge(header.source, header.ack_id);
+    if (!deliveries.is_new(header.source, header.ack_id)) return ++counters.duplicates, false;
+  }
+  return take_node_message(link, package);
+}
+
+bool Node::Impl::take_node_message(NodeLink& link, const Package& package) {
+  const auto& header = package.header;
+  const auto with = [&](const auto& body, auto call) {
+    if (body) return call(*body), true;
+    ++counters.bad_bodies;
+    return log.debug("body", body.error().text), false;
+  };
+  switch (header.port) {
+    case Port::kRouting:
+      return header.routing == Routing::kLink && with(read_routing_page(package.body), [&](const RoutingPage& page) {
+               if (link.is_route()) return apply(routes.receive(link.id, page, scheduler.now()));
+               if (link.early.size() < kMaxEarlyPages) link.early.push_back(page);
+             });
+    case Port::kHostInfo:
+      return with(read_host_info(package.body), [&](const auto& message) { take_record(link, header, message); });
+    case Port::kDeadHost: {
+      const auto dead = read_dead_host(package.body);
+      return with(dead, [](const DeadHost&) {}) && take_death(link, header, *dead);
+    }
+    case Port::kAcks:
+      return with(read_acks(package.body), [&](const Acks& acks) { deliveries.acknowledged(header.source, acks); });
+    case Port::kQueryHost:
+      return with(read_query_host(package.body), [&](const QueryHost& query) { answer_query(query); });
+    case Port::kTrace:
+      return with(read_trace(package.body), [&](const Trace& trace) { answer_trace(header.source, trace); });
+    case Port::kTimeSync:
+      ++counters.time_messages;  // anyone may send them; this clock is set by its system only
+      return true;
+    default: return true;
+  }
+}
+
+void Node::Impl::take_message(const Package& package) {
+  const auto& header = package.header;
+  if (!hosts.message(header.source)) return void(++counters.unknown_sources);
+  if (header.fragments > 0) {
+    auto message = fragments.add(header, package.body);
+    if (!message) ++counters.fragments_dropped;
+    if (!message && message.error().code == ErrorCode::kBusy) return;
+    if (header.wants_ack()) deliveries.acknowledge(header.source, header.ack_id);
+    if (message && *message && is_of_tuples(header.port)) calls.message(header.source, header.port, **message);
+    return;
+  }
+  if (header.routing == Routing::kDirect && header.wants_ack()) {
+    deliveries.acknowledge(header.source, header.ack_id);
+    if (!deliveries.is_new(header.source, header.ack_id)) return void(++counters.duplicates);
+  }
+  if (is_of_tuples(header.port)) calls.message(header.source, header.port, package.body);
+}
+
+/// An empty one is a sign of life.
+void Node::Impl::take_hello(NodeLink& link, const Package& package) {
+  const auto& header = package.header;
+  if (header.routing != Routing::kDirect || package.body.empty()) return;
+  const auto hello = decode_hello(package.body);
+  if (!hello) return void(++counters.bad_bodies);
+  const auto from = header.source;
+  const auto id = link.id;
+  const bool is_neighbour = link.peer == from;
+  if (!deliveries.is_open(from)) return;  // it is sent again
+  deliveries.acknowledge(from, header.ack_id);
+  deliveries.widen(from);
+  hosts.hello(from, *hello);
+  if (!is_neighbour || !this->link(id)) return;
+  said_hello(from);
+  drop_duplicates(from);
+}
+
+void Node::Impl::take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message) {
+  const auto& record = message.host;
+  if (record.id == options.id || !is_id(record.id)) {
+    if (record.magic != options.magic) ++counters.own_id_seen;
+    return;
+  }
+  const bool by_itself = header.source == record.id && !message.cached;
+  if (by_itself && header.routing == Routing::kLink) return meet(link, record);
+  const auto* route = routes.find(record.id);
+  const bool counts = by_itself && !(route && route->direct);
+  hosts.learn(record, counts ? RecordSource::kItself : RecordSource::kOther);
+}
+
+/// Only the host itself declares itself dead, and only on the way that leads to it. Whether others should have it.
+bool Node::Impl::take_death(NodeLink& link, const PackageHeader& header, const DeadHost& dead) {
+  const auto from = header.source;
+  if (dead.id == options.id) {
+    const auto* host = hosts.find(from);
+    if (host && dead.reason != DeathReason::kMessage) happened(HostEvent::kForgot, Identity(*host));
+    return false;
+  }
+  const auto* route = routes.find(dead.id);
+  if (from != dead.id || dead.reason != DeathReason::kLost) return ++counters.forged_deaths, false;
+  if (!route || route->link != link.id) return ++counters.forged_deaths, route == nullptr;
+  leave_host(dead.id);
+  return true;
+}
+
+/// Also of other starts' magic: a kernel with an old one would never learn the new one.
+void Node::Impl::answer_query(const QueryHost& query) {
+  if (!is_id(query.asker)) return void(++counters.bad_ids);
+  send_direct(query.asker, Port::kHostInfo, write(HostRecordMessage{own_record(), false}));
+}
+
+void Node::Impl::answer_trace(OwnerId asker, Trace trace) {
+  if (trace.path.size() < kMaxTrace) trace.path.push_back(options.id);
+  send_direct(asker, Port::kTraceReply, write(trace));
+}
+
+// Sending.
+
+PackageHeader Node::Impl::header_for(Routing routing, Port port, OwnerId destination) {
+  PackageHeader header;
+  header.id = header.ack_id = deliveries.next_id();
+  header.routing = routing;
+  header.source = options.id;
+  header.destination = destination;
+  header.port = port;
+  return header;
+}
+
+void Node::Impl::send_on(NodeLink& link, Routing routing, Port port, ByteView body) {
+  Bytes package;
+  append_package(package, header_for(routing, port, kEveryone), body);
+  link.connection->send(package, true);
+}
+
+void Node::Impl::send_direct(OwnerId to, Port port, ByteView body) {
+  Bytes package;
+  append_package(package, header_for(Routing::kDirect, port, to), body);
+  emit(to, package, true);
+}
+
+void Node::Impl::flood(ByteView package, std::optional<LinkId> except) {
+  for (auto& [id, link] : links) {
+    if (id == except || !link.is_route()) continue;
+    if (!link.connection->send(package, false)) ++counters.queue_full;
+  }
+}
+
+Emitted Node::Impl::emit(OwnerId to, std::span<std::uint8_t> package, bool urgent) {
+  const auto* route = routes.find(to);
+  auto* way = route ? link(route->link) : nullptr;
+  if (!way) return Emitted::kNoRoute;
+  return way->connection->send(package, urgent) ? Emitted::kSent : Emitted::kFull;
+}
+
+}  // namespace rubicon::tuples::peis
