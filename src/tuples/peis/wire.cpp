@@ -61,27 +61,27 @@ void put_address(std::span<std::uint8_t> out, const HostAddress& address) {
   put_u32(out, 20, address.port);
 }
 
-/// The 544 bytes that announcements and HOSTINFO have in common.
-Result<HostRecord> read_host(std::string_view body, ByteView bytes) {
+/// The 544 bytes that announcements and HOSTINFO have in common, from `at` on.
+Result<HostRecord> read_host(std::string_view body, ByteView bytes, std::size_t at) {
   HostRecord host;
-  const auto id = id_at(body, "host id", bytes, 0);
+  const auto id = id_at(body, "host id", bytes, at);
   if (!id) return fail(id.error());
   host.id = *id;
-  host.magic = u32_at(bytes, 4);
-  const auto host_name = text_at(body, "host name", bytes, 8, kNameField);
+  host.magic = u32_at(bytes, at + 4);
+  const auto host_name = text_at(body, "host name", bytes, at + 8, kNameField);
   if (!host_name) return fail(host_name.error());
   host.host_name = *host_name;
-  const auto full_name = text_at(body, "full name", bytes, 72, kNameField);
+  const auto full_name = text_at(body, "full name", bytes, at + 72, kNameField);
   if (!full_name) return fail(full_name.error());
   host.full_name = *full_name;
-  const std::size_t addresses = bytes[136];
+  const std::size_t addresses = bytes[at + 136];
   if (addresses > kMaxAddresses)
-    return wrong_field(body,
-                       fmt::format("number of addresses at 136: {}, expected at most {}", addresses, kMaxAddresses));
+    return wrong_field(
+        body, fmt::format("number of addresses at {}: {}, expected at most {}", at + 136, addresses, kMaxAddresses));
   for (std::size_t i = 0; i < addresses; ++i)
-    host.addresses.push_back(address_at(bytes.subspan(kFirstAddress + i * kAddressSize, kAddressSize)));
-  host.cluster = OwnerId{u32_at(bytes, 536)};
-  host.flags = u32_at(bytes, 540);
+    host.addresses.push_back(address_at(bytes.subspan(at + kFirstAddress + i * kAddressSize, kAddressSize)));
+  host.cluster = OwnerId{u32_at(bytes, at + 536)};
+  host.flags = u32_at(bytes, at + 540);
   return host;
 }
 
@@ -107,7 +107,7 @@ Result<Announcement> read_announcement(ByteView datagram) {
   if (const auto version = check_version(kBody, datagram, who); !version) return fail(version.error());
   auto network = network_at(kBody, datagram, 8);
   if (!network) return fail(network.error());
-  auto host = read_host(kBody, datagram.subspan(72));
+  auto host = read_host(kBody, datagram, 72);
   if (!host) return fail(host.error());
   return Announcement{std::move(*network), std::move(*host)};
 }
@@ -144,7 +144,7 @@ Bytes write(const ConnectMessage& message) {
 Result<HostRecordMessage> read_host_info(ByteView body) {
   constexpr std::string_view kBody = "HOSTINFO";
   if (const auto size = expect_size(kBody, body, kHostRecordSize + 8); !size) return fail(size.error());
-  auto host = read_host(kBody, body);
+  auto host = read_host(kBody, body, 0);
   if (!host) return fail(host.error());
   return HostRecordMessage{std::move(*host), body[kHostRecordSize] != 0};
 }

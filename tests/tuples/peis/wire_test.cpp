@@ -72,12 +72,12 @@ TEST(PeisWire, ErrorsOfAnAnnouncementNameTheFieldAndWhatWasExpected) {
   EXPECT_EQ(error_of_announcement(8, "00"), "announcement: network name at 8: empty");
   EXPECT_EQ(error_of_announcement(8, std::string(128, '7')),
             "announcement: network name at 8: 64 bytes without NUL, expected one");
-  EXPECT_EQ(error_of_announcement(72, "ffffffff"), "announcement: host id at 0: ffffffff, expected 0 to 7fffffff");
+  EXPECT_EQ(error_of_announcement(72, "ffffffff"), "announcement: host id at 72: ffffffff, expected 0 to 7fffffff");
   EXPECT_EQ(error_of_announcement(72 + 8, std::string(128, '7')),
-            "announcement: host name at 8: 64 bytes without NUL, expected one");
+            "announcement: host name at 80: 64 bytes without NUL, expected one");
   EXPECT_EQ(error_of_announcement(72 + 72, std::string(128, '7')),
-            "announcement: full name at 72: 64 bytes without NUL, expected one");
-  EXPECT_EQ(error_of_announcement(72 + 136, "11"), "announcement: number of addresses at 136: 17, expected at most 16");
+            "announcement: full name at 144: 64 bytes without NUL, expected one");
+  EXPECT_EQ(error_of_announcement(72 + 136, "11"), "announcement: number of addresses at 208: 17, expected at most 16");
 }
 
 TEST(PeisWire, AHostMayHaveSixteenAddressesOfAnyType) {
