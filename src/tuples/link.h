@@ -62,6 +62,7 @@ class Link {
   /// sent because the queue is full; try again a little later.
   virtual bool publish(OwnerId subscriber, std::span<const Change> changes) = 0;
 
+  /// Repeating an id replaces that subscription; the owners send its snapshot again.
   virtual void subscribe(const SubscriptionSpec& spec) = 0;
   virtual void unsubscribe(std::uint32_t id) = 0;
   /// kNotFound if no such owner is present, kBusy if the queue is full.

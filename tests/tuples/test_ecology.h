@@ -8,6 +8,12 @@ using TestEcology = dds::DdsTestEcology;
 /// Components see each other as soon as they are there, or after a turn.
 inline constexpr bool kMeetAtOnce = false;
 }  // namespace rubicon::tuples
+#elif defined(RUBICON_OVER_JOINED)
+#include "tuples/joined/joined_test_ecology.h"
+namespace rubicon::tuples {
+using TestEcology = JoinedTestEcology;
+inline constexpr bool kMeetAtOnce = false;
+}  // namespace rubicon::tuples
 #else
 #include "tuples/memory/memory_ecology.h"
 namespace rubicon::tuples {

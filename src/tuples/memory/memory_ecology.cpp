@@ -13,9 +13,6 @@ namespace rubicon::tuples {
 
 namespace {
 
-/// The host of every member.
-constexpr const char* kHost = "memory";
-
 /// A Change that owns its texts until it is delivered.
 class OwnedChange {
  public:
@@ -62,7 +59,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     std::string summary;
   };
 
-  explicit Shared(Scheduler& s) : scheduler(s) {}
+  Shared(Scheduler& s, std::string all_on) : scheduler(s), host(std::move(all_on)) {}
 
   bool reachable(OwnerId from, OwnerId to) const {
     return from != to && members.contains(to) && !cuts.contains(unordered_pair(from, to));
@@ -93,7 +90,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     if (auto* listener = members.at(to).listener) call(*listener);
   }
 
-  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, kHost}; }
+  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, host}; }
 
   void announce(OwnerId peer, PeerEvent event, OwnerId to) {
     scheduler.post([shared = shared_from_this(), who = identity(peer), event, to, visit = members.at(to).visit] {
@@ -120,6 +117,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   }
 
   Scheduler& scheduler;
+  std::string host;
   std::map<OwnerId, Member> members;
   std::set<std::pair<OwnerId, OwnerId>> cuts;
   std::map<std::pair<OwnerId, OwnerId>, std::uint64_t> epochs;
@@ -221,7 +219,8 @@ class MemoryEcology::MemoryLink final : public Link {
   std::shared_ptr<Shared> shared_;
 };
 
-MemoryEcology::MemoryEcology(Scheduler& scheduler) : shared_(std::make_shared<Shared>(scheduler)) {}
+MemoryEcology::MemoryEcology(Scheduler& scheduler, std::string host)
+    : shared_(std::make_shared<Shared>(scheduler, std::move(host))) {}
 MemoryEcology::~MemoryEcology() = default;
 
 Result<std::unique_ptr<Link>> MemoryEcology::join(OwnerId id) {

@@ -11,7 +11,8 @@ namespace rubicon::tuples {
 /// of the distributed engine, because connections can be cut.
 class MemoryEcology final : public Ecology {
  public:
-  explicit MemoryEcology(Scheduler& scheduler);
+  /// `host`: PeerIdentity::host of all members.
+  explicit MemoryEcology(Scheduler& scheduler, std::string host = "memory");
   ~MemoryEcology() override;
 
   /// kDuplicate if the id is present. Destroying the link = leaving.

@@ -1,0 +1,269 @@
+#include "tuples/joined/joined_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples {
+
+namespace {
+
+/// Conflicts remembered, so that each is logged once.
+constexpr std::size_t kMaxLogged = 1000;
+
+}  // namespace
+
+/// An engine, and the listener of its link.
+class JoinedLink::Port final : public LinkListener {
+ public:
+  Port(JoinedLink& joined, std::size_t number, Engine engine)
+      : name(std::move(engine.name)), link(std::move(engine.link)), joined_(joined), number_(number) {}
+
+  void on_changes(OwnerId owner, std::span<const Change> changes) override {
+    if (joined_.listener_) joined_.on_changes(number_, owner, changes);
+  }
+  void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override {
+    if (joined_.listener_) joined_.on_subscribe(number_, subscriber, spec);
+  }
+  void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override {
+    if (joined_.listener_) joined_.on_unsubscribe(number_, subscriber, id);
+  }
+  void on_remote_set(const RemoteSet& set) override {
+    if (joined_.listener_) joined_.on_remote_set(number_, set);
+  }
+  void on_reply(const Reply& reply) override {
+    if (joined_.listener_) joined_.on_reply(reply);
+  }
+  void on_peer(const PeerIdentity& peer, PeerEvent event) override {
+    if (joined_.listener_) joined_.on_peer(number_, peer, event);
+  }
+  void on_summary(OwnerId peer, std::string_view summary) override {
+    if (joined_.listener_) joined_.on_summary(number_, peer, summary);
+  }
+
+  const std::string name;
+  const std::unique_ptr<Link> link;
+
+ private:
+  JoinedLink& joined_;
+  std::size_t number_;
+};
+
+JoinedLink::JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log)
+    : self_(self),
+      scheduler_(scheduler),
+      log_(Log(log, "tuples"), scheduler),
+      policy_([this](OwnerId peer) -> PeerPolicy* {
+        auto* link = link_to(peer);
+        return link ? &link->policy() : nullptr;
+      }) {
+  for (auto& engine : engines) ports_.push_back(std::make_unique<Port>(*this, ports_.size(), std::move(engine)));
+}
+
+JoinedLink::~JoinedLink() {
+  detach();
+}
+
+void JoinedLink::attach(LinkListener& listener, std::uint64_t incarnation) {
+  detach();
+  listener_ = &listener;
+  incarnation_ = std::max(incarnation, incarnation_ + 1);
+  for (const auto& port : ports_) port->link->attach(*port, incarnation_);
+}
+
+void JoinedLink::detach() {
+  if (!std::exchange(listener_, nullptr)) return;
+  ++attachment_;
+  peers_.clear();
+  subscriptions_.clear();
+  arriving_.reset();
+  for (const auto& port : ports_) port->link->detach();
+}
+
+MetPeer* JoinedLink::find(OwnerId id) {
+  const auto found = peers_.find(id);
+  return found == peers_.end() ? nullptr : &found->second;
+}
+
+Meeting* JoinedLink::find(OwnerId id, std::size_t engine) {
+  auto* peer = find(id);
+  return peer ? peer->at(engine) : nullptr;
+}
+
+std::optional<std::size_t> JoinedLink::home_of(OwnerId id) const {
+  const auto found = peers_.find(id);
+  return found == peers_.end() ? std::nullopt : found->second.home();
+}
+
+/// The engine that brought the request which is being decided, else the one where the component lives.
+Link* JoinedLink::link_to(OwnerId id) {
+  const auto engine = arriving_ && arriving_->from == id ? std::optional(arriving_->engine) : home_of(id);
+  return engine ? ports_[*engine]->link.get() : nullptr;
+}
+
+bool JoinedLink::publish(OwnerId subscriber, std::span<const Change> changes) {
+  auto* link = link_to(subscriber);
+  return !link || link->publish(subscriber, changes);
+}
+
+void JoinedLink::subscribe(const SubscriptionSpec& spec) {
+  subscriptions_[spec.id] = spec;
+  for (const auto& port : ports_) port->link->subscribe(spec);
+}
+
+void JoinedLink::unsubscribe(std::uint32_t id) {
+  subscriptions_.erase(id);
+  for (const auto& port : ports_) port->link->unsubscribe(id);
+}
+
+Result<void> JoinedLink::remote_set(const RemoteSet& set) {
+  if (auto* link = link_to(set.owner)) return link->remote_set(set);
+  return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+}
+
+void JoinedLink::reply(const Reply& reply) {
+  if (auto* link = link_to(reply.to)) link->reply(reply);
+}
+
+std::vector<OwnerId> JoinedLink::peers() const {
+  std::vector<OwnerId> present;
+  for (const auto& [id, peer] : peers_) {
+    if (peer.home()) present.push_back(id);
+  }
+  return present;
+}
+
+void JoinedLink::describe(std::string summary) {
+  for (const auto& port : ports_) port->link->describe(summary);
+}
+
+void JoinedLink::on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent event) {
+  if (who.id == self_) return;
+  const auto attachment = attachment_;
+  if (find(who.id, engine)) part(engine, who.id, event == PeerEvent::kUp ? PeerEvent::kLost : event);
+  if (event == PeerEvent::kUp && attachment == attachment_) meet(engine, who);
+}
+
+void JoinedLink::meet(std::size_t engine, const PeerIdentity& who) {
+  auto& peer = peers_.try_emplace(who.id, ports_.size()).first->second;
+  const auto move = peer.meet(engine, who);
+  watch_conflict(peer, who.id, engine);
+  report(who.id, move);
+}
+
+void JoinedLink::part(std::size_t engine, OwnerId id, PeerEvent how) {
+  const auto attachment = attachment_;
+  report(id, peers_.at(id).part(engine, how));
+  if (attachment == attachment_ && peers_.at(id).is_forgotten()) peers_.erase(id);
+}
+
+void JoinedLink::report(OwnerId id, const MetPeer::Move& move) {
+  const auto attachment = attachment_;
+  if (move.down) listener_->on_peer(*move.down, move.how);
+  if (!move.up || attachment != attachment_) return;
+  const auto& meeting = *find(id, *move.up);
+  const auto [identity, summary, subscriptions] = std::tuple(meeting.identity, meeting.summary, meeting.subscriptions);
+  listener_->on_peer(identity, PeerEvent::kUp);
+  if (attachment == attachment_ && !summary.empty()) listener_->on_summary(id, summary);
+  for (const auto& one : subscriptions) {
+    if (attachment == attachment_) listener_->on_subscribe(id, one.second);
+  }
+  if (move.was_rival && attachment == attachment_) ask_again(*move.up);
+}
+
+/// All components of that engine send their snapshots again: an engine cannot ask one of them alone.
+void JoinedLink::ask_again(std::size_t engine) {
+  for (const auto& one : subscriptions_) ports_[engine]->link->subscribe(one.second);
+}
+
+void JoinedLink::watch_conflict(MetPeer& peer, OwnerId id, std::size_t engine) {
+  const auto rival = peer.rival_of(engine);
+  if (!rival) return;
+  const auto &one = peer.at(engine)->identity, &other = peer.at(*rival)->identity;
+  const auto wait = is_restart(one, other) || is_restart(other, one) ? kRestartTime : kContactTime;
+  peer.at(engine)->conflict = scheduler_.after(wait, [this, id, engine] { log_conflict(id, engine); });
+}
+
+void JoinedLink::log_conflict(OwnerId id, std::size_t engine) {
+  const auto* peer = find(id);
+  const auto rival = peer ? peer->rival_of(engine) : std::nullopt;
+  if (!rival) return;
+  const auto starts = std::minmax({peer->at(engine)->identity.incarnation, peer->at(*rival)->identity.incarnation});
+  if (logged_.size() >= kMaxLogged) logged_.clear();
+  if (!logged_.emplace(id, starts.first, starts.second).second) return;
+  const auto ignored = peer->is_resident(engine) ? *rival : engine;
+  log_.error(fmt::format("conflict {}", number(id)),
+             fmt::format("two components have id {}: {} and {}. The one on {} is ignored: give one of them another id",
+                         number(id), described(id, engine), described(id, *rival), ports_[ignored]->name));
+}
+
+std::string JoinedLink::described(OwnerId id, std::size_t engine) const {
+  const auto& host = peers_.at(id).at(engine)->identity.host;
+  return fmt::format("one on {}{}{}", ports_[engine]->name, host.empty() ? "" : " on host ", host);
+}
+
+void JoinedLink::on_summary(std::size_t engine, OwnerId id, std::string_view summary) {
+  auto* meeting = find(id, engine);
+  if (!meeting) return;
+  meeting->summary = summary;
+  if (home_of(id) == engine) listener_->on_summary(id, summary);
+}
+
+/// A stream that another one replaced is dropped, up to its next Restart.
+void JoinedLink::on_changes(std::size_t engine, OwnerId owner, std::span<const Change> changes) {
+  auto* peer = find(owner);
+  if (!peer || !peer->is_resident(engine)) return;
+  const auto attachment = attachment_;
+  bool counts = peer->counts(engine);
+  std::size_t from = 0;
+  for (std::size_t at = 0; at < changes.size(); ++at) {
+    const auto* restart = std::get_if<Restart>(&changes[at]);
+    if (!restart) continue;
+    if (counts && at > from) listener_->on_changes(owner, changes.subspan(from, at - from));
+    if (attachment != attachment_) return;
+    counts = peer->begin_stream(engine, *restart);
+    from = at;
+  }
+  if (counts && from < changes.size()) listener_->on_changes(owner, changes.subspan(from));
+}
+
+void JoinedLink::on_subscribe(std::size_t engine, OwnerId id, const SubscriptionSpec& spec) {
+  auto* meeting = find(id, engine);
+  if (!meeting) return;
+  auto& all = meeting->subscriptions;
+  if (all.size() >= kMaxSubscriptions && !all.contains(spec.id)) {
+    log_.warning(fmt::format("subscriptions {}", number(id)),
+                 fmt::format("component {} has too many subscriptions: one is ignored", number(id)));
+    return;
+  }
+  all[spec.id] = spec;
+  if (home_of(id) == engine) listener_->on_subscribe(id, spec);
+}
+
+void JoinedLink::on_unsubscribe(std::size_t engine, OwnerId id, std::uint32_t subscription) {
+  auto* meeting = find(id, engine);
+  if (!meeting) return;
+  meeting->subscriptions.erase(subscription);
+  if (home_of(id) == engine) listener_->on_unsubscribe(id, subscription);
+}
+
+/// The engine that brings the request decides by its policy, and carries the reply.
+void JoinedLink::on_remote_set(std::size_t engine, const RemoteSet& set) {
+  const auto* peer = find(set.from);
+  if (!peer || !peer->at(engine)) return;
+  if (!peer->is_resident(engine)) {
+    return ports_[engine]->link->reply(
+        {set.from, set.request, Verdict::kRefused, ErrorCode::kDuplicate,
+         fmt::format("setting '{}': another component with id {} is present", set.key, number(set.from))});
+  }
+  arriving_ = {engine, set.from};
+  listener_->on_remote_set(set);
+  arriving_.reset();
+}
+
+void JoinedLink::on_reply(const Reply& reply) {
+  listener_->on_reply(reply);
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "base/limited_log.h"
+#include "tuples/joined/joined_policy.h"
+#include "tuples/joined/met_peer.h"
+
+namespace rubicon::tuples {
+
+/// One component on several engines: offers its tuples, subscriptions and summary on all of them, and sends to each
+/// other component by the engine where that one lives. When it moves to another engine, the listener receives kLost and
+/// kUp, so that both sides begin anew.
+class JoinedLink final : public Link {
+ public:
+  /// Subscriptions of one component on one engine; more are ignored.
+  static constexpr std::size_t kMaxSubscriptions = 10'000;
+  /// Two components with one id may be one that changes: its restart, or the first contact. Afterwards it is an error.
+  static constexpr Duration kContactTime = std::chrono::seconds(5), kRestartTime = std::chrono::seconds(60);
+
+  struct Engine {
+    std::string name;
+    std::unique_ptr<Link> link;
+  };
+  JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log);
+  ~JoinedLink() override;
+
+  void attach(LinkListener& listener, std::uint64_t incarnation) override;
+  void detach() override;
+  bool publish(OwnerId subscriber, std::span<const Change> changes) override;
+  void subscribe(const SubscriptionSpec& spec) override;
+  void unsubscribe(std::uint32_t id) override;
+  Result<void> remote_set(const RemoteSet& set) override;
+  void reply(const Reply& reply) override;
+  std::vector<OwnerId> peers() const override;
+  void describe(std::string summary) override;
+  PeerPolicy& policy() override { return policy_; }
+
+ private:
+  class Port;
+  /// A request that is being decided, which its engine brought.
+  struct Arriving {
+    std::size_t engine = 0;
+    OwnerId from{};
+  };
+
+  void on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent event);
+  void on_summary(std::size_t engine, OwnerId id, std::string_view summary);
+  void on_changes(std::size_t engine, OwnerId owner, std::span<const Change> changes);
+  void on_subscribe(std::size_t engine, OwnerId id, const SubscriptionSpec& spec);
+  void on_unsubscribe(std::size_t engine, OwnerId id, std::uint32_t subscription);
+  void on_remote_set(std::size_t engine, const RemoteSet& set);
+  void on_reply(const Reply& reply);
+
+  void meet(std::size_t engine, const PeerIdentity& who);
+  void part(std::size_t engine, OwnerId id, PeerEvent how);
+  void report(OwnerId id, const MetPeer::Move& move);
+  void ask_again(std::size_t engine);
+  void watch_conflict(MetPeer& peer, OwnerId id, std::size_t engine);
+  void log_conflict(OwnerId id, std::size_t engine);
+  std::string described(OwnerId id, std::size_t engine) const;
+
+  MetPeer* find(OwnerId id);
+  Meeting* find(OwnerId id, std::size_t engine);
+  Link* link_to(OwnerId id);
+  std::optional<std::size_t> home_of(OwnerId id) const;
+
+  OwnerId self_;
+  Scheduler& scheduler_;
+  base::LimitedLog log_;
+  std::vector<std::unique_ptr<Port>> ports_;
+  JoinedPolicy policy_;
+  LinkListener* listener_ = nullptr;
+  std::uint64_t incarnation_ = 0;
+  std::uint64_t attachment_ = 0;  ///< changes with the listener, which each call to it may detach
+  std::map<OwnerId, MetPeer> peers_;
+  std::map<std::uint32_t, SubscriptionSpec> subscriptions_;  ///< own ones
+  std::optional<Arriving> arriving_;
+  std::set<std::tuple<OwnerId, std::uint64_t, std::uint64_t>> logged_;  ///< conflicts, by the starts of both sides
+};
+
+}  // namespace rubicon::tuples

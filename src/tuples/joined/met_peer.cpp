@@ -1,0 +1,82 @@
+#include "tuples/joined/met_peer.h"
+
+#include <algorithm>
+
+namespace rubicon::tuples {
+
+bool is_restart(const PeerIdentity& before, const PeerIdentity& news) {
+  return !news.host.empty() && news.host == before.host && news.incarnation > before.incarnation;
+}
+
+MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity) {
+  for (auto& other : meetings_) {
+    if (other && other->identity.incarnation == identity.incarnation) other->left = false;
+  }
+  meetings_[engine].emplace().identity = identity;
+  if (!home_) return live_at(engine);
+  const auto& resident = meetings_[*home_]->identity;
+  const bool same = resident.incarnation == identity.incarnation;
+  if (same ? engine > *home_ : !is_restart(resident, identity)) return {};
+  Move move{resident, PeerEvent::kLost, {}, false};
+  move.up = live_at(engine).up;
+  return move;
+}
+
+MetPeer::Move MetPeer::part(std::size_t engine, PeerEvent how) {
+  const auto identity = meetings_[engine]->identity;
+  meetings_[engine].reset();
+  if (home_ != engine) return {};
+  for (auto& other : meetings_) {
+    if (how == PeerEvent::kLeft && other && other->identity.incarnation == identity.incarnation) other->left = true;
+  }
+  Move move{identity, how, live_at(next_home(identity.incarnation)).up, false};
+  move.was_rival = move.up && meetings_[*move.up]->identity.incarnation != identity.incarnation;
+  return move;
+}
+
+/// The same component before a rival, then by the order of the engines.
+std::optional<std::size_t> MetPeer::next_home(std::uint64_t incarnation) const {
+  std::optional<std::size_t> rival;
+  for (std::size_t engine = 0; engine < meetings_.size(); ++engine) {
+    const auto* meeting = at(engine);
+    if (!meeting || meeting->left) continue;
+    if (meeting->identity.incarnation == incarnation) return engine;
+    if (!rival) rival = engine;
+  }
+  return rival;
+}
+
+MetPeer::Move MetPeer::live_at(std::optional<std::size_t> engine) {
+  home_ = engine;
+  if (engine && stream_ && stream_->incarnation != meetings_[*engine]->identity.incarnation) stream_.reset();
+  return {{}, PeerEvent::kUp, engine, false};
+}
+
+bool MetPeer::is_resident(std::size_t engine) const {
+  return home_ && meetings_[engine] && !meetings_[engine]->left &&
+         meetings_[engine]->identity.incarnation == meetings_[*home_]->identity.incarnation;
+}
+
+bool MetPeer::is_forgotten() const {
+  return std::none_of(meetings_.begin(), meetings_.end(), [](const auto& meeting) { return meeting.has_value(); });
+}
+
+std::optional<std::size_t> MetPeer::rival_of(std::size_t engine) const {
+  const auto* meeting = at(engine);
+  if (!meeting || meeting->left) return {};
+  for (std::size_t other = 0; other < meetings_.size(); ++other) {
+    const auto* rival = at(other);
+    if (rival && !rival->left && rival->identity.incarnation != meeting->identity.incarnation) return other;
+  }
+  return {};
+}
+
+bool MetPeer::begin_stream(std::size_t engine, const Restart& restart) {
+  const auto* meeting = at(engine);
+  const bool later =
+      !stream_ || stream_->engine == engine || restart.since == WallTime{} || restart.since > stream_->since;
+  if (later) stream_ = {engine, meeting->identity.incarnation, restart.since};
+  return later;
+}
+
+}  // namespace rubicon::tuples
