@@ -11,7 +11,7 @@ inline constexpr bool kMeetAtOnce = false;
 #elif defined(RUBICON_OVER_JOINED)
 #include "tuples/joined/joined_test_ecology.h"
 namespace rubicon::tuples {
-using TestEcology = JoinedTestEcology;
+using TestEcology = joined::JoinedTestEcology;
 inline constexpr bool kMeetAtOnce = false;
 }  // namespace rubicon::tuples
 #else

@@ -5,7 +5,7 @@
 #include "base/assert.h"
 #include "tuples/joined/joined_link.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 JoinedEcology::JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log)
     : engines_(std::move(engines)), scheduler_(scheduler), log_(log) {
@@ -26,4 +26,4 @@ Result<std::unique_ptr<Link>> JoinedEcology::join(OwnerId id) {
   return std::make_unique<JoinedLink>(id, std::move(links), scheduler_, log_);
 }
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -8,7 +8,7 @@
 #include "base/scheduler.h"
 #include "tuples/link.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 /// Several engines as one ecology (docs/decisions/022-two-engines.md). Own tuples are offered on all of them; another
 /// component lives on the first engine, in their order, of those on which it was met. The engines outlive it.
@@ -33,4 +33,4 @@ class JoinedEcology final : public Ecology {
   base::LogSink& log_;
 };
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 namespace {
 
@@ -266,4 +266,4 @@ void JoinedLink::on_reply(const Reply& reply) {
   listener_->on_reply(reply);
 }
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -10,7 +10,7 @@
 #include "tuples/joined/joined_policy.h"
 #include "tuples/joined/met_peer.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 /// One component on several engines: offers its tuples, subscriptions and summary on all of them, and sends to each
 /// other component by the engine where that one lives. When it moves to another engine, the listener receives kLost and
@@ -83,4 +83,4 @@ class JoinedLink final : public Link {
   std::set<std::tuple<OwnerId, std::uint64_t, std::uint64_t>> logged_;  ///< conflicts, by the starts of both sides
 };
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -4,7 +4,7 @@
 
 #include "tuples/peer_policy.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 /// Asks the policy of the engine that brought the question. The engines inform their own policies of who is there.
 class JoinedPolicy final : public PeerPolicy {
@@ -36,4 +36,4 @@ class JoinedPolicy final : public PeerPolicy {
   Find find_;
 };
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 bool is_restart(const PeerIdentity& before, const PeerIdentity& news) {
   return !news.host.empty() && news.host == before.host && news.incarnation > before.incarnation;
@@ -79,4 +79,4 @@ bool MetPeer::begin_stream(std::size_t engine, const Restart& restart) {
   return later;
 }
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

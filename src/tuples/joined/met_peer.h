@@ -9,7 +9,7 @@
 #include "base/scheduler.h"
 #include "tuples/link.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 /// A component as one engine sees it.
 struct Meeting {
@@ -74,4 +74,4 @@ class MetPeer {
 /// earlier one has ended, or will be displaced.
 bool is_restart(const PeerIdentity& before, const PeerIdentity& news);
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -3,7 +3,7 @@
 #include "tuples/joined/two_engines.h"
 #include "tuples/peer_policy.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 namespace {
 
 using namespace std::chrono_literals;
@@ -282,4 +282,4 @@ TEST_F(TwoEngines, MayBeThree) {
 }
 
 }  // namespace
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -2,7 +2,7 @@
 
 #include "tuples/joined/two_engines.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 namespace {
 
 using namespace std::chrono_literals;
@@ -290,4 +290,4 @@ TEST_F(PlayedEngines, MayBeDetachedInAnyCall) {
 }
 
 }  // namespace
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

@@ -4,7 +4,7 @@
 #include "tuples/joined/joined_ecology.h"
 #include "tuples/memory/memory_ecology.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 /// Components that meet on two engines in memory. They are cut from each other on both.
 class JoinedTestEcology {
@@ -29,4 +29,4 @@ class JoinedTestEcology {
   JoinedEcology joined_;
 };
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined

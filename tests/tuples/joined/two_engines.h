@@ -6,7 +6,7 @@
 #include "support/collecting_log.h"
 #include "tuples/component.h"
 
-namespace rubicon::tuples {
+namespace rubicon::tuples::joined {
 
 inline std::string event_name(PeerEvent event) {
   return event == PeerEvent::kUp ? "up" : event == PeerEvent::kLeft ? "left" : "lost";
@@ -52,4 +52,4 @@ struct TwoEngines : testing::Test {
   JoinedEcology both{{{"dds", dds}, {"peis", peis}}, time, log};
 };
 
-}  // namespace rubicon::tuples
+}  // namespace rubicon::tuples::joined
