@@ -7,10 +7,8 @@ namespace rubicon::tuples::peis {
 
 using namespace std::chrono_literals;
 
-Hosts::Hosts(Scheduler& scheduler, OwnerId self, Counters& counters, Calls calls)
-    : scheduler_(scheduler), self_(self), counters_(counters), calls_(std::move(calls)), next_(scheduler, [this] {
-        sweep();
-      }) {}
+Hosts::Hosts(Scheduler& scheduler, Counters& counters, Calls calls)
+    : scheduler_(scheduler), counters_(counters), calls_(std::move(calls)), next_(scheduler, [this] { sweep(); }) {}
 
 /// Null: too many hosts.
 Hosts::Host* Hosts::obtain(OwnerId id) {

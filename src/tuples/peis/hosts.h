@@ -55,7 +55,7 @@ class Hosts {
     std::function<void(const Identity&)> returned;
   };
 
-  Hosts(Scheduler& scheduler, OwnerId self, Counters& counters, Calls calls);
+  Hosts(Scheduler& scheduler, Counters& counters, Calls calls);
 
   /// False: the info is that of a start that has ended, or of too many hosts.
   bool learn(const HostRecord& record, RecordSource source);
@@ -116,7 +116,6 @@ class Hosts {
   bool purge(const Host& host, SteadyTime now) const;
 
   Scheduler& scheduler_;
-  OwnerId self_;
   Counters& counters_;
   Calls calls_;
   std::map<OwnerId, Host> hosts_;

@@ -116,7 +116,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
       transports(t),
       log(std::move(l), s),
       calls(std::move(c)),
-      hosts(s, options.id, counters,
+      hosts(s, counters,
             {[this](HostEvent event, const Identity& host) { happened(event, host); },
              [this](OwnerId host) { welcome(host); },
              [this](OwnerId host) {
