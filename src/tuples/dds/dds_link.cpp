@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/dds/host.h"
+#include "transport/host_name.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -45,7 +45,7 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
       log_(log, "dds"),
       limited_log_(log_, scheduler),
       lease_(options.lease),
-      host_(host_id("host")),
+      host_(transport::host_id("host")),
       policy_(self, host_, options.trust_lan, log_),
       starts_(std::move(starts)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "transport/host_name.h"
 #include "transport/interfaces.h"
-#include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
 
@@ -73,7 +73,7 @@ const char* multicast(const DdsOptions& options) {
 /// Cyclone's sockets receive on all interfaces. On loopback a secret part of the tag keeps out senders on other hosts.
 std::string tag_of(const DdsOptions& options) {
   if (!is_loopback_only(options)) return options.tag;
-  return fmt::format("{}@{}", options.tag, host_id("tag"));
+  return fmt::format("{}@{}", options.tag, transport::host_id("tag"));
 }
 
 std::string discovery(const DdsOptions& options) {

@@ -3,11 +3,8 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <fstream>
 
 #include "transport/resolve.h"
 
@@ -71,18 +68,6 @@ std::vector<std::string> with_addresses(std::vector<std::string> peers, Schedule
     }
   }
   return peers;
-}
-
-std::string host_id(const std::string& purpose) {
-  std::string boot;
-  std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
-  std::array<char, 64> space{};
-  const auto length = ::readlink("/proc/self/ns/net", space.data(), space.size());
-  const auto text =
-      purpose + '\n' + boot + '\n' + std::string(space.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace rubicon::tuples::dds

@@ -21,8 +21,4 @@ std::vector<std::string> with_addresses(std::vector<std::string> peers, Schedule
 /// Whether the host of `peer` is a numeric IPv4 address.
 bool has_address(const std::string& peer);
 
-/// 16 hex digits that are the same for all processes that share a boot of the kernel and a network namespace, and
-/// differ for all others. The ids for two purposes cannot be derived from each other.
-std::string host_id(const std::string& purpose);
-
 }  // namespace rubicon::tuples::dds

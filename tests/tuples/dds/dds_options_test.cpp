@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "base/virtual_scheduler.h"
+#include "transport/host_name.h"
 #include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
@@ -21,14 +22,14 @@ DdsOptions on(std::vector<std::string> interfaces, std::vector<std::string> peer
 
 TEST(DdsOptions, LoopbackHasATagThatNoOtherHostKnows) {
   DdsOptions options;
-  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>@" + host_id("tag") + "</Tag>"));
+  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>@" + transport::host_id("tag") + "</Tag>"));
   options.tag = "lab";
-  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>lab@" + host_id("tag") + "</Tag>"));
+  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>lab@" + transport::host_id("tag") + "</Tag>"));
   options.interfaces = {"eth0"};
   EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>lab</Tag>"));
-  EXPECT_NE(host_id("tag"), host_id("host")) << "the host is told to everybody, the tag is not";
-  EXPECT_EQ(host_id("host"), host_id("host"));
-  EXPECT_EQ(host_id("host").size(), 16U);
+  EXPECT_NE(transport::host_id("tag"), transport::host_id("host")) << "the host is told to everybody, the tag is not";
+  EXPECT_EQ(transport::host_id("host"), transport::host_id("host"));
+  EXPECT_EQ(transport::host_id("host").size(), 16U);
 }
 
 TEST(DdsOptions, MulticastStopsWhereHostsAreNamed) {

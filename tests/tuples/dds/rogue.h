@@ -6,10 +6,10 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "transport/host_name.h"
 #include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/host.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -35,7 +35,7 @@ class Rogue {
 
   /// Says to be this one as well, since then.
   void show(std::uint32_t id, std::uint64_t incarnation, const std::string& its_summary = {}) {
-    std::string host = host_id("host");
+    std::string host = transport::host_id("host");
     std::string summary = its_summary.empty() ? R"({"host":"attic","program":"rogue 1.0"})" : its_summary;
     rubicon_wire_Presence presence{};
     presence.id = id;
