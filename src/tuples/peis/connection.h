@@ -70,6 +70,7 @@ class Connection {
   transport::Endpoint remote() const { return remote_; }
   std::uint64_t bytes_in() const { return bytes_in_; }
   std::uint64_t bytes_out() const { return bytes_out_; }
+  std::size_t unacknowledged() const { return stream_ ? stream_->unacknowledged() : 0; }
   /// Packages that wait to be written to a kernel.
   std::size_t waiting() const { return urgent_.size() + normal_.size(); }
 

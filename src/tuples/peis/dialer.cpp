@@ -42,7 +42,6 @@ void Dialer::meet(OwnerId host, bool is_lower_cluster, bool first) {
   const auto found = tries_.find(host);
   if (found == tries_.end() && tries_.size() >= kMaxHostTries) return;
   auto& next = tries_[host];
-  if (next.dialing || next.due != SteadyTime::max()) return;
   if (next.failures >= kMaxFailures) next.failures = 0;
   if (!is_lower_cluster) return schedule(next, jitter(2s, 3s));
   schedule(next, first ? jitter(0ms, 20ms) : jitter(300ms, 1s));
@@ -62,7 +61,7 @@ void Dialer::again(OwnerId host, bool first) {
   if (!tries_.contains(host) && tries_.size() >= kMaxHostTries) return;
   auto& next = tries_[host];
   next.direct = true;
-  schedule(next, first ? Duration{} : jitter(500ms, 1s));
+  schedule(next, first ? Duration{} : jitter(100ms, 200ms));
 }
 
 void Dialer::connected(const Target& target, OwnerId host) {

@@ -11,15 +11,17 @@ Hosts::Hosts(Scheduler& scheduler, Counters& counters, Calls calls)
     : scheduler_(scheduler), counters_(counters), calls_(std::move(calls)), next_(scheduler, [this] { sweep(); }) {}
 
 /// Null: too many hosts.
-Hosts::Host* Hosts::obtain(OwnerId id) {
+Hosts::Host* Hosts::obtain(OwnerId id, bool is_neighbour) {
   const auto now = scheduler_.now();
   if (const auto found = hosts_.find(id); found != hosts_.end()) return &found->second;
-  if (hosts_.size() >= kMaxHosts) {
-    std::erase_if(hosts_, [](const auto& item) {
-      return item.second.state == State::kAbsent && !item.second.routable && !item.second.counted_lost;
+  const auto limit = kMaxHosts + (is_neighbour ? kReserved : 0);
+  if (hosts_.size() >= limit) {
+    std::erase_if(hosts_, [&](const auto& item) {
+      const auto& host = item.second;
+      return host.state == State::kAbsent && !host.routable && (is_neighbour || !host.counted_lost);
     });
   }
-  if (hosts_.size() >= kMaxHosts) {
+  if (hosts_.size() >= limit) {
     ++counters_.too_many_hosts;
     return nullptr;
   }
@@ -32,7 +34,7 @@ Hosts::Host* Hosts::obtain(OwnerId id) {
 
 bool Hosts::learn(const HostRecord& record, RecordSource source) {
   if (is_over(record.id, record.magic)) return false;
-  auto* host = obtain(record.id);
+  auto* host = obtain(record.id, source == RecordSource::kOwnLink);
   if (!host) return false;
   host->heard = scheduler_.now();
   const auto magic = host->identity.magic;

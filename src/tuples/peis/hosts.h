@@ -36,10 +36,12 @@ enum class RecordSource {
 class Hosts {
  public:
   static constexpr std::size_t kMaxHosts = 1024;
+  /// Besides, for hosts that connect: one neighbour cannot fill the table and so keep all others out.
+  static constexpr std::size_t kReserved = 128;
   /// A host that is not ours counts as lost after this time without a route: two routing periods.
   static constexpr Duration kKernelLease = 2 * kRoutingPeriod;
-  static constexpr Duration kHelloWait = std::chrono::milliseconds(200);
-  static constexpr Duration kLeaveTime = std::chrono::seconds(3);  ///< a kernel that leaves still talks for 2 s
+  static constexpr Duration kHelloWait = std::chrono::milliseconds(500);  ///< one resend
+  static constexpr Duration kLeaveTime = std::chrono::seconds(3);         ///< a kernel that leaves still talks for 2 s
   static constexpr Duration kForgetTime = std::chrono::minutes(2);
 
   struct Calls {
@@ -102,7 +104,7 @@ class Hosts {
     std::size_t next_former = 0;
   };
 
-  Host* obtain(OwnerId id);
+  Host* obtain(OwnerId id, bool is_neighbour = false);
   void restart(Host& host, std::uint32_t magic);
   void take(Host& host, const HostRecord& record);
   void evaluate(Host& host);

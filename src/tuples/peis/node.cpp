@@ -94,7 +94,8 @@ std::vector<LinkState> Node::links() const {
   std::vector<LinkState> states;
   for (const auto& [id, link] : impl_->links) {
     const auto& connection = *link.connection;
-    states.push_back({link.peer, connection.remote(), connection.bytes_in(), connection.bytes_out(), link.ours});
+    states.push_back({link.peer, connection.remote(), connection.bytes_in(), connection.bytes_out(),
+                      connection.unacknowledged(), link.ours});
   }
   return states;
 }

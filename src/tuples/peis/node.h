@@ -53,7 +53,8 @@ struct LinkState {
   OwnerId peer{};
   transport::Endpoint remote;
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  bool ours = false;  ///< the peer said hello
+  std::size_t unacknowledged = 0;  ///< bytes in the sockets
+  bool ours = false;               ///< the peer said hello
 };
 
 /// A line of `kernel.routingTable`.

@@ -104,8 +104,9 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
     return void(hosts.learn(record, RecordSource::kOwnLink));
   }
   if (!hosts.learn(record, RecordSource::kOwnLink)) {
-    log.info(fmt::format("over {}", number(record.id)),
-             fmt::format("component {}: refused, another start of it came later", number(record.id)));
+    log.info(
+        fmt::format("over {}", number(record.id)),
+        fmt::format("component {}: refused, another start of it came later, or too many hosts", number(record.id)));
     return close(met);
   }
   dialer.connected(met.target, record.id);

@@ -160,10 +160,10 @@ void Node::Impl::take_hello(NodeLink& link, const Package& package) {
   const auto from = header.source;
   const auto id = link.id;
   const bool is_neighbour = link.peer == from;
-  if (!deliveries.is_open(from)) return;  // it is sent again
-  deliveries.acknowledge(from, header.ack_id);
   deliveries.widen(from);
   hosts.hello(from, *hello);
+  if (!deliveries.is_open(from)) return;  // its record has not come; hello is sent again
+  deliveries.acknowledge(from, header.ack_id);
   if (!is_neighbour || !this->link(id)) return;
   said_hello(from);
   drop_duplicates(from);

@@ -125,7 +125,7 @@ bool Routes::is_better(const Route& offered, const Route& present, SteadyTime no
 
 void Routes::take(OwnerId host, Route route, RouteChanges& changes) {
   const auto present = routes_.find(host);
-  if (present == routes_.end() && routes_.size() >= kMaxRoutes) {
+  if (present == routes_.end() && !route.direct && routes_.size() >= kMaxRoutes) {
     ++counters_.too_many_routes;
     return;
   }

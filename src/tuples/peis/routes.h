@@ -37,7 +37,7 @@ struct RouteChanges {
 /// whatever kernels advertise. Does no I/O.
 class Routes {
  public:
-  static constexpr std::size_t kMaxRoutes = 1024;
+  static constexpr std::size_t kMaxRoutes = 1024;               ///< besides those to neighbours
   static constexpr Duration kStale = std::chrono::seconds(60);  ///< without a newer sequence
   static constexpr Duration kKeepLost = 4 * kRoutingPeriod;
 

@@ -262,6 +262,14 @@ void KernelPeer::tick() {
   }
 }
 
+void KernelPeer::hold(bool held) {
+  for (auto& [id, link] : links_) link.stream->hold(held);
+}
+
+void KernelPeer::send_datagram(ByteView datagram) {
+  accepted(socket_->send({std::string(kMulticastGroup), kMulticastPort}, datagram));
+}
+
 void KernelPeer::close() {
   links_.clear();
   routes_.clear();

@@ -39,6 +39,9 @@ class KernelPeer {
   std::uint32_t version = kProtocolVersion;
 
   void listen();
+  void stop_listening() { listener_.reset(); }
+  void hold(bool held);  ///< reads nothing from its present connections, as when a stream is locked up
+  void send_datagram(ByteView datagram);
   void announce();  ///< each second from now on
   void connect(std::uint16_t port, std::uint32_t flags = kForcedByCluster);
   void close();  ///< all connections, in order

@@ -22,7 +22,7 @@ class NodeJoin : public ::testing::Test {
   }
   void connect_kernel() {
     kernel.connect(own.node->local().port);
-    world.run(500ms);
+    world.run(600ms);
     ASSERT_TRUE(own.sees(101));
   }
 
@@ -76,7 +76,7 @@ TEST_F(NodeJoin, AnAnnouncedKernelIsConnectedToByForceOfItsCluster) {
 TEST_F(NodeJoin, AKernelHearsOurAnnouncementAtOnceAndConnects) {
   kernel.announce();
   open(true);
-  EXPECT_LE(world.until([&] { return own.sees(101); }, 10s), 2500ms) << "its own turn is each 2 s";
+  EXPECT_LE(world.until([&] { return own.sees(101); }, 10s), 3s) << "its own turn is each 2 s";
   EXPECT_TRUE(kernel.routable(200));
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,11 @@
 namespace rubicon::tuples::peis {
 
 using namespace std::chrono_literals;
+
+inline void PrintTo(HostEvent event, std::ostream* out) {
+  static constexpr const char* kNames[]{"up", "hello", "back", "forgot", "left", "lost"};
+  *out << kNames[static_cast<int>(event)];
+}
 
 /// One machine in virtual time.
 struct PeisWorld {

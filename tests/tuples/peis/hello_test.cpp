@@ -1,0 +1,53 @@
+#include <gtest/gtest.h>
+
+#include "tuples/peis/identity.h"
+#include "tuples/peis/seen_ids.h"
+
+namespace rubicon::tuples::peis {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(PeisHello, ItReadsWhatItWrites) {
+  const Hello hello{1, 2500ms, 0x0102030405060708, "f00d"};
+  const auto bytes = encode(hello);
+  EXPECT_EQ(base::to_hex(bytes),
+            "524243310001000009c40102030405060708"
+            "66303064");
+  EXPECT_EQ(decode_hello(bytes), hello);
+}
+
+TEST(PeisHello, WhatIsNoneIsRefused) {
+  auto bytes = encode(Hello{});
+  EXPECT_TRUE(decode_hello(bytes));
+  for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decode_hello(ByteView(bytes).first(size)));
+  auto version = bytes;
+  version[5] = 0;
+  EXPECT_FALSE(decode_hello(version));
+  bytes[0] = 'X';
+  EXPECT_EQ(decode_hello(bytes).error().code, ErrorCode::kInvalid);
+}
+
+TEST(PeisHello, ALeaseOutOfRangeIsTheNearestOneAndAHostIdIsCut) {
+  const auto lease = [](Duration given) { return decode_hello(encode(Hello{1, given, 0, {}}))->lease; };
+  EXPECT_EQ(lease(1ms), 500ms);
+  EXPECT_EQ(lease(1h), 60s);
+  const auto cut = decode_hello(encode(Hello{1, 2s, 0, std::string(100, 'h')}));
+  EXPECT_EQ(cut->host_id.size(), Hello::kMaxHostId);
+  auto later = encode(Hello{2, 2s, 0, "host"});
+  for (const char c : {'\0', 'm', 'o', 'r', 'e'}) later.push_back(static_cast<std::uint8_t>(c));
+  EXPECT_EQ(decode_hello(later)->host_id, "host") << "later versions append";
+}
+
+TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
+  SeenIds seen(3);
+  for (const auto id : {1u, 2u, 3u}) EXPECT_TRUE(seen.add(id));
+  for (const auto id : {1u, 2u, 3u}) EXPECT_FALSE(seen.add(id));
+  EXPECT_TRUE(seen.add(4));
+  EXPECT_TRUE(seen.add(1)) << "forgotten";
+  EXPECT_FALSE(seen.add(3));
+  EXPECT_EQ(seen.size(), 3u);
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::peis
