@@ -85,8 +85,7 @@ bool Connection::take_connect() {
   if (!*message) return false;
   state_ = State::kOpen;
   if (calls_.greeted(**message)) return state_ == State::kOpen;
-  close();
-  return false;
+  return end(Ending::kRefused, {ErrorCode::kRefused, "refused"}), false;
 }
 
 void Connection::take_packages() {

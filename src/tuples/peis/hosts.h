@@ -37,7 +37,7 @@ class Hosts {
  public:
   static constexpr std::size_t kMaxHosts = 1024;
   /// Besides, for hosts that connect: one neighbour cannot fill the table and so keep all others out.
-  static constexpr std::size_t kReserved = 128;
+  static constexpr std::size_t kReserved = 256;
   /// A host that is not ours counts as lost after this time without a route: two routing periods.
   static constexpr Duration kKernelLease = 2 * kRoutingPeriod;
   static constexpr Duration kHelloWait = std::chrono::milliseconds(500);  ///< one resend

@@ -37,8 +37,8 @@ struct NodeLink {
 
 /// Wires the rooms of a node. Its parts: links (node_links.cpp), packages (node_packages.cpp), hosts (node_hosts.cpp).
 struct Node::Impl {
-  static constexpr std::size_t kMaxLinks = 64;
-  static constexpr std::size_t kMaxStrangers = 16;  ///< connections whose peer is not known yet
+  static constexpr std::size_t kMaxLinks = 256;
+  static constexpr std::size_t kMaxStrangers = 32;  ///< accepted connections that have not sent who they are
   static constexpr std::size_t kMaxEarlyPages = 16;
   static constexpr std::size_t kMaxTakenMagics = 16;
   static constexpr int kPortsToTry = 100;
@@ -63,6 +63,7 @@ struct Node::Impl {
   void said_hello(OwnerId peer);
   bool is_linked(OwnerId peer) const;
   std::size_t strangers() const;
+  bool has_room() const;
   NodeLink* link(LinkId id);
 
   // Routing.

@@ -17,8 +17,16 @@ bool Node::Impl::is_linked(OwnerId peer) const {
 }
 
 std::size_t Node::Impl::strangers() const {
-  return static_cast<std::size_t>(
-      std::count_if(links.begin(), links.end(), [](const auto& item) { return item.second.peer == OwnerId{}; }));
+  return static_cast<std::size_t>(std::count_if(links.begin(), links.end(), [](const auto& item) {
+    return !item.second.initiated && item.second.peer == OwnerId{};
+  }));
+}
+
+bool Node::Impl::has_room() const {
+  const auto known = std::count_if(links.begin(), links.end(), [](const auto& item) {
+    return item.second.initiated || item.second.peer != OwnerId{};
+  });
+  return static_cast<std::size_t>(known) < kMaxLinks;
 }
 
 NodeLink& Node::Impl::make_link(bool initiated) {
@@ -53,7 +61,7 @@ transport::TcpCalls Node::Impl::accept(std::unique_ptr<transport::TcpStream> str
 }
 
 bool Node::Impl::dial(const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
-  if (to == local || links.size() - strangers() >= kMaxLinks) return false;
+  if (to == local || !has_room()) return false;
   auto& link = make_link(true);
   const auto dialed = link.connection->dial(transports, to, {options.id, flags, options.network});
   if (dialed) return link.target = target, true;
@@ -79,7 +87,7 @@ bool Node::Impl::greeted(NodeLink& link, const ConnectMessage& message) {
   }
   const auto id = number(message.id);
   if (id == 0 || id > kMaxId) return ++counters.bad_ids, false;
-  if (links.size() - strangers() >= kMaxLinks) {
+  if (!has_room()) {
     ++counters.too_many_links;
     return log.warning("links", name + ": refused, too many connections"), false;
   }

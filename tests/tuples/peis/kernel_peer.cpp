@@ -131,12 +131,14 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
     case Port::kRouting: return take_routing(id, *read_routing_page(package.body));
     case Port::kHostInfo: {
       const auto host = read_host_info(package.body)->host;
-      known_[host.id] = host;
+      const auto before = std::exchange(known_[host.id], host);
+      if (resets_reborn && before.magic != 0 && before.magic != host.magic) links_.erase(id);
       return;
     }
     case Port::kAcks:
-      for (const auto ack : read_acks(package.body)->ids)
-        std::erase_if(unacknowledged_, [&](const auto& sent) { return sent.header.ack_id == ack; });
+      std::erase_if(unacknowledged_, [acks = *read_acks(package.body)](const auto& sent) {
+        return std::find(acks.ids.begin(), acks.ids.end(), sent.header.ack_id) != acks.ids.end();
+      });
       return;
     case Port::kQueryHost: {
       const auto query = *read_query_host(package.body);
@@ -187,7 +189,7 @@ void KernelPeer::write(Link& link, PackageHeader header, ByteView body) {
   header.counter = link.counter++;
   Bytes package;
   append_package(package, header, body);
-  accepted(link.stream->send(package));
+  if (!link.stream->send(package)) ++link.failures;
 }
 
 void KernelPeer::send_raw(PackageHeader header, ByteView body) {
@@ -200,7 +202,7 @@ void KernelPeer::send_bytes(ByteView bytes) {
 
 void KernelPeer::route(const PackageHeader& header, ByteView body) {
   for (auto& [id, link] : links_) {
-    if (link.peer == header.destination) return write(link, header, body);
+    if (link.peer == header.destination && link.failures < 2) return write(link, header, body);
   }
   const auto known = routes_.find(header.destination);
   if (known != routes_.end() && links_.contains(known->second.link)) write(links_.at(known->second.link), header, body);
@@ -230,6 +232,7 @@ void KernelPeer::send_routing() {
 void KernelPeer::tick() {
   timer_ = world_.time.after(10ms, [this] { tick(); });
   const auto now = world_.time.now();
+  std::erase_if(links_, [](const auto& item) { return item.second.failures >= 2; });
   if (now >= next_routing_) next_routing_ = now + 10s, send_routing();
   if (next_ack_ != SteadyTime{} && now >= next_ack_) {
     next_ack_ = {};

@@ -34,8 +34,9 @@ class KernelPeer {
   double loss = 0;  ///< probability that a package is lost, in each direction
   bool acknowledges = true;
   bool sends_routing = true;
-  bool connects = true;     ///< to announced hosts of other clusters
-  bool notices_fin = true;  ///< kernels do not (section 6.4, 24); they also answer nothing then
+  bool connects = true;        ///< to announced hosts of other clusters
+  bool notices_fin = true;     ///< kernels do not (section 6.4, 24); they also answer nothing then
+  bool resets_reborn = false;  ///< closes the first connection of another start (section 6.4, 26)
   std::uint32_t version = kProtocolVersion;
 
   void listen();
@@ -71,6 +72,7 @@ class KernelPeer {
     bool accepted = false, greeted = false;
     OwnerId peer{};
     std::uint32_t counter = 0;
+    int failures = 0;  ///< sends that failed: at the second it closes
   };
   struct Known {
     std::uint64_t link = 0;
@@ -104,7 +106,6 @@ class KernelPeer {
   std::unique_ptr<transport::TcpListener> listener_;
   std::unique_ptr<transport::UdpSocket> socket_;
   std::map<std::uint64_t, Link> links_;
-  std::vector<std::unique_ptr<transport::TcpStream>> dead_;  ///< whose end it did not notice
   std::uint64_t last_link_ = 0;
   std::map<OwnerId, Known> routes_;
   std::map<OwnerId, HostRecord> known_;

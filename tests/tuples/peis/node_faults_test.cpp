@@ -142,6 +142,41 @@ TEST_F(NodeFaults, ARestartIsNoticedWhileTheOldConnectionSeemsOpen) {
   EXPECT_THAT(reborn.texts(), ElementsAre("to the new one"));
 }
 
+TEST_F(NodeFaults, AfterOurRestartAKernelResetsTheFirstConnectionAndTheNextOneHolds) {
+  kernel.resets_reborn = true;
+  own.options.connect = {"127.0.0.1:9000"};
+  ASSERT_TRUE(own.open());
+  world.run(1s);
+  ASSERT_TRUE(own.sees(101));
+  own.node.reset();
+  own.options.magic += 1;
+  own.events.clear();
+  ASSERT_TRUE(own.open());
+  world.run(2s);
+  EXPECT_THAT(kernel.greetings, SizeIs(3)) << "one before the restart, one that was reset, one that holds";
+  EXPECT_EQ(kernel.links(), 1u);
+  ASSERT_TRUE(own.sees(101));
+  ASSERT_TRUE(own.send(101, "value"));
+  world.run(1s);
+  EXPECT_THAT(kernel.texts(), ElementsAre("value"));
+  EXPECT_THAT(own.outcomes, ElementsAre(Outcome::kDelivered));
+}
+
+TEST_F(NodeFaults, AKernelThatDoesNotNoticeOurEndIsReachedOverTheNewConnection) {
+  kernel.notices_fin = false;
+  join();
+  world.net.tcp.cut();
+  world.run(2s);
+  EXPECT_THAT(kernel.greetings, SizeIs(1)) << "we connected again";
+  EXPECT_EQ(kernel.links(), 2u) << "it keeps the dead one";
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(own.send(101, std::to_string(i)));
+    world.run(1s);
+  }
+  EXPECT_THAT(own.outcomes, AllOf(SizeIs(10), Each(Outcome::kDelivered)));
+  EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp, HostEvent::kBack));
+}
+
 TEST_F(NodeFaults, AnOldStartThatComesBackIsRefusedSoThatTwoOfOneIdDoNotFight) {
   join();
   KernelPeer other(world, 101, 9001);
@@ -329,6 +364,7 @@ TEST_F(NodeFaults, AnotherNetworkIsRefused) {
   kernel.connect(own.node->local().port);
   world.run(1s);
   EXPECT_EQ(counters().foreign_networks, 1u);
+  EXPECT_THAT(own.node->links(), IsEmpty());
   EXPECT_EQ(kernel.links(), 0u);
 }
 
@@ -374,16 +410,16 @@ TEST_F(NodeFaults, WhoConnectsAndDoesNotSpeakIsClosedAndSuchConnectionsAreFew) {
   ASSERT_TRUE(own.open());
   std::vector<std::unique_ptr<transport::TcpStream>> streams;
   int ended = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 50; ++i) {
     transport::TcpCalls calls;
     calls.failed = [&](const Error&) { ++ended; };
     streams.push_back(std::move(*world.machine.open_tcp({own.node->local()}, std::move(calls))));
   }
   world.run(100ms);
-  EXPECT_EQ(own.node->links().size(), 16u);
-  EXPECT_EQ(counters().too_many_links, 24u);
+  EXPECT_EQ(own.node->links().size(), 32u);
+  EXPECT_EQ(counters().too_many_links, 18u);
   world.run(10s);
-  EXPECT_EQ(ended, 40);
+  EXPECT_EQ(ended, 50);
   EXPECT_THAT(own.node->links(), IsEmpty());
 }
 
@@ -417,12 +453,12 @@ TEST_F(NodeFaults, HostsRoutesAndConnectionsAreBounded) {
   world.run(1s);
   EXPECT_GT(counters().too_many_hosts, 0u);
   std::vector<std::unique_ptr<KernelPeer>> peers;
-  for (std::uint32_t i = 0; i < 80; ++i) {
-    peers.push_back(std::make_unique<KernelPeer>(world, 300 + i, 9100));
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    peers.push_back(std::make_unique<KernelPeer>(world, 5000 + i, 9100));
     peers.back()->connect(own.node->local().port);
     world.run(10ms);
   }
-  EXPECT_EQ(own.node->links().size(), 64u);
+  EXPECT_EQ(own.node->links().size(), 256u);
   EXPECT_TRUE(own.sees(101)) << "who is here stays";
 }
 
