@@ -211,7 +211,7 @@ void Connection::check_quiet() {
 void Connection::widen(Duration lease, Duration own_lease) {
   if (state_ != State::kOpen) return;
   silence_limit_ = lease;
-  quiet_limit_ = own_lease / 4;
+  quiet_limit_ = own_lease / 3;
   silence_.set(silence_limit_);
   quiet_.set(quiet_limit_);
   if (std::exchange(wide_, true)) return;

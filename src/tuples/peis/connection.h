@@ -18,7 +18,7 @@ enum class Ending {
   kStrange,  ///< what came is no PEIS of this network
   kSilent,   ///< nothing came for the time limit
   kStuck,    ///< the other end's system took nothing for 2 s
-  kRefused,  ///< greeted() said no
+  kRefused,  ///< greeted() refused it
 };
 
 /// Called from the loop, never inside a call to the connection. None may destroy the connection.

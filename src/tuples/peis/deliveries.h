@@ -54,7 +54,7 @@ class Deliveries {
 
   void open(OwnerId host, bool is_ours);
   bool is_open(OwnerId host) const { return peers_.contains(host); }
-  /// The host said hello: its window becomes wider.
+  /// The host is a component of ours: its window becomes wider.
   void widen(OwnerId host);
   /// The host is gone: its messages end with kHostGone.
   void close(OwnerId host);

@@ -16,14 +16,14 @@ namespace rubicon::tuples::peis {
 
 enum class HostEvent {
   kUp,      ///< routable, its host record is known, and it had the time to say hello: messages can be sent
-  kHello,   ///< said hello only after kUp: a component of ours
+  kHello,   ///< sent its hello only after kUp: a component of ours
   kBack,    ///< routable again, same magic, before it counted as lost: what was given up may be sent again
   kForgot,  ///< deleted what it knew of this node: our tuples and subscriptions there are gone
   kLeft,    ///< declared itself dead
   kLost,    ///< not routable for longer than its lease, or restarted: kUp with another magic follows
 };
 
-/// Who said something about a host.
+/// Where a host record comes from.
 enum class RecordSource {
   kAnnounced,  ///< a datagram: anyone can send one
   kOwnLink,    ///< the host, on its own connection
@@ -31,8 +31,8 @@ enum class RecordSource {
   kOther,      ///< another host, or the host by way of others while it has a connection
 };
 
-/// The hosts of the network: their starts (magic), when they are up, lost and back. Who can reach what is told from
-/// outside. Bounded.
+/// The hosts of the network: their starts (magic), when they are up, lost and back. Its owner reports routes to it.
+/// Bounded.
 class Hosts {
  public:
   static constexpr std::size_t kMaxHosts = 1024;
@@ -46,7 +46,7 @@ class Hosts {
 
   struct Calls {
     std::function<void(HostEvent, const Identity&)> event;
-    /// Messages can be sent, hello first: kUp follows when the host said hello, or did not for kHelloWait.
+    /// Messages can be sent, hello first: kUp follows when the hello of the host came, or did not for kHelloWait.
     std::function<void(OwnerId)> greet;
     /// The opposite of greet(), before the event.
     std::function<void(OwnerId)> gone;

@@ -54,7 +54,7 @@ struct LinkState {
   transport::Endpoint remote;
   std::uint64_t bytes_in = 0, bytes_out = 0;
   std::size_t unacknowledged = 0;  ///< bytes in the sockets
-  bool ours = false;               ///< the peer said hello
+  bool ours = false;               ///< the peer sent a hello
 };
 
 /// A line of `kernel.routingTable`.

@@ -29,7 +29,7 @@ struct NodeLink {
   Target target;
   OwnerId peer{};                  ///< 0 = not known yet
   std::uint32_t magic = 0;         ///< of the peer; 0 = its host record has not come, and the link is no route
-  bool ours = false;               ///< the peer said hello
+  bool ours = false;               ///< the peer sent a hello
   std::vector<RoutingPage> early;  ///< came before the host record
 
   bool is_route() const { return magic != 0; }
@@ -60,7 +60,7 @@ struct Node::Impl {
   void close(NodeLink& link);
   void closed(LinkId id, Ending why, const Error& error);
   void remove(LinkId id, bool broken);
-  void said_hello(OwnerId peer);
+  void widen_links(OwnerId peer);
   bool is_linked(OwnerId peer) const;
   std::size_t strangers() const;
   bool has_room() const;

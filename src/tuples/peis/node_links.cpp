@@ -124,7 +124,7 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
   }
   for (const auto other : former) close(*link(other));
   met.magic = record.magic;
-  said_hello(record.id);
+  widen_links(record.id);
   const auto early = std::exchange(met.early, {});
   const auto now = scheduler.now();
   apply(routes.open(id, record.id, record.magic, record.host_name == options.host_name ? 1 : 2, now));
@@ -149,7 +149,7 @@ void Node::Impl::drop_duplicates(OwnerId peer) {
   for (const auto id : surplus) close(*link(id));
 }
 
-void Node::Impl::said_hello(OwnerId peer) {
+void Node::Impl::widen_links(OwnerId peer) {
   const auto lease = hosts.lease(peer);
   for (auto& [id, link] : links) {
     if (link.peer != peer || !lease || !link.is_route()) continue;

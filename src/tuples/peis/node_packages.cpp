@@ -165,7 +165,7 @@ void Node::Impl::take_hello(NodeLink& link, const Package& package) {
   if (!deliveries.is_open(from)) return;  // its record has not come; hello is sent again
   deliveries.acknowledge(from, header.ack_id);
   if (!is_neighbour || !this->link(id)) return;
-  said_hello(from);
+  widen_links(from);
   drop_duplicates(from);
 }
 

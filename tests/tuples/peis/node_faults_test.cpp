@@ -368,7 +368,7 @@ TEST_F(NodeFaults, AnotherNetworkIsRefused) {
   EXPECT_EQ(kernel.links(), 0u);
 }
 
-TEST_F(NodeFaults, OurIdUsedByAnotherIsReportedOnceAndNobodyIsDisturbed) {
+TEST_F(NodeFaults, OurIdUsedByAnotherIsReportedOnceAndDisturbsNoHost) {
   own.options.multicast = true;
   join();
   KernelPeer other(world, 200, 9001);

@@ -98,9 +98,9 @@ TEST_F(NodeForward, PortsThatKillKernelsAndIdsOfNoneAreNotPassedOn) {
     one.send_raw(one.header(Routing::kDirect, Port{port}, 103), base::as_bytes("death"));
     one.send_raw(one.header(Routing::kBroadcast, Port{port}), base::as_bytes("death"));
   }
-  auto nobody = one.header(Routing::kBroadcast, Port::kPush);
-  nobody.source = OwnerId{0};
-  one.send_raw(nobody, base::as_bytes("0"));
+  auto no_source = one.header(Routing::kBroadcast, Port::kPush);
+  no_source.source = OwnerId{0};
+  one.send_raw(no_source, base::as_bytes("0"));
   one.send_raw(one.header(Routing::kDirect, Port::kPush, 0), base::as_bytes("0"));
   world.run(1s);
   EXPECT_THAT(other.texts(), IsEmpty());
