@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "transport/transports.h"
 #include "tuples/peis/fields.h"
 
 namespace rubicon::tuples::peis {

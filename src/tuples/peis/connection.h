@@ -7,7 +7,7 @@
 
 #include "base/deadline.h"
 #include "base/lifetime.h"
-#include "transport/tcp.h"
+#include "transport/transports.h"
 #include "tuples/peis/packages.h"
 
 namespace rubicon::tuples::peis {
