@@ -14,6 +14,12 @@ namespace rubicon::tuples {
 using TestEcology = joined::JoinedTestEcology;
 inline constexpr bool kMeetAtOnce = false;
 }  // namespace rubicon::tuples
+#elif defined(RUBICON_OVER_PEIS)
+#include "tuples/peis/peis_test_ecology.h"
+namespace rubicon::tuples {
+using TestEcology = peis::PeisTestEcology;
+inline constexpr bool kMeetAtOnce = false;
+}  // namespace rubicon::tuples
 #else
 #include "tuples/memory/memory_ecology.h"
 namespace rubicon::tuples {

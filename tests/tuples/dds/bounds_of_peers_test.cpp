@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tuples/dds/early_frames.h"
-#include "tuples/dds/host_policy.h"
+#include "tuples/host_policy.h"
 #include "tuples/dds/interests.h"
 
 namespace rubicon::tuples::dds {

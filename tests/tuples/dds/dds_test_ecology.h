@@ -11,7 +11,7 @@
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
 #include "support/private_network.h"
-#include "tuples/dds/cuttable_link.h"
+#include "tuples/cuttable_link.h"
 #include "tuples/dds/dds_ecology.h"
 
 namespace rubicon::tuples::dds {

@@ -38,8 +38,29 @@ TEST(PeisAnnex, ARemoteSetHasTheseBytes) {
 TEST(PeisAnnex, WhatIsNotGivenStaysOpen) {
   const SetAnnex set{1, std::nullopt, std::nullopt};
   EXPECT_EQ(read_set_annex(to_annex(set)), set);
+  const SetAnnex all{1, 5s, 9, true, true, true};
+  EXPECT_EQ(read_set_annex(to_annex(all)), all);
   const SetAnnex none{1, Duration(0), 0};
   EXPECT_EQ(read_set_annex(to_annex(none)), none) << "zero is given: the tuple must not exist";
+}
+
+TEST(PeisAnnex, APushHasTheseBytes) {
+  const PushAnnex gone{0x0102030405060708, EventKind::kExpired, true};
+  EXPECT_EQ(base::to_hex(to_annex(gone)),
+            "52424331"
+            "00060000"
+            "0102030405060708"
+            "000000000000000000000000");
+  for (const auto kind : {EventKind::kSet, EventKind::kDeleted, EventKind::kExpired}) {
+    const PushAnnex push{7, kind, kind == EventKind::kSet};
+    EXPECT_EQ(read_push_annex(to_annex(push)), push);
+  }
+  auto annex = to_annex(gone);
+  annex[5] = 3;
+  EXPECT_FALSE(read_push_annex(annex)) << "deleted and expired";
+  annex[5] = 8;
+  EXPECT_FALSE(read_push_annex(annex)) << "unknown flag";
+  EXPECT_FALSE(read_push_annex(Annex{}));
 }
 
 TEST(PeisAnnex, DurationsAreLimitedAndRoundedDownToMicroseconds) {
@@ -82,7 +103,7 @@ TEST(PeisAnnex, FieldsOutOfRangeAreRefused) {
     return read_set_annex(annex).has_value();
   };
   EXPECT_FALSE(set_with(11, 0)) << "request 0";
-  EXPECT_FALSE(set_with(13, 4)) << "unknown flag";
+  EXPECT_FALSE(set_with(13, 32)) << "unknown flag";
   EXPECT_FALSE(set_with(14, 0x80)) << "time to live beyond the limit";
 }
 

@@ -1,11 +1,11 @@
-#include "tuples/dds/host_policy.h"
+#include "tuples/host_policy.h"
 
 #include <fmt/format.h>
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples {
 
 Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
-  if (peer.incarnation >= kEarliest) return {};
+  if (starts_ == Starts::kAnyNumber || peer.incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("component {} gives {} us after 1970 as its start: expected a time after 1999, set the "
                           "clock of its host",
@@ -31,4 +31,4 @@ Result<void> HostPolicy::may_set(const RemoteSet& set) {
                   set.key, number(self_)));
 }
 
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples

@@ -8,7 +8,7 @@
 
 #include "tuples/peer_policy.h"
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples {
 
 /// A link that can be cut from some peers and mended: what a torn cable does to one that is real.
 class CuttableLink final : public Link, private LinkListener {
@@ -102,4 +102,4 @@ class CuttableLink final : public Link, private LinkListener {
   std::map<OwnerId, std::string> summaries_;
 };
 
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples

@@ -6,15 +6,22 @@
 #include "base/log.h"
 #include "tuples/peer_policy.h"
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples {
 
-/// The policy without authentication (docs/ecology.md): the start time must be plausible, all components may read, and
+/// The policy without authentication (docs/ecology.md): a start time must be plausible, all components may read, and
 /// only those on this host may set, unless `tuples.trust_lan` is on. A component declares its host itself, so this
 /// prevents mistakes, not attacks.
 class HostPolicy final : public PeerPolicy {
  public:
-  HostPolicy(OwnerId self, std::string own_host, bool trusts_others, Log log)
-      : self_(self), own_host_(std::move(own_host)), trusts_others_(trusts_others), log_(std::move(log)) {}
+  /// What the start of a component may be: only a plausible time, or any number, since other programs have none.
+  enum class Starts : std::uint8_t { kTimes, kAnyNumber };
+
+  HostPolicy(OwnerId self, std::string own_host, bool trusts_others, Log log, Starts starts = Starts::kTimes)
+      : self_(self),
+        own_host_(std::move(own_host)),
+        trusts_others_(trusts_others),
+        log_(std::move(log)),
+        starts_(starts) {}
 
   /// Earlier starts are rejected: 2000-01-01 UTC.
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
@@ -30,8 +37,9 @@ class HostPolicy final : public PeerPolicy {
   std::string own_host_;
   bool trusts_others_;
   Log log_;
+  Starts starts_;
   std::map<OwnerId, std::string> hosts_;  ///< of those that are up
   std::set<OwnerId> refusal_logged_;      ///< of those that are up
 };
 
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples

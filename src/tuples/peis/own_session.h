@@ -1,0 +1,39 @@
+#pragma once
+
+#include "tuples/peis/session.h"
+#include "tuples/peis/tuple_wire.h"
+
+namespace rubicon::tuples::peis {
+
+/// With a component of ours. The messages are those of kernels with an annex; replies, summaries and the ends of
+/// snapshots have ports of their own.
+class OwnSession final : public Session {
+ public:
+  using Session::Session;
+
+  void publish(const Change& change) override;
+  void subscribe(const SubscriptionSpec& spec) override;
+  void unsubscribe(std::uint32_t id) override;
+  Result<void> remote_set(const RemoteSet& set) override;
+  void reply(const Reply& reply) override;
+  void describe(const std::string& summary) override;
+  void receive(Port port, ByteView body) override;
+  void forgotten() override;
+  void back() override {}  // all that was sent arrives: its packages are sent again until it counts as lost
+
+ private:
+  void publish(const TupleSet& set);
+  void publish(const TupleGone& gone);
+  void publish(const SnapshotEnd& end);
+  void publish(const Restart& restart);
+  void restamp(Bytes& body, Duration remaining) override;
+
+  void on_push(ByteView body);
+  void on_subscribe(ByteView body);
+  void on_unsubscribe(ByteView body);
+  void on_set(ByteView body);
+  void on_reply(ByteView body);
+  void on_control(ByteView body);
+};
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,117 @@
+#include "tuples/peis/peis_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::peis {
+
+namespace {
+
+/// Pause before the node is opened again after an error.
+constexpr Duration kRetryOpen = std::chrono::seconds(1);
+
+/// A magic that looks random, and differs between starts: never that of the start before.
+std::uint32_t magic_of(OwnerId id, std::uint64_t incarnation, std::uint32_t before) {
+  auto mixed = (incarnation + number(id) * 0x9e3779b97f4a7c15U) * 0xbf58476d1ce4e5b9U;
+  mixed ^= mixed >> 31;
+  auto magic = static_cast<std::uint32_t>(mixed >> 32) & kMaxId;
+  while (magic == 0 || magic == before) magic = (magic + 1) & kMaxId;
+  return magic;
+}
+
+}  // namespace
+
+PeisLink::PeisLink(OwnerId self, Settings settings, Scheduler& scheduler, transport::Transports& transports,
+                   base::LogSink& log, std::function<void()> displaced, std::shared_ptr<void> token)
+    : self_(self),
+      settings_(std::move(settings)),
+      scheduler_(scheduler),
+      transports_(transports),
+      log_(log, "peis"),
+      policy_(self, settings_.machine.host_id, settings_.options.trust_lan, log_, HostPolicy::Starts::kAnyNumber),
+      displaced_(std::move(displaced)),
+      token_(std::move(token)) {}
+
+PeisLink::~PeisLink() {
+  detach();
+}
+
+void PeisLink::attach(LinkListener& listener, std::uint64_t incarnation) {
+  detach();
+  incarnation_ = std::max(incarnation, incarnation_ + 1);
+  magic_ = magic_of(self_, incarnation_, magic_);
+  presence_ = std::make_unique<Presence>(Presence::Start{node_options(), listener, policy_, summary_, displaced_},
+                                         scheduler_, log_);
+  open();
+}
+
+void PeisLink::open() {
+  const auto opened = presence_->open(transports_);
+  if (opened) return;
+  log_.error(opened.error().text);
+  retry_ = scheduler_.after(kRetryOpen, [this] { open(); });
+}
+
+NodeOptions PeisLink::node_options() const {
+  const auto& options = settings_.options;
+  NodeOptions node;
+  node.id = self_;
+  node.magic = magic_;
+  node.network = options.network;
+  node.host_name = settings_.machine.host_name;
+  node.full_name = fmt::format("rubicon@{}!{}", node.host_name, settings_.machine.process).substr(0, kMaxNameLength);
+  node.hello = {Hello::kVersion, options.lease, incarnation_, settings_.machine.host_id};
+  node.first_port = options.listen;
+  node.multicast = options.multicast;
+  node.interfaces = settings_.interfaces;
+  node.connect = options.connect;
+  return node;
+}
+
+void PeisLink::detach() {
+  retry_.cancel();
+  if (!presence_) return;
+  presence_->end();
+  if (!presence_->is_busy()) return presence_.reset();
+  scheduler_.post([over = std::shared_ptr<Presence>(std::move(presence_))] {});
+}
+
+/// A component that is gone has no use for them.
+bool PeisLink::publish(OwnerId subscriber, std::span<const Change> changes) {
+  auto* session = presence_ ? presence_->find(subscriber) : nullptr;
+  if (!session) return true;
+  if (session->is_full()) return false;
+  for (const auto& change : changes) session->publish(change);
+  return true;
+}
+
+void PeisLink::subscribe(const SubscriptionSpec& spec) {
+  if (presence_) presence_->subscribe(spec);
+}
+
+void PeisLink::unsubscribe(std::uint32_t id) {
+  if (presence_) presence_->unsubscribe(id);
+}
+
+Result<void> PeisLink::remote_set(const RemoteSet& set) {
+  if (auto* session = presence_ ? presence_->find(set.owner) : nullptr) return session->remote_set(set);
+  return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+}
+
+void PeisLink::reply(const Reply& reply) {
+  if (auto* session = presence_ ? presence_->find(reply.to) : nullptr) session->reply(reply);
+}
+
+std::vector<OwnerId> PeisLink::peers() const {
+  return presence_ ? presence_->peers() : std::vector<OwnerId>();
+}
+
+void PeisLink::describe(std::string summary) {
+  if (summary == summary_) return;
+  summary_ = std::move(summary);
+  if (presence_) presence_->describe(summary_);
+}
+
+}  // namespace rubicon::tuples::peis

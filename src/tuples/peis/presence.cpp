@@ -1,0 +1,149 @@
+#include "tuples/peis/presence.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "tuples/peis/own_session.h"
+
+namespace rubicon::tuples::peis {
+
+Presence::Presence(Start start, Scheduler& scheduler, Log log)
+    : start_(std::move(start)),
+      log_(std::move(log), scheduler),
+      context_{start_.node.id, scheduler, log_, &start_.listener} {}
+
+Presence::~Presence() {
+  end();
+}
+
+Result<void> Presence::open(transport::Transports& transports) {
+  auto opened = Node::open(start_.node, context_.scheduler, transports, log_.unlimited(), node_calls());
+  if (!opened) return fail(opened.error());
+  node_ = std::move(*opened);
+  context_.node = node_.get();
+  opened_ = context_.scheduler.now();
+  return {};
+}
+
+NodeCalls Presence::node_calls() {
+  // The listener may end the link while it is called: this then lives until the call is over.
+  const auto during = [this](auto call) {
+    return [this, call](auto&&... arguments) {
+      if (!context_.listener) return;
+      ++calls_;
+      call(arguments...);
+      --calls_;
+    };
+  };
+  NodeCalls calls;
+  calls.message = during([this](OwnerId from, Port port, ByteView body) {
+    if (auto* session = find(from)) session->receive(port, body);
+  });
+  calls.host = during([this](HostEvent event, const Identity& host) { on_host(event, host); });
+  calls.ready = during([this](OwnerId to) {
+    if (auto* session = find(to)) session->ready();
+  });
+  calls.id_taken = during([this](const Identity&) { on_id_taken(); });
+  return calls;
+}
+
+void Presence::end() {
+  if (!std::exchange(context_.listener, nullptr)) return;
+  for (const auto& [id, peer] : peers_) start_.policy.peer_down(id);
+}
+
+Session* Presence::find(OwnerId peer) {
+  const auto found = peers_.find(peer);
+  return found == peers_.end() ? nullptr : found->second.session.get();
+}
+
+std::vector<OwnerId> Presence::peers() const {
+  std::vector<OwnerId> present;
+  for (const auto& [id, peer] : peers_) present.push_back(id);
+  return present;
+}
+
+void Presence::subscribe(const SubscriptionSpec& spec) {
+  subscriptions_[spec.id] = spec;
+  for (auto& [id, peer] : peers_) {
+    if (!spec.pattern.owner || *spec.pattern.owner == id) peer.session->subscribe(spec);
+  }
+}
+
+void Presence::unsubscribe(std::uint32_t id) {
+  const auto gone = subscriptions_.extract(id);
+  if (gone.empty()) return;
+  const auto& owner = gone.mapped().pattern.owner;
+  for (auto& [peer_id, peer] : peers_) {
+    if (!owner || *owner == peer_id) peer.session->unsubscribe(id);
+  }
+}
+
+void Presence::describe(const std::string& summary) {
+  start_.summary = summary;
+  for (auto& [id, peer] : peers_) peer.session->describe(summary);
+}
+
+void Presence::on_host(HostEvent event, const Identity& host) {
+  switch (event) {
+    case HostEvent::kUp: return meet(host);
+    case HostEvent::kHello: return part(host.id, PeerEvent::kLost), meet(host);
+    case HostEvent::kLeft: return part(host.id, PeerEvent::kLeft);
+    case HostEvent::kLost: return part(host.id, PeerEvent::kLost);
+    case HostEvent::kBack:
+      if (auto* session = find(host.id)) session->back();
+      return;
+    case HostEvent::kForgot:
+      auto* session = find(host.id);
+      if (!session) return;
+      session->forgotten();
+      return introduce(host.id, *session);
+  }
+}
+
+/// A component that started a moment ago gives way to one that it meets.
+void Presence::on_id_taken() {
+  if (context_.scheduler.now() - opened_ >= kYoung || !start_.displaced) return;
+  context_.scheduler.post(start_.displaced);
+}
+
+PeerIdentity Presence::identity_of(const Identity& host) const {
+  if (host.hello) return {host.id, host.hello->incarnation, host.hello->host_id};
+  const bool is_here = host.host_name == start_.node.host_name;
+  return {host.id, host.magic, is_here ? start_.node.hello.host_id : "peis " + host.host_name};
+}
+
+std::unique_ptr<Session> Presence::make_session(const Identity& host) {
+  return std::make_unique<OwnSession>(context_, host.id);
+}
+
+void Presence::meet(const Identity& host) {
+  if (!context_.listener || !host.hello) return;
+  const auto identity = identity_of(host);
+  if (const auto may = start_.policy.may_join(identity); !may) {
+    log_.warning(fmt::format("join {}", number(host.id)), may.error().text);
+    return;
+  }
+  start_.policy.peer_up(identity);
+  auto& peer = peers_[host.id];
+  peer = {identity, make_session(host)};
+  introduce(host.id, *peer.session);
+  context_.listener->on_peer(identity, PeerEvent::kUp);
+}
+
+void Presence::introduce(OwnerId id, Session& session) {
+  for (const auto& one : subscriptions_) {
+    if (const auto& owner = one.second.pattern.owner; !owner || *owner == id) session.subscribe(one.second);
+  }
+  if (!start_.summary.empty()) session.describe(start_.summary);
+}
+
+void Presence::part(OwnerId peer, PeerEvent how) {
+  auto gone = peers_.extract(peer);
+  if (gone.empty()) return;
+  start_.policy.peer_down(peer);
+  if (context_.listener) context_.listener->on_peer(gone.mapped().identity, how);
+}
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,57 @@
+#include "tuples/peis/session.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace rubicon::tuples::peis {
+
+void Session::send(Port port, Bytes body, Done done, SteadyTime ends) {
+  Waiting message{port, std::move(body), std::move(done), ends};
+  if (waiting_.empty() && try_send(message)) return;
+  waiting_bytes_ += message.body.size();
+  waiting_.push_back(std::move(message));
+}
+
+/// False: no room.
+bool Session::try_send(const Waiting& message) {
+  const auto sent = context_.node->send(peer_, message.port, message.body, message.done);
+  if (sent) return true;
+  if (sent.error().code == ErrorCode::kBusy) return false;
+  context_.log.debug("send", sent.error().text);
+  if (message.done) context_.scheduler.post([done = message.done] { done(Outcome::kHostGone); });
+  return true;
+}
+
+void Session::ready() {
+  const auto now = context_.scheduler.now();
+  while (!waiting_.empty()) {
+    auto& next = waiting_.front();
+    const bool limited = next.ends != SteadyTime::max();
+    if (limited && next.ends > now) restamp(next.body, next.ends - now);
+    if ((!limited || next.ends > now) && !try_send(next)) return;
+    waiting_bytes_ -= next.body.size();
+    waiting_.pop_front();
+  }
+}
+
+void Session::restamp(Bytes&, Duration) {}
+
+void Session::deliver(const Change& change) {
+  if (context_.listener) context_.listener->on_changes(peer_, {&change, 1});
+}
+
+void Session::end_snapshot(std::uint32_t subscription) {
+  lifetime_.post(context_.scheduler, [this, subscription] { deliver(SnapshotEnd{subscription}); });
+}
+
+void Session::bad(const Error& error) {
+  ++context_.counters.bad_messages;
+  context_.log.warning("message of " + name(), fmt::format("{}: {}: dropped", name(), error.text));
+}
+
+std::string Session::name() const {
+  return fmt::format("component {}", number(peer_));
+}
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tuples/peis/tuple_wire.h"
+
+namespace rubicon::tuples::peis {
+
+/// A value as tuples on the wire carry it.
+struct WireValue {
+  Encoding encoding = Encoding::kAscii;
+  std::string data;  ///< not empty
+};
+
+/// Text (media type `text/...`, or UTF-8 without NUL) is ASCII with one NUL more, as the string functions of kernels
+/// store it (peis.md, section 1.1); an empty value is one NUL, since kernels drop tuples without data (section 6.2, 9).
+WireValue to_wire(std::string_view value, std::string_view media_type);
+
+/// The opposite, for what a component of ours sent: exactly the value that to_wire() received.
+std::string_view from_wire(Encoding encoding, std::string_view data);
+
+/// The same for what a kernel sent. It keeps the encoding of the first set (section 6.2, 18), so that ASCII may be
+/// binary: data with another NUL inside is left as it is, unless the media type is `text/...`.
+std::string_view from_kernel(Encoding encoding, std::string_view data, std::string_view media_type);
+
+/// The data of a tuple after an append, as kernels do it (section 1.6): ASCII replaces the trailing NUL.
+std::string appended(Encoding encoding, std::string_view data, std::string_view difference);
+
+}  // namespace rubicon::tuples::peis
