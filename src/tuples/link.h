@@ -30,6 +30,9 @@ struct PeerIdentity {
   std::string host;  ///< identifies its host; equal for all components of a host, on every engine
 };
 
+/// As subscriber: the link itself, which some engines need to know all own tuples. No component has this id.
+inline constexpr OwnerId kLinkItself{0xffffffff};
+
 /// Receives what a Link brings; never called inside a call of the space into the link.
 class LinkListener {
  public:

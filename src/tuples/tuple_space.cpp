@@ -113,7 +113,9 @@ std::optional<TupleRef> TupleSpace::find(std::string_view key) const {
 bool TupleSpace::has_subscriber(TupleRef tuple) const {
   if (!impl_->store.is_present(tuple)) return false;
   const auto& members = impl_->store.subscribers(tuple.index).members;
-  return std::any_of(members.begin(), members.end(), [](const auto& member) { return member->alive; });
+  return std::any_of(members.begin(), members.end(), [](const auto& member) {
+    return member->alive && (member->local() || member->peer->id != kLinkItself);
+  });
 }
 
 Handle TupleSpace::watch_demand(const Pattern& pattern, DemandCall call) {

@@ -78,6 +78,7 @@ void JoinedLink::detach() {
   peers_.clear();
   subscriptions_.clear();
   arriving_.reset();
+  observers_.clear();
   for (const auto& port : ports_) port->link->detach();
 }
 
@@ -103,6 +104,7 @@ Link* JoinedLink::link_to(OwnerId id) {
 }
 
 bool JoinedLink::publish(OwnerId subscriber, std::span<const Change> changes) {
+  if (subscriber == kLinkItself) return publish_to_observers(changes);
   auto* link = link_to(subscriber);
   return !link || link->publish(subscriber, changes);
 }
@@ -228,7 +230,17 @@ void JoinedLink::on_changes(std::size_t engine, OwnerId owner, std::span<const C
   if (counts && from < changes.size()) listener_->on_changes(owner, changes.subspan(from));
 }
 
+/// Those accept all.
+bool JoinedLink::publish_to_observers(std::span<const Change> changes) {
+  return std::all_of(observers_.begin(), observers_.end(),
+                     [&](std::size_t engine) { return ports_[engine]->link->publish(kLinkItself, changes); });
+}
+
 void JoinedLink::on_subscribe(std::size_t engine, OwnerId id, const SubscriptionSpec& spec) {
+  if (id == kLinkItself) {
+    observers_.insert(engine);
+    return listener_->on_subscribe(id, spec);
+  }
   auto* meeting = find(id, engine);
   if (!meeting) return;
   auto& all = meeting->subscriptions;

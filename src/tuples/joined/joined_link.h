@@ -66,6 +66,7 @@ class JoinedLink final : public Link {
 
   MetPeer* find(OwnerId id);
   Meeting* find(OwnerId id, std::size_t engine);
+  bool publish_to_observers(std::span<const Change> changes);
   Link* link_to(OwnerId id);
   std::optional<std::size_t> home_of(OwnerId id) const;
 
@@ -80,6 +81,7 @@ class JoinedLink final : public Link {
   std::map<OwnerId, MetPeer> peers_;
   std::map<std::uint32_t, SubscriptionSpec> subscriptions_;  ///< own ones
   std::optional<Arriving> arriving_;
+  std::set<std::size_t> observers_;  ///< engines whose links subscribed to own tuples for themselves
   std::set<std::tuple<OwnerId, std::uint64_t, std::uint64_t>> logged_;  ///< conflicts, by the starts of both sides
 };
 

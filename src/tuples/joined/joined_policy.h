@@ -20,6 +20,7 @@ class JoinedPolicy final : public PeerPolicy {
   void peer_up(const PeerIdentity&) override {}
   void peer_down(OwnerId) override {}
   Result<void> may_subscribe(OwnerId peer, const SubscriptionSpec& spec) override {
+    if (peer == kLinkItself) return {};
     auto* policy = find_(peer);
     return policy ? policy->may_subscribe(peer, spec) : absent(peer);
   }

@@ -49,7 +49,8 @@ Annex to_annex(const SubscribeAnnex& fields) {
   put_u32(annex, 4, fields.id);
   put_u48(annex, 8, microseconds_of(fields.flow.minimum) | (fields.flow.passive ? kPassive : 0));
   put_u48(annex, 14, microseconds_of(fields.flow.maximum));
-  put_u64(annex, 20, std::bit_cast<std::uint64_t>(fields.flow.dead_band));
+  const auto band = fields.flow.dead_band;
+  put_u64(annex, 20, std::bit_cast<std::uint64_t>(std::isfinite(band) && band > 0 ? band : 0.0));
   return annex;
 }
 
@@ -99,8 +100,8 @@ std::optional<SetAnnex> read_set_annex(const Annex& annex) {
 }
 
 void put_time_to_live(std::span<std::uint8_t> set_remote, Duration remaining) {
-  constexpr std::size_t kAnnexAt = 48;
-  const auto annex = set_remote.subspan(kAnnexAt, Annex{}.size());
+  constexpr std::size_t kOffset = 48;
+  const auto annex = set_remote.subspan(kOffset, Annex{}.size());
   put_u48(annex, 14, microseconds_of(remaining));
 }
 

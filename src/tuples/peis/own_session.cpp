@@ -13,6 +13,7 @@ namespace rubicon::tuples::peis {
 
 namespace {
 
+constexpr std::size_t kMaxPatterns = 10'000;  ///< that are listed; the space has the same bound
 constexpr std::string_view kDefaultMediaType = "text/plain";
 constexpr std::string_view kNothing("\0", 1);
 
@@ -161,6 +162,12 @@ void OwnSession::receive(Port port, ByteView body) {
 /// The link sends the subscriptions and the summary again.
 void OwnSession::forgotten() {}
 
+std::vector<std::string> OwnSession::patterns() const {
+  std::vector<std::string> all;
+  for (const auto& [id, pattern] : patterns_) all.push_back(pattern);
+  return all;
+}
+
 void OwnSession::on_push(ByteView body) {
   const auto read = read_push(body);
   if (!read) return bad(read.error());
@@ -186,6 +193,7 @@ void OwnSession::on_subscribe(ByteView body) {
   if (!read) return bad(read.error());
   const auto annex = read_subscribe_annex(read->prototype.annex);
   if (!annex) return bad({ErrorCode::kInvalid, "SUBSCRIBE: no annex, which components of ours send"});
+  if (patterns_.size() < kMaxPatterns) patterns_[annex->id] = read->prototype.key;
   context_.listener->on_subscribe(peer_,
                                   {annex->id, {read->prototype.owner, std::string(read->prototype.key)}, annex->flow});
 }
@@ -193,7 +201,10 @@ void OwnSession::on_subscribe(ByteView body) {
 void OwnSession::on_unsubscribe(ByteView body) {
   const auto read = read_unsubscribe(body);
   if (!read) return bad(read.error());
-  if (const auto annex = read_subscribe_annex(read->annex)) context_.listener->on_unsubscribe(peer_, annex->id);
+  const auto annex = read_subscribe_annex(read->annex);
+  if (!annex) return;
+  patterns_.erase(annex->id);
+  context_.listener->on_unsubscribe(peer_, annex->id);
 }
 
 void OwnSession::on_set(ByteView body) {

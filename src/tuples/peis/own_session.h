@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+
 #include "tuples/peis/session.h"
 #include "tuples/peis/tuple_wire.h"
 
@@ -19,6 +21,7 @@ class OwnSession final : public Session {
   void describe(const std::string& summary) override;
   void receive(Port port, ByteView body) override;
   void forgotten() override;
+  std::vector<std::string> patterns() const override;
   void back() override {}  // all that was sent arrives: its packages are sent again until it counts as lost
 
  private:
@@ -34,6 +37,8 @@ class OwnSession final : public Session {
   void on_set(ByteView body);
   void on_reply(ByteView body);
   void on_control(ByteView body);
+
+  std::map<std::uint32_t, std::string> patterns_;  ///< of the peer, by id
 };
 
 }  // namespace rubicon::tuples::peis

@@ -13,8 +13,9 @@ namespace {
 constexpr Duration kRetryOpen = std::chrono::seconds(1);
 
 /// A magic that looks random, and differs between starts: never that of the start before.
-std::uint32_t magic_of(OwnerId id, std::uint64_t incarnation, std::uint32_t before) {
+std::uint32_t magic_of(OwnerId id, std::uint64_t incarnation, const std::string& process, std::uint32_t before) {
   auto mixed = (incarnation + number(id) * 0x9e3779b97f4a7c15U) * 0xbf58476d1ce4e5b9U;
+  for (const char c : process) mixed = (mixed ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
   mixed ^= mixed >> 31;
   auto magic = static_cast<std::uint32_t>(mixed >> 32) & kMaxId;
   while (magic == 0 || magic == before) magic = (magic + 1) & kMaxId;
@@ -41,9 +42,10 @@ PeisLink::~PeisLink() {
 void PeisLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   detach();
   incarnation_ = std::max(incarnation, incarnation_ + 1);
-  magic_ = magic_of(self_, incarnation_, magic_);
-  presence_ = std::make_unique<Presence>(Presence::Start{node_options(), listener, policy_, summary_, displaced_},
-                                         scheduler_, log_);
+  magic_ = magic_of(self_, incarnation_, settings_.machine.process, magic_);
+  presence_ = std::make_unique<Presence>(
+      Presence::Start{node_options(), listener, policy_, summary_, settings_.machine.user, displaced_}, scheduler_,
+      log_);
   open();
 }
 
@@ -80,6 +82,10 @@ void PeisLink::detach() {
 
 /// A component that is gone has no use for them.
 bool PeisLink::publish(OwnerId subscriber, std::span<const Change> changes) {
+  if (subscriber == kLinkItself) {
+    if (presence_) presence_->observe(changes);
+    return true;
+  }
   auto* session = presence_ ? presence_->find(subscriber) : nullptr;
   if (!session) return true;
   if (session->is_full()) return false;

@@ -13,7 +13,10 @@ PeisMachine PeisMachine::own() {
   auto name = transport::host_name();
   name = name.substr(0, std::min(name.find('.'), kMaxNameLength));
   if (name.empty()) name = "localhost";
-  return {transport::ipv4_interfaces(), std::move(name), transport::host_id("host"), std::to_string(::getpid())};
+  const auto process = transport::own_process();  // `pid 4711 of anna`
+  const auto of = process.find(" of ");
+  return {transport::ipv4_interfaces(), std::move(name), transport::host_id("host"), std::to_string(::getpid()),
+          of == process.npos ? std::string() : process.substr(of + 4)};
 }
 
 Result<std::vector<transport::Interface>> select_interfaces(const PeisOptions& options,

@@ -30,6 +30,7 @@ struct PeisMachine {
   std::string host_name;  ///< without its domain; kernels use loopback only between equal ones
   std::string host_id;    ///< PeerIdentity::host
   std::string process;    ///< process id
+  std::string user;
 
   /// This one.
   static PeisMachine own();

@@ -31,9 +31,9 @@ NodeCalls Presence::node_calls() {
   const auto during = [this](auto call) {
     return [this, call](auto&&... arguments) {
       if (!context_.listener) return;
-      ++calls_;
+      ++context_.calls;
       call(arguments...);
-      --calls_;
+      --context_.calls;
     };
   };
   NodeCalls calls;
@@ -98,6 +98,7 @@ void Presence::on_host(HostEvent event, const Identity& host) {
       auto* session = find(host.id);
       if (!session) return;
       session->forgotten();
+      if (!context_.listener) return;
       return introduce(host.id, *session);
   }
 }
@@ -115,11 +116,20 @@ PeerIdentity Presence::identity_of(const Identity& host) const {
 }
 
 std::unique_ptr<Session> Presence::make_session(const Identity& host) {
-  return std::make_unique<OwnSession>(context_, host.id);
+  if (host.hello) return std::make_unique<OwnSession>(context_, host.id);
+  auto session = std::make_unique<KernelSession>(context_, host.id, view_);
+  kernels_[host.id] = session.get();
+  return session;
 }
 
 void Presence::meet(const Identity& host) {
-  if (!context_.listener || !host.hello) return;
+  if (!context_.listener) return;
+  if (host.hello && host.hello->version != Hello::kVersion) {
+    log_.warning(fmt::format("version {}", number(host.id)),
+                 fmt::format("component {} has version {} of our additions to PEIS, expected {}: ignored",
+                             number(host.id), host.hello->version, Hello::kVersion));
+    return;
+  }
   const auto identity = identity_of(host);
   if (const auto may = start_.policy.may_join(identity); !may) {
     log_.warning(fmt::format("join {}", number(host.id)), may.error().text);
@@ -128,6 +138,7 @@ void Presence::meet(const Identity& host) {
   start_.policy.peer_up(identity);
   auto& peer = peers_[host.id];
   peer = {identity, make_session(host)};
+  if (!host.hello) begin_observing();
   introduce(host.id, *peer.session);
   context_.listener->on_peer(identity, PeerEvent::kUp);
 }
@@ -142,6 +153,8 @@ void Presence::introduce(OwnerId id, Session& session) {
 void Presence::part(OwnerId peer, PeerEvent how) {
   auto gone = peers_.extract(peer);
   if (gone.empty()) return;
+  gone.mapped().session->ended();
+  kernels_.erase(peer);
   start_.policy.peer_down(peer);
   if (context_.listener) context_.listener->on_peer(gone.mapped().identity, how);
 }

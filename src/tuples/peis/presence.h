@@ -5,8 +5,8 @@
 #include <string>
 
 #include "tuples/host_policy.h"
+#include "tuples/peis/kernel_session.h"
 #include "tuples/peis/peis_options.h"
-#include "tuples/peis/session.h"
 
 namespace rubicon::tuples::peis {
 
@@ -18,6 +18,7 @@ class Presence {
     LinkListener& listener;
     HostPolicy& policy;
     std::string summary;
+    std::string user;  ///< in kernel.user
     /// Another live component uses the id of this one, and used it before.
     std::function<void()> displaced;
   };
@@ -29,7 +30,7 @@ class Presence {
   /// No call to the listener from now on.
   void end();
   /// A call to the listener is under way: destroy this in a later turn.
-  bool is_busy() const { return calls_ > 0; }
+  bool is_busy() const { return context_.calls > 0; }
 
   Session* find(OwnerId peer);
   std::vector<OwnerId> peers() const;
@@ -37,6 +38,8 @@ class Presence {
   void subscribe(const SubscriptionSpec& spec);
   void unsubscribe(std::uint32_t id);
   void describe(const std::string& summary);
+  /// What the space publishes to kLinkItself: all own tuples.
+  void observe(std::span<const Change> changes);
   const SessionCounters& counters() const { return context_.counters; }
   const Node* node() const { return node_.get(); }
 
@@ -52,6 +55,13 @@ class Presence {
   PeerIdentity identity_of(const Identity& host) const;
   std::unique_ptr<Session> make_session(const Identity& host);
 
+  // What kernels see of this component (presence_kernels.cpp).
+  void begin_observing();
+  void set_first_tuples();
+  void refresh();
+  void set_tuple(std::string_view key, std::string value);
+  std::string subscribers_text() const;
+
   Start start_;
   base::LimitedLog log_;
   SessionContext context_;
@@ -62,7 +72,12 @@ class Presence {
     std::unique_ptr<Session> session;
   };
   std::map<OwnerId, Peer> peers_;
-  int calls_ = 0;
+  std::map<OwnerId, KernelSession*> kernels_;  ///< among the sessions
+  KernelSession::View view_;
+  bool keys_changed_ = false;
+  unsigned refreshes_ = 0;
+  std::vector<LinkState> links_before_;
+  Timer refresh_;
   std::unique_ptr<Node> node_;
 };
 

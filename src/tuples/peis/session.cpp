@@ -29,7 +29,9 @@ void Session::ready() {
     auto& next = waiting_.front();
     const bool limited = next.ends != SteadyTime::max();
     if (limited && next.ends > now) restamp(next.body, next.ends - now);
-    if ((!limited || next.ends > now) && !try_send(next)) return;
+    const bool is_over = limited && next.ends <= now;
+    if (!is_over && !try_send(next)) return;
+    if (is_over && next.done) context_.scheduler.post([done = next.done] { done(Outcome::kGivenUp); });
     waiting_bytes_ -= next.body.size();
     waiting_.pop_front();
   }

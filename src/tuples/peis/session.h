@@ -30,6 +30,7 @@ struct SessionContext {
   base::LimitedLog& log;
   LinkListener* listener = nullptr;  ///< null: the start is over
   Node* node = nullptr;
+  int calls = 0;  ///< to the listener that are under way: the start must not be destroyed
   SessionCounters counters{};
 };
 
@@ -55,10 +56,15 @@ class Session {
 
   /// A message of the peer.
   virtual void receive(Port port, ByteView body) = 0;
-  /// The peer deleted what it knew of this component.
+  /// The peer deleted what it knew of this component; all subscriptions follow.
   virtual void forgotten() = 0;
+  /// The peer is gone: the last call.
+  virtual void ended() {}
   /// The peer is routable again; what was given up may be sent again.
   virtual void back() = 0;
+
+  /// The patterns that the peer subscribed to.
+  virtual std::vector<std::string> patterns() const = 0;
 
   /// There is room again.
   void ready();
@@ -66,7 +72,7 @@ class Session {
   bool is_full() const { return !waiting_.empty(); }
 
  protected:
-  /// Sends a message, after those that wait. After `ends` it is not sent any more, and `done` not called.
+  /// Sends a message, after those that wait. After `ends` it is not sent any more: kGivenUp.
   void send(Port port, Bytes body, Done done = {}, SteadyTime ends = SteadyTime::max());
   bool has_room(std::size_t bytes) const { return waiting_bytes_ + bytes <= kMaxWaiting; }
   /// Called before a message that had to wait is sent.

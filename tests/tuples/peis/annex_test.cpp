@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "base/bytes.h"
@@ -77,6 +78,14 @@ TEST(PeisAnnex, DurationsAreLimitedAndRoundedDownToMicroseconds) {
   EXPECT_EQ(read->flow.minimum, Duration(0));
 }
 
+TEST(PeisAnnex, ADeadBandThatIsNoneIsWrittenAsZero) {
+  auto fields = subscription();
+  for (const auto band : {-1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    fields.flow.dead_band = band;
+    EXPECT_EQ(read_subscribe_annex(to_annex(fields))->flow.dead_band, 0.0) << band;
+  }
+}
+
 TEST(PeisAnnex, TheMemoryOfKernelsIsNotOfOurs) {
   EXPECT_FALSE(read_subscribe_annex(Annex{}));
   EXPECT_FALSE(read_set_annex(Annex{}));
@@ -94,9 +103,10 @@ TEST(PeisAnnex, FieldsOutOfRangeAreRefused) {
   EXPECT_FALSE(subscribe_with(7, 0)) << "id 0";
   EXPECT_FALSE(subscribe_with(14, 0x80)) << "maximum beyond the limit";
   EXPECT_FALSE(subscribe_with(20, 0xbf)) << "negative dead band";
-  auto infinite = subscription();
-  infinite.flow.dead_band = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(read_subscribe_annex(to_annex(infinite)));
+  auto infinite = to_annex(subscription());
+  infinite[20] = 0x7f;
+  infinite[21] = 0xf0;
+  EXPECT_FALSE(read_subscribe_annex(infinite));
   const auto set_with = [](std::size_t at, std::uint8_t byte) {
     auto annex = to_annex(SetAnnex{1, 5s, 9});
     annex[at] = byte;

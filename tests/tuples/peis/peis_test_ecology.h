@@ -16,14 +16,18 @@ namespace rubicon::tuples::peis {
 /// Components that meet over PEIS in virtual time on one machine: each is configured to connect to those before it.
 class PeisTestEcology {
  public:
-  explicit PeisTestEcology(VirtualScheduler& time) : time_(time), net_(time) { machine_.join(net_); }
+  /// Bytes need no time, as the suite runs what is due without waiting.
+  explicit PeisTestEcology(VirtualScheduler& time) : time_(time), net_(time) {
+    net_.tcp.transit = net_.lookup_time = Duration(0);
+    machine_.join(net_);
+  }
 
   Result<std::unique_ptr<Link>> join(OwnerId id) {
     PeisOptions options;
     options.multicast = false;
     for (std::size_t i = 0; i < ecologies_.size(); ++i)
       options.connect.push_back("127.0.0.1:" + std::to_string(kFirstListenPort + i));
-    auto opened = PeisEcology::open(options, time_, machine_, log_, kHere);
+    auto opened = PeisEcology::open(options, time_, machine_, log_, here());
     if (!opened) return fail(opened.error());
     ecologies_.push_back(std::move(*opened));
     auto link = ecologies_.back()->join(id);
@@ -39,7 +43,11 @@ class PeisTestEcology {
   }
 
  private:
-  inline static const PeisMachine kHere{{{"lo", "127.0.0.1", true, true, true}}, "hostx", "host-of-hostx", "1"};
+  /// Each component in a process of its own.
+  PeisMachine here() const {
+    return {
+        {{"lo", "127.0.0.1", true, true, true}}, "hostx", "host-of-hostx", std::to_string(ecologies_.size()), "anna"};
+  }
 
   /// In a later turn, as everything that links report.
   template <class Call>

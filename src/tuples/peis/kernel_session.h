@@ -1,0 +1,109 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <set>
+
+#include "base/deadline.h"
+#include "tuples/peis/kernel_copies.h"
+#include "tuples/peis/kernel_subscribers.h"
+#include "tuples/peis/kernel_tuples.h"
+#include "tuples/peis/own_keys.h"
+#include "tuples/peis/session.h"
+
+namespace rubicon::tuples::peis {
+
+/// With a PEIS kernel of 2013, or any other program that speaks its protocol. What the protocol cannot carry is refused
+/// or stated: README.md of this folder.
+class KernelSession final : public Session {
+ public:
+  /// What all kernels see of this component.
+  struct View {
+    OwnKeys keys;
+    KernelTuples tuples;
+  };
+  KernelSession(SessionContext& context, OwnerId peer, View& view);
+
+  void publish(const Change& change) override;
+  void subscribe(const SubscriptionSpec& spec) override;
+  void unsubscribe(std::uint32_t id) override;
+  Result<void> remote_set(const RemoteSet& set) override;
+  void reply(const Reply& reply) override;
+  void describe(const std::string&) override {}  // they have kernel.* tuples
+  void receive(Port port, ByteView body) override;
+  void forgotten() override;
+  void back() override;
+  void ended() override;
+  std::vector<std::string> patterns() const override;
+
+  /// There is an own tuple with this key.
+  void key_added(const std::string& key);
+  /// Sends one of KernelTuples if the kernel subscribed to it.
+  void push_kernel_tuple(const std::string& key);
+
+ private:
+  static constexpr std::size_t kMaxRequested = 10'000;
+  static constexpr std::size_t kMaxAppended = 1'000;  ///< tuples that one append may change
+  static constexpr Duration kRequestAgain = std::chrono::seconds(10);
+
+  enum class Request { kSent, kAcknowledged, kGivenUp };
+  struct Subscription {
+    SubscriptionSpec spec;
+    std::vector<std::string> patterns;  ///< of the kernel, folded
+    bool waits = true;                  ///< for the end of its snapshot
+  };
+  struct PendingSet {
+    std::uint64_t request = 0;
+    std::string key;  ///< folded
+    std::string value;
+  };
+
+  // Own tuples (kernel_session_values.cpp).
+  void publish(const TupleSet& set);
+  void publish(const TupleGone& gone);
+  void publish(const SnapshotEnd& end);
+  void publish(const Restart&) {}  // kernels go by numbers
+  bool is_publishable(std::string_view key);
+
+  // Their tuples (kernel_session_values.cpp).
+  void on_push(ByteView body);
+  void on_delete(const NetworkTuple& tuple);
+  void on_appended(ByteView body);
+  void deliver_copy(const KernelCopies::Copy& copy);
+  std::string_view own_spelling(std::string_view key) const;
+
+  // Our subscriptions and theirs (kernel_session_subscriptions.cpp).
+  void request(const std::string& pattern, bool force);
+  void requested(const std::string& pattern, Outcome outcome);
+  void request_again();
+  bool is_acknowledged(const Subscription& subscription) const;
+  void settle(std::uint32_t id);
+  void on_subscribe(ByteView body);
+  void on_unsubscribe(ByteView body);
+  void join(std::uint32_t id);
+
+  // Remote sets, both ways (kernel_session_sets.cpp).
+  Result<void> check(const RemoteSet& set) const;
+  Bytes encode(const RemoteSet& set) const;
+  Bytes encode_append(const RemoteSet& set) const;
+  void arrived(std::uint64_t request, Outcome outcome);
+  void saw(const KernelCopies::Copy& copy);
+  void answer(std::uint64_t request, Outcome outcome, std::uint64_t sequence);
+  void on_set(ByteView body);
+  void on_append(ByteView body);
+  void ask_owner(RemoteSet set);
+  /// Guarded by the life of this session and of the start.
+  Done guarded(std::function<void(Outcome)> call);
+
+  View& view_;
+  KernelCopies copies_;
+  KernelSubscribers subscribers_;
+  std::map<std::uint32_t, Subscription> subscriptions_;
+  std::map<std::string, std::string> spellings_;  ///< of keys that we subscribed to, by folded key
+  std::map<std::string, Request> requests_;       ///< subscriptions that the kernel has, by folded pattern
+  std::deque<PendingSet> sets_;
+  std::uint64_t last_set_ = 0;  ///< number of the kernel's remote sets
+  base::Deadline again_;
+};
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tuples/peis/kernel_session.h"
+#include "tuples/peis/patterns.h"
+#include "tuples/peis/values.h"
+
+namespace rubicon::tuples::peis {
+
+namespace {
+
+/// Kernels take ids above 2^31-1 for negative ones.
+OwnerId creator_for_kernels(OwnerId creator, OwnerId owner) {
+  return creator == OwnerId{} || number(creator) > kMaxId ? owner : creator;
+}
+
+}  // namespace
+
+void KernelSession::publish(const Change& change) {
+  std::visit([this](const auto& one) { publish(one); }, change);
+}
+
+/// Whether kernels can have a tuple with this key. The tuple stays on the other engines.
+bool KernelSession::is_publishable(std::string_view key) {
+  std::string why;
+  if (const auto fits = check_peis_key(key); !fits) {
+    why = fits.error().text;
+  } else if (KernelTuples::owns(key)) {
+    why = fmt::format("key {} is one that each PEIS component publishes about itself", model::quoted(key));
+  } else if (const auto* spelling = view_.keys.spelling(key); spelling && *spelling != key) {
+    why = fmt::format(
+        "key {} differs only in case from another one of this component, which is one tuple to PEIS kernels",
+        model::quoted(key));
+  } else {
+    return true;
+  }
+  ++context_.counters.refused_keys;
+  context_.log.error("key " + std::string(key.substr(0, kMaxPeisKey)), why + ": not published to PEIS kernels");
+  return false;
+}
+
+void KernelSession::publish(const TupleSet& set) {
+  const auto& tuple = set.tuple;
+  if (!is_publishable(tuple.key)) return;
+  const auto value = to_wire(tuple.value, tuple.media_type);
+  NetworkTuple out;
+  out.owner = context_.self;
+  out.key = tuple.key;
+  out.creator = creator_for_kernels(tuple.creator, context_.self);
+  out.write_time = tuple.write_time;
+  out.user_time = tuple.user_time;
+  out.expire_time = tuple.expire_time;
+  out.encoding = value.encoding;
+  out.media_type = tuple.media_type.empty() ? "text/plain" : tuple.media_type.substr(0, kMaxMediaType);
+  out.data = value.data;
+  if (!subscribers_.wants(tuple.key, out.media_type, value.data, *out.creator)) return;
+  out.sequence = view_.keys.number_of(tuple);
+  send(Port::kPush, write_push(out));
+}
+
+/// A kernel lets its copies expire by itself.
+void KernelSession::publish(const TupleGone& gone) {
+  if (gone.how != EventKind::kDeleted || !check_peis_key(gone.key) || KernelTuples::owns(gone.key)) return;
+  if (const auto* spelling = view_.keys.spelling(gone.key); spelling && *spelling != gone.key) return;
+  static constexpr std::string_view kNothing("\0", 1);
+  NetworkTuple out;
+  out.owner = out.creator = context_.self;
+  out.key = gone.key;
+  out.write_time = context_.scheduler.wall_now();
+  out.user_time = WallTime{};
+  out.expire_time = kDeleteTime;
+  out.encoding = Encoding::kAscii;
+  out.media_type = "text/plain";
+  out.data = kNothing;
+  out.sequence = view_.keys.number_of(gone);
+  send(Port::kPush, write_push(out));
+}
+
+void KernelSession::publish(const SnapshotEnd& end) {
+  if (auto* spelling = subscribers_.find(end.subscription)) spelling->snapshot_under_way = false;
+}
+
+void KernelSession::push_kernel_tuple(const std::string& key) {
+  const auto found = view_.tuples.all().find(key);
+  if (found == view_.tuples.all().end()) return;
+  const auto& entries = subscribers_.entries();
+  const bool wanted = std::any_of(entries.begin(), entries.end(),
+                                  [&](const auto& item) { return matches_folded(item.second.pattern, key); });
+  if (wanted) send(Port::kPush, write_kernel_tuple(context_.self, key, found->second));
+}
+
+/// The key as we subscribed to it, else as the kernel spells it.
+std::string_view KernelSession::own_spelling(std::string_view key) const {
+  const auto found = spellings_.find(folded(key));
+  return found == spellings_.end() ? key : std::string_view(found->second);
+}
+
+void KernelSession::deliver_copy(const KernelCopies::Copy& copy) {
+  deliver(TupleSet{view_of(copy, own_spelling(copy.key))});
+}
+
+void KernelSession::on_push(ByteView body) {
+  const auto read = read_push(body);
+  if (!read) return bad(read.error());
+  if (*read->owner != peer_) return void(++context_.counters.foreign_tuples);
+  if (!model::check_key(read->key)) return void(++context_.counters.unknown_keys);
+  if (*read->expire_time == kDeleteTime) return on_delete(*read);
+  const auto news = copies_.take(*read);
+  if (news == KernelCopies::News::kOld) return;
+  if (news == KernelCopies::News::kNoRoom) {
+    ++context_.counters.copies_not_kept;
+    context_.log.warning("copies of " + name(), name() + " has too many tuples: some are dropped");
+    return;
+  }
+  const auto& copy = *copies_.find(read->key);
+  saw(copy);
+  deliver_copy(copy);
+}
+
+/// A delete is a set that expired in 1970.
+void KernelSession::on_delete(const NetworkTuple& tuple) {
+  const auto* present = copies_.find(tuple.key);
+  if (!present || (present->confirmed && *tuple.sequence < present->number)) return;
+  const auto gone = copies_.remove(tuple.key);
+  deliver(TupleGone{EventKind::kDeleted, own_spelling(gone->key), gone->sequence + 1});
+}
+
+void KernelSession::on_appended(ByteView body) {
+  const auto read = read_push_appended(body);
+  if (!read) return bad(read.error());
+  if (read->tuple.owner != peer_) return void(++context_.counters.foreign_tuples);
+  std::vector<std::string> keys;
+  for (const auto* copy : copies_.append(*read)) keys.push_back(copy->key);
+  for (const auto& key : keys) {
+    const auto* copy = copies_.find(key);
+    if (!copy) continue;
+    saw(*copy);
+    deliver_copy(*copy);
+  }
+}
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rubicon/time.hpp"
+#include "tuples/peis/tuple_wire.h"
+
+namespace rubicon::tuples::peis {
+
+/// The subscriptions of one kernel to our tuples. A kernel sends each one several times, and one UNSUBSCRIBE for each
+/// of its handles, which says the key and the data only (peis.md, section 6.3).
+class KernelSubscribers {
+ public:
+  static constexpr std::size_t kMaxEntries = 10'000;
+  static constexpr std::size_t kMaxSpellings = 16;  ///< of one subscription
+  /// Copies without force that come within this time of each other are one round of all subscriptions.
+  static constexpr Duration kRoundGap = std::chrono::seconds(1);
+
+  /// A subscription under one spelling of its pattern: ids and patterns as in SubscriptionSpec.
+  struct Spelling {
+    std::uint32_t id = 0;
+    std::string pattern;
+    bool snapshot_under_way = false;
+  };
+  struct Entry {
+    std::string pattern;  ///< as it came, in our form
+    std::optional<std::string> data;
+    std::string media_type;           ///< empty = any
+    std::optional<OwnerId> creator;   ///< empty = any
+    std::vector<Spelling> spellings;  ///< the first is the pattern as it came
+    unsigned forced = 0;              ///< copies with force since the host was met
+    unsigned in_round = 0, forced_since = 0;
+    std::uint64_t round = 0;
+  };
+
+  /// Counts a copy. kInvalid: no pattern of ours; kBusy: too many.
+  Result<Entry*> add(const Subscribe& subscribe, SteadyTime now);
+  /// The ids that end.
+  std::vector<std::uint32_t> remove(const Unsubscribe& unsubscribe);
+  /// All of a kernel that was restarted or forgot its handles.
+  std::vector<std::uint32_t> clear();
+
+  /// Another spelling for an own key that none of the present ones matches; null: not needed, or too many.
+  const Spelling* add_spelling(Entry& entry, std::string_view key);
+  /// Null: it has ended.
+  Spelling* find(std::uint32_t id);
+  std::map<std::pair<std::string, std::optional<std::string>>, Entry>& entries() { return entries_; }
+  const std::map<std::pair<std::string, std::optional<std::string>>, Entry>& entries() const { return entries_; }
+  /// Whether one of them is for this tuple, by key, media type, data and creator. Data is as on the wire.
+  /// Subscriptions by key alone are taken for granted: the space has matched them.
+  bool wants(std::string_view key, std::string_view media_type, std::string_view data, OwnerId creator) const;
+
+ private:
+  std::uint32_t next_id();
+  static bool accepts(const Entry& entry, std::string_view media_type, std::string_view data, OwnerId creator);
+
+  std::map<std::pair<std::string, std::optional<std::string>>, Entry> entries_;  ///< by folded key and data
+  std::map<std::uint32_t, std::pair<std::string, std::optional<std::string>>> by_id_;
+  std::uint32_t last_id_ = 0;
+  std::uint64_t round_ = 0;
+  bool has_filters_ = false;  ///< some entry wants more than a key
+  SteadyTime last_of_round_ = SteadyTime::min();
+};
+
+}  // namespace rubicon::tuples::peis

@@ -1,0 +1,78 @@
+#include "tuples/peis/own_keys.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tuples/peis/patterns.h"
+#include "tuples/peis/wire.h"
+
+namespace rubicon::tuples::peis {
+
+bool OwnKeys::add(std::string_view key) {
+  auto& entry = entries_[folded(key)];
+  if (entry.present) return entry.spelling == key;
+  entry.spelling = key;
+  entry.present = true;
+  ++present_;
+  return true;
+}
+
+bool OwnKeys::remove(std::string_view key, SteadyTime now) {
+  drop_gone(now);
+  const auto found = entries_.find(folded(key));
+  if (found == entries_.end() || found->second.spelling != key) return false;
+  if (std::exchange(found->second.present, false)) --present_;
+  gone_.emplace_back(now, found->first);
+  return true;
+}
+
+void OwnKeys::drop_gone(SteadyTime now) {
+  while (!gone_.empty() && now - gone_.front().first > kKeepGone) {
+    const auto found = entries_.find(gone_.front().second);
+    if (found != entries_.end() && !found->second.present) entries_.erase(found);
+    gone_.pop_front();
+  }
+}
+
+const std::string* OwnKeys::spelling(std::string_view key) const {
+  const auto found = entries_.find(folded(key));
+  return found != entries_.end() && found->second.present ? &found->second.spelling : nullptr;
+}
+
+void OwnKeys::each(std::string_view pattern, const std::function<void(const std::string&)>& visit) const {
+  for (const auto& [key, entry] : entries_) {
+    if (entry.present && matches_folded(pattern, key)) visit(entry.spelling);
+  }
+}
+
+std::string OwnKeys::list(std::size_t limit) const {
+  std::string text = "(";
+  for (const auto& [key, entry] : entries_) {
+    if (!entry.present) continue;
+    if (text.size() + entry.spelling.size() + 2 > limit) break;
+    if (text.size() > 1) text += ' ';
+    text += entry.spelling;
+  }
+  return text + ")";
+}
+
+std::uint32_t OwnKeys::number_of(const TupleView& tuple) {
+  const auto first = static_cast<std::uint32_t>(std::min<std::uint64_t>(tuple.sequence - 1, kMaxId));
+  return number_of(tuple.key, {tuple.sequence, tuple.write_time, false}, first);
+}
+
+std::uint32_t OwnKeys::number_of(const TupleGone& gone) {
+  return number_of(gone.key, {gone.sequence, {}, true}, 0);
+}
+
+std::uint32_t OwnKeys::number_of(std::string_view key, const Version& version, std::uint32_t least) {
+  auto& entry = entries_[folded(key)];
+  if (entry.spelling.empty()) entry.spelling = key;
+  if (entry.numbered && entry.version == version) return entry.number;
+  entry.number = entry.numbered ? std::max(entry.number + 1, least) : least;
+  entry.numbered = true;
+  entry.version = version;
+  return entry.number;
+}
+
+}  // namespace rubicon::tuples::peis
