@@ -114,7 +114,7 @@ void KernelSession::on_subscribe(ByteView body) {
     return;
   }
   auto& entry = **added;
-  if (!is_folded(entry.pattern))
+  if (!is_folded(entry.pattern) || view_.keys.has_capitals())
     view_.keys.each(entry.pattern, [&](const std::string& key) { subscribers_.add_spelling(entry, key); });
   for (const auto& [key, tuple] : view_.tuples.all()) {
     if (matches_folded(entry.pattern, key)) send(Port::kPush, write_kernel_tuple(context_.self, key, tuple));

@@ -14,6 +14,7 @@ bool OwnKeys::add(std::string_view key) {
   entry.spelling = key;
   entry.present = true;
   ++present_;
+  if (!is_folded(key)) ++capitals_;
   return true;
 }
 
@@ -21,7 +22,10 @@ bool OwnKeys::remove(std::string_view key, SteadyTime now) {
   drop_gone(now);
   const auto found = entries_.find(folded(key));
   if (found == entries_.end() || found->second.spelling != key) return false;
-  if (std::exchange(found->second.present, false)) --present_;
+  if (std::exchange(found->second.present, false)) {
+    --present_;
+    if (!is_folded(key)) --capitals_;
+  }
   gone_.emplace_back(now, found->first);
   return true;
 }

@@ -30,6 +30,8 @@ class OwnKeys {
   /// Calls `visit` with each key that matches the key of a Pattern, as kernels compare.
   void each(std::string_view pattern, const std::function<void(const std::string&)>& visit) const;
   std::size_t size() const { return present_; }
+  /// Whether a present key has capital letters.
+  bool has_capitals() const { return capitals_ > 0; }
   /// `(k1 k2 ...)`, as in kernel.all-keys, of whole keys up to `limit` bytes.
   std::string list(std::size_t limit) const;
 
@@ -57,7 +59,7 @@ class OwnKeys {
 
   std::map<std::string, Entry, std::less<>> entries_;  ///< by folded key
   std::deque<std::pair<SteadyTime, std::string>> gone_;
-  std::size_t present_ = 0;
+  std::size_t present_ = 0, capitals_ = 0;
 };
 
 }  // namespace rubicon::tuples::peis
