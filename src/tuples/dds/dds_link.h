@@ -10,11 +10,11 @@
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/dds/early_frames.h"
 #include "tuples/dds/guarded_store.h"
-#include "tuples/host_policy.h"
 #include "tuples/dds/id_conflicts.h"
 #include "tuples/dds/interests.h"
 #include "tuples/dds/peer.h"
 #include "tuples/dds/signal.h"
+#include "tuples/host_policy.h"
 
 namespace rubicon::tuples::dds {
 
