@@ -8,7 +8,7 @@ namespace rubicon::tuples::peis {
 namespace {
 
 constexpr std::size_t kReplySize = 22, kControlSize = 8;
-constexpr std::uint8_t kSnapshotEnd = 1, kRestart = 2;
+constexpr std::uint8_t kSnapshotEnd = 1, kRestart = 2, kForget = 3;
 
 Bytes marked_body(std::size_t size) {
   Bytes out(size);
@@ -63,6 +63,16 @@ Bytes write_control(const Restart& restart) {
   out[4] = kRestart;
   put_u64(out, kControlSize, static_cast<std::uint64_t>(restart.since.time_since_epoch().count()));
   return out;
+}
+
+Bytes write_forget() {
+  auto out = marked_body(kControlSize);
+  out[4] = kForget;
+  return out;
+}
+
+bool is_forget(ByteView body) {
+  return check_mark("SNAPSHOT", body, kControlSize) && body.size() == kControlSize && body[4] == kForget;
 }
 
 Result<Change> read_control(ByteView body) {

@@ -14,9 +14,13 @@ Bytes write_reply(const Reply& reply);
 /// kInvalid: too short, another mark, an unknown verdict or error code. The receiver is not in it.
 Result<Reply> read_reply(ByteView body);
 
-/// Port 43: kind u8 (1 end of a snapshot, 2 restart), 3 zero bytes, then subscription u32, or since u64 (microseconds).
+/// Port 43: kind u8 (1 end of a snapshot, 2 restart, 3 forget), 3 zero bytes, then subscription u32, or since u64
+/// (microseconds), or nothing.
 Bytes write_control(const SnapshotEnd& end);
 Bytes write_control(const Restart& restart);
+/// All subscriptions of the sender end; those that it has follow.
+Bytes write_forget();
+bool is_forget(ByteView body);
 /// A SnapshotEnd or a Restart.
 Result<Change> read_control(ByteView body);
 

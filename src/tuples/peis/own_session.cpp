@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "tuples/peis/annex.h"
 #include "tuples/peis/fields.h"
@@ -13,7 +14,7 @@ namespace rubicon::tuples::peis {
 
 namespace {
 
-constexpr std::size_t kMaxPatterns = 10'000;  ///< that are listed; the space has the same bound
+constexpr std::size_t kMaxPatterns = 10'000;  ///< the space has the same bound
 constexpr std::string_view kDefaultMediaType = "text/plain";
 constexpr std::string_view kNothing("\0", 1);
 
@@ -159,8 +160,13 @@ void OwnSession::receive(Port port, ByteView body) {
   }
 }
 
-/// The link sends the subscriptions and the summary again.
 void OwnSession::forgotten() {}
+
+/// Messages that were given up meanwhile may have ended subscriptions, or deleted tuples.
+void OwnSession::back() {
+  deliver(Restart{});
+  send(Port::kSnapshot, write_forget());
+}
 
 std::vector<std::string> OwnSession::patterns() const {
   std::vector<std::string> all;
@@ -193,7 +199,7 @@ void OwnSession::on_subscribe(ByteView body) {
   if (!read) return bad(read.error());
   const auto annex = read_subscribe_annex(read->prototype.annex);
   if (!annex) return bad({ErrorCode::kInvalid, "SUBSCRIBE: no annex, which components of ours send"});
-  if (patterns_.size() < kMaxPatterns) patterns_[annex->id] = read->prototype.key;
+  if (patterns_.size() < kMaxPatterns || patterns_.contains(annex->id)) patterns_[annex->id] = read->prototype.key;
   context_.listener->on_subscribe(peer_,
                                   {annex->id, {read->prototype.owner, std::string(read->prototype.key)}, annex->flow});
 }
@@ -237,6 +243,12 @@ void OwnSession::on_reply(ByteView body) {
 }
 
 void OwnSession::on_control(ByteView body) {
+  if (is_forget(body)) {
+    for (const auto& one : std::exchange(patterns_, {})) {
+      if (context_.listener) context_.listener->on_unsubscribe(peer_, one.first);
+    }
+    return;
+  }
   const auto read = read_control(body);
   if (!read) return bad(read.error());
   deliver(*read);

@@ -22,7 +22,7 @@ class OwnSession final : public Session {
   void receive(Port port, ByteView body) override;
   void forgotten() override;
   std::vector<std::string> patterns() const override;
-  void back() override {}  // all that was sent arrives: its packages are sent again until it counts as lost
+  void back() override;
 
  private:
   void publish(const TupleSet& set);

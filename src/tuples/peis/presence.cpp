@@ -91,16 +91,17 @@ void Presence::on_host(HostEvent event, const Identity& host) {
     case HostEvent::kHello: return part(host.id, PeerEvent::kLost), meet(host);
     case HostEvent::kLeft: return part(host.id, PeerEvent::kLeft);
     case HostEvent::kLost: return part(host.id, PeerEvent::kLost);
-    case HostEvent::kBack:
-      if (auto* session = find(host.id)) session->back();
-      return;
-    case HostEvent::kForgot:
-      auto* session = find(host.id);
-      if (!session) return;
-      session->forgotten();
-      if (!context_.listener) return;
-      return introduce(host.id, *session);
+    case HostEvent::kBack: return again(host.id, &Session::back);
+    case HostEvent::kForgot: return again(host.id, &Session::forgotten);
   }
+}
+
+/// What the peer has of this component may be less than it should be.
+void Presence::again(OwnerId peer, void (Session::*begin)()) {
+  auto* session = find(peer);
+  if (!session) return;
+  (session->*begin)();
+  if (context_.listener) introduce(peer, *session);
 }
 
 /// A component that started a moment ago gives way to one that it meets.
@@ -153,9 +154,9 @@ void Presence::introduce(OwnerId id, Session& session) {
 void Presence::part(OwnerId peer, PeerEvent how) {
   auto gone = peers_.extract(peer);
   if (gone.empty()) return;
-  gone.mapped().session->ended();
   kernels_.erase(peer);
   start_.policy.peer_down(peer);
+  gone.mapped().session->ended();
   if (context_.listener) context_.listener->on_peer(gone.mapped().identity, how);
 }
 

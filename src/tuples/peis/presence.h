@@ -51,6 +51,7 @@ class Presence {
   void on_id_taken();
   void meet(const Identity& host);
   void part(OwnerId peer, PeerEvent how);
+  void again(OwnerId peer, void (Session::*begin)());
   void introduce(OwnerId id, Session& session);
   PeerIdentity identity_of(const Identity& host) const;
   std::unique_ptr<Session> make_session(const Identity& host);

@@ -56,11 +56,11 @@ class Session {
 
   /// A message of the peer.
   virtual void receive(Port port, ByteView body) = 0;
-  /// The peer deleted what it knew of this component; all subscriptions follow.
+  /// The peer deleted what it knew of this component. All subscriptions follow, and the summary.
   virtual void forgotten() = 0;
   /// The peer is gone: the last call.
   virtual void ended() {}
-  /// The peer is routable again; what was given up may be sent again.
+  /// The peer is routable again; what was sent meanwhile may be lost. All subscriptions follow, and the summary.
   virtual void back() = 0;
 
   /// The patterns that the peer subscribed to.
