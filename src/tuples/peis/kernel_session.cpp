@@ -31,14 +31,12 @@ Done KernelSession::guarded(std::function<void(Outcome)> call) {
   });
 }
 
-/// Its tuples count again whatever their numbers, and it has none of our subscriptions.
+/// Its tuples count again whatever their numbers; it has none of our subscriptions, and gets our tuples again.
 void KernelSession::forgotten() {
   copies_.begin_round();
   requests_.clear();
   for (auto& [id, subscription] : subscriptions_) subscription.waits = true;
-  for (const auto id : subscribers_.clear()) {
-    if (context_.listener) context_.listener->on_unsubscribe(peer_, id);
-  }
+  for (const auto id : subscribers_.begin_again()) join(id);
   deliver(Restart{});
 }
 

@@ -75,11 +75,16 @@ std::vector<std::uint32_t> KernelSubscribers::remove(const Unsubscribe& unsubscr
   return ids;
 }
 
-std::vector<std::uint32_t> KernelSubscribers::clear() {
+std::vector<std::uint32_t> KernelSubscribers::begin_again() {
+  last_of_round_ = SteadyTime::min();
   std::vector<std::uint32_t> ids;
-  for (const auto& [id, name] : by_id_) ids.push_back(id);
-  by_id_.clear();
-  entries_.clear();
+  for (auto& [name, entry] : entries_) {
+    entry.forced = entry.in_round = entry.forced_since = 0;
+    for (auto& spelling : entry.spellings) {
+      spelling.snapshot_under_way = false;
+      ids.push_back(spelling.id);
+    }
+  }
   return ids;
 }
 

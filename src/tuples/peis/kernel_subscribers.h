@@ -41,8 +41,8 @@ class KernelSubscribers {
   Result<Entry*> add(const Subscribe& subscribe, SteadyTime now);
   /// The ids that end.
   std::vector<std::uint32_t> remove(const Unsubscribe& unsubscribe);
-  /// All of a kernel that was restarted or forgot its handles.
-  std::vector<std::uint32_t> clear();
+  /// The kernel meets this component again, and will send what it has: counts anew, but keeps all until then. The ids.
+  std::vector<std::uint32_t> begin_again();
 
   /// Another spelling for an own key that none of the present ones matches; null: not needed, or too many.
   const Spelling* add_spelling(Entry& entry, std::string_view key);

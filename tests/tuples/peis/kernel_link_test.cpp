@@ -96,6 +96,24 @@ TEST_F(LinkToAKernel, ARoundWithoutForceCountsTheHandlesAnew) {
   EXPECT_THAT(own_pushed(), IsEmpty());
 }
 
+TEST_F(LinkToAKernel, AKernelThatForgotUsGetsItsTuplesAgain) {
+  ASSERT_TRUE(space->set("a", "1"));
+  subscribe("a");
+  world.run(100ms);
+  own_pushed();
+  kernel.send(200, Port::kDeadHost, text_of(write(DeadHost{kSelf, DeathReason::kReborn})));
+  world.run(100ms);
+  EXPECT_THAT(own_pushed(), ElementsAre(c_string("a=1")));
+  subscribe("a", false);
+  world.run(100ms);
+  unsubscribe("a");
+  world.run(100ms);
+  own_pushed();
+  ASSERT_TRUE(space->set("a", "2"));
+  world.run(100ms);
+  EXPECT_THAT(own_pushed(), IsEmpty()) << "one handle, and that ended";
+}
+
 TEST_F(LinkToAKernel, OwnersLearnOfTheFirstAndTheLastSubscriber) {
   std::vector<std::string> demands;
   const auto watch = space->watch_demand(*Pattern::parse("*.value"), [&](const Demand& demand) {
