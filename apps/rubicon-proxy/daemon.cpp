@@ -29,7 +29,9 @@
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/joined/joined_ecology.h"
 #include "tuples/memory/memory_ecology.h"
+#include "tuples/peis/peis_ecology.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::daemon {
@@ -142,21 +144,41 @@ class Session {
 
  private:
   Result<void> open_ecology(const config::EngineSetup& engine, IslandId id, LogSink& sink) {
-    if (!engine.dds) {
+    if (!engine.dds && !engine.peis) {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
     }
-    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
-    if (!dds) return fail(dds.error().code, engine.place + dds.error().text);
-    (*dds)->watch_displaced([this](OwnerId displaced) {
-      log_.error(fmt::format("component id {} is in use by another process; exiting", number(displaced)));
-      exit_code_ = kExitFailed;
-      finish();
-    });
+    if (auto opened = open_engines(engine, sink); !opened)
+      return fail(opened.error().code, engine.place + opened.error().text);
     // The consoles are components too: they draw their ids.
     console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
-    ecology_ = std::move(*dds);
+    if (!dds_ || !peis_) {
+      ecology_ = dds_ ? std::move(dds_) : std::move(peis_);
+      return {};
+    }
+    ecology_ = std::make_unique<tuples::joined::JoinedEcology>(
+        std::vector<tuples::joined::JoinedEcology::Engine>{{"dds", *dds_}, {"peis", *peis_}}, loop_.scheduler(), sink);
+    return {};
+  }
+
+  Result<void> open_engines(const config::EngineSetup& engine, LogSink& sink) {
+    const auto displaced = [this](OwnerId id) {
+      log_.error(fmt::format("component id {} is in use by another process; exiting", number(id)));
+      exit_code_ = kExitFailed;
+      finish();
+    };
+    if (engine.dds) {
+      const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
+      auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
+      if (!dds) return fail(dds.error());
+      (*dds)->watch_displaced(displaced);
+      dds_ = std::move(*dds);
+    }
+    if (!engine.peis) return {};
+    auto peis = tuples::peis::PeisEcology::open(engine.peis_options, loop_.scheduler(), transports_, sink);
+    if (!peis) return fail(peis.error());
+    (*peis)->watch_displaced(displaced);
+    peis_ = std::move(*peis);
     return {};
   }
 
@@ -325,6 +347,7 @@ class Session {
   transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
   transport::LocalTransports transports_{loop_};
+  std::unique_ptr<tuples::Ecology> dds_, peis_;  ///< if both are joined
   std::unique_ptr<tuples::Ecology> ecology_;
   OwnerId console_{kFirstComponent};
   int exit_code_ = kExitOk;

@@ -9,6 +9,7 @@
 #include "config/network_numbers.h"
 #include "island/island_state.h"
 #include "tuples/dds/host.h"
+#include "tuples/peis/peis_options.h"
 #include "web/web_service.h"
 
 namespace rubicon::daemon {
@@ -70,6 +71,9 @@ HostCheck check_host(island::Island& island, transport::Transports& transports, 
   }
   if (config.engine.dds) {
     const auto good = tuples::dds::check_interfaces(config.engine.options, transport::interfaces());
+    if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
+  } else if (config.engine.peis) {
+    const auto good = tuples::peis::select_interfaces(config.engine.peis_options, transport::ipv4_interfaces());
     if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
   }
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));

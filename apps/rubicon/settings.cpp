@@ -22,6 +22,9 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   auto engine = config::read_engine(reader);
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  if (!engine.dds && engine.peis)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("{}tuples.engine is peis alone: this program needs dds too", engine.place));
   if (!engine.dds)
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}tuples.engine is memory: such an island is alone in its process", engine.place));

@@ -94,6 +94,64 @@ void read_ways(ConfigReader& tuples, DdsOptions& dds) {
     tuples.error("transport", "tcp does not discover components by itself, expected port or peers (or both)");
 }
 
+/// What is wrong with a name in `engine`; empty = nothing.
+std::string engine_error(const std::string& name, std::set<std::string>& taken) {
+  if (name != "memory" && name != "dds" && name != "peis")
+    return fmt::format("is '{}', expected one of: memory, dds, peis", name);
+  return taken.insert(name).second ? std::string() : fmt::format("'{}' is listed twice", name);
+}
+
+void read_names(ConfigReader& tuples, EngineSetup& engine) {
+  const auto names = tuples.texts("engine");
+  if (!tuples.has("engine")) return;
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (const auto wrong = engine_error(names[i], taken); !wrong.empty()) item_error(tuples, "engine", i, wrong);
+  }
+  if (names.empty()) tuples.error("engine", "expected one of: memory, dds, peis, or a list of dds and peis");
+  if (taken.contains("memory") && taken.size() > 1) tuples.error("engine", "memory cannot be combined with others");
+  engine.dds = taken.contains("dds");
+  engine.peis = taken.contains("peis");
+}
+
+void read_connect(ConfigReader& peis, std::vector<std::string>& connect) {
+  constexpr std::string_view kScheme = "tcp://";
+  for (const auto& url : peis.texts("connect")) {
+    const auto where = std::string_view(url).substr(url.starts_with(kScheme) ? kScheme.size() : 0);
+    if (peer_error(where, false))
+      item_error(peis, "connect", connect.size(), "expected tcp://host:port, the host as a name or an IPv4 address");
+    connect.emplace_back(where);
+  }
+  if (connect.size() > kMostPeers)
+    peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMostPeers));
+}
+
+/// What it has in common with DDS was read before.
+void read_peis(ConfigReader& tuples, EngineSetup& engine) {
+  auto& options = engine.peis_options;
+  options.interfaces = engine.options.interfaces;
+  options.lease = engine.options.lease;
+  options.trust_lan = engine.options.trust_lan;
+  auto peis = tuples.map("peis");
+  options.network = peis.text("network", options.network);
+  if (options.network.empty() || options.network.size() > tuples::peis::kMaxNameLength)
+    peis.error("network", fmt::format("expected 1 to {} characters", tuples::peis::kMaxNameLength));
+  options.listen = static_cast<std::uint16_t>(peis.integer("listen", options.listen, 0, 0xffff));
+  options.multicast = peis.boolean("multicast", options.multicast);
+  read_connect(peis, options.connect);
+  peis.finish();
+}
+
+void check_keys_of_engines(ConfigReader& tuples, const EngineSetup& engine) {
+  for (const auto* key : {"domain", "peers", "tag", "transport", "port"}) {
+    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has this option");
+  }
+  for (const auto* key : {"interfaces", "lease", "trust_lan"}) {
+    if (!engine.dds && !engine.peis && tuples.has(key)) tuples.error(key, "only engines dds and peis have this option");
+  }
+  if (!engine.peis && tuples.has("peis")) tuples.error("peis", "only engine peis has these options");
+}
+
 void read_tag(ConfigReader& tuples, DdsOptions& dds) {
   dds.tag = tuples.text("tag", dds.tag);
   if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
@@ -110,7 +168,7 @@ EngineSetup read_engine(ConfigReader& root) {
     engine.place = fmt::format("{}: tuples{}: ", to_string(names ? names->place : tuples.here().place),
                                names ? ".interfaces" : "");
   }
-  engine.dds = tuples.choice("engine", "dds", {"memory", "dds"}) == "dds";
+  read_names(tuples, engine);
   auto& dds = engine.options;
   dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
   read_ways(tuples, dds);
@@ -123,9 +181,8 @@ EngineSetup read_engine(ConfigReader& root) {
                  "is not supported yet, expected no such key; until then trust_lan: yes|no decides whether other "
                  "hosts may set tuples");
   }
-  for (const auto* key : {"domain", "interfaces", "peers", "tag", "lease", "transport", "port", "trust_lan"}) {
-    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has this option");
-  }
+  read_peis(tuples, engine);
+  check_keys_of_engines(tuples, engine);
   tuples.finish();
   return engine;
 }

@@ -4,13 +4,16 @@
 
 #include "base/config_reader.h"
 #include "tuples/dds/dds_options.h"
+#include "tuples/peis/peis_options.h"
 
 namespace rubicon::config {
 
 /// `tuples:`: how the components reach each other.
 struct EngineSetup {
-  bool dds = true;  ///< else within this process only
+  bool dds = true;
+  bool peis = false;  ///< neither: within this process only
   tuples::dds::DdsOptions options;
+  tuples::peis::PeisOptions peis_options;
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
 };

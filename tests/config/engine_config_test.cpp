@@ -48,15 +48,40 @@ TEST(EngineConfig, TakesAllThatDdsNeeds) {
   EXPECT_TRUE(good("{trust_lan: yes}").options.trust_lan) << "on loopback too";
 }
 
+TEST(EngineConfig, TakesPeisAloneOrBesideDds) {
+  const auto both = good("{engine: [dds, peis]}");
+  EXPECT_TRUE(both.dds);
+  EXPECT_TRUE(both.peis);
+  EXPECT_EQ(both.peis_options, tuples::peis::PeisOptions());
+  const auto alone = good(
+      "{engine: peis, interfaces: eth0, lease: 3s, trust_lan: yes, peis: {network: lab, listen: 8100, "
+      "connect: [\"tcp://10.0.0.7:8000\", robot.lan], multicast: no}}");
+  EXPECT_FALSE(alone.dds);
+  ASSERT_TRUE(alone.peis);
+  const tuples::peis::PeisOptions expected{
+      "lab", 8100, {"10.0.0.7:8000", "robot.lan"}, false, {"eth0"}, std::chrono::seconds(3), true};
+  EXPECT_EQ(alone.peis_options, expected);
+  EXPECT_FALSE(good("{}").peis);
+}
+
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
       {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"},
+      {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine: 'dds' is listed twice"},
+      {"{engine: []}", "tuples.engine: expected one of: memory, dds, peis"},
+      {"{engine: [memory, peis]}", "tuples.engine: memory cannot be combined"},
+      {"{engine: peis, domain: 3}", "tuples.domain: only engine dds has this option"},
+      {"{peis: {listen: 8000}}", "tuples.peis: only engine peis has these options"},
+      {"{engine: peis, peis: {listen: 70000}}", "tuples.peis.listen: is '70000', expected a whole number from 0"},
+      {"{engine: peis, peis: {network: \"\"}}", "tuples.peis.network: expected 1 to 63 characters"},
+      {"{engine: peis, peis: {connect: [a, \"udp://b:1\"]}}", "tuples.peis.connect: expected tcp://host:port"},
+      {"{engine: peis, peis: {carry: [1]}}", "carry"},
       {"{domain: 231}", "home.yaml:2:18: tuples.domain: is '231', expected a whole number from 0 to 230"},
       {"{lease: 100ms}", "home.yaml:2:17: tuples.lease: expected from 500ms to 60s"},
       {"{lease: 61s}", "tuples.lease: expected from 500ms to 60s"},
       {"{engine: memory, tag: lab}", "home.yaml:2:31: tuples.tag: only engine dds has this option"},
-      {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engine dds has this option"},
+      {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engines dds and peis have this option"},
       {"{interfaces: []}", "home.yaml:2:22: tuples.interfaces: has 0 names, expected 1 to 4 names"},
       {"{interfaces: [a, b, c, d, e]}", "has 5 names, expected 1 to 4"},
       {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces: 'eth0' is listed twice"},
