@@ -1,55 +1,13 @@
-#include <fmt/format.h>
-#include <sys/resource.h>
-
-#include <chrono>
-
-#include "ecology/report.h"
-#include "ecology/roles.h"
+#include "components/roles.h"
+#include "ecology/measurements.h"
 
 namespace rubicon::bench {
 
 namespace {
 
-constexpr std::uint32_t kFirstOfMany = 71000;
 constexpr double kSettled = 20, kIdle = 5;
 
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-double processor_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / 1e6;
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 }  // namespace
-
-/// All components stay until the same time, so that no leaving is measured.
-Json one_of_many(const Meeting& meeting, const Json& options) {
-  const double begin = options.at("begin");
-  const std::size_t others = options.at("count").get<std::size_t>() - 1;
-  Node node(OwnerId(kFirstOfMany + options.at("number").get<std::uint32_t>()), meeting);
-  double seen = 0;
-  const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent) {
-    if (seen == 0 && node.space().peers().size() == others) seen = wall_seconds() - begin;
-  });
-  base::Timer timer;
-  const auto until = [&](double when) {
-    const auto left = std::chrono::duration<double>(std::max(0.0, begin + when - wall_seconds()));
-    timer = node.scheduler().after(std::chrono::duration_cast<base::Duration>(left), [&] { node.finish(); });
-    node.run(std::chrono::minutes(2));
-  };
-  until(kSettled);
-  const auto used = processor_seconds(), since = wall_seconds();
-  until(kSettled + kIdle);
-  const auto percent = (processor_seconds() - used) / (wall_seconds() - since) * 100;
-  until(kSettled + kIdle + 1);
-  return {{"seen_s", seen}, {"idle_percent", percent}};
-}
 
 void measure_crowd(const Plan& plan, Report& report) {
   const int count = plan.is_quick ? 10 : 50;
@@ -58,7 +16,9 @@ void measure_crowd(const Plan& plan, Report& report) {
   std::vector<Child> all;
   all.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
-    all.push_back(start_role("one-of-many", meeting, {{"number", i}, {"count", count}, {"begin", begin}}));
+    all.push_back(
+        start_role("one-of-many", meeting,
+                   {{"number", i}, {"count", count}, {"begin", begin}, {"settled_s", kSettled}, {"idle_s", kIdle}}));
   double slowest = 0;
   bool complete = true;
   std::vector<double> idle;

@@ -5,103 +5,12 @@
 #include <map>
 #include <regex>
 
-#include "ecology/report.h"
-#include "ecology/roles.h"
+#include "components/roles.h"
+#include "ecology/measurements.h"
 
 namespace rubicon::bench {
 
 namespace {
-
-constexpr auto kResend = std::chrono::milliseconds(200);
-
-/// Half round trips in windows of a second, as ddsperf reports them; the first window warms up and does not count.
-class Windows {
- public:
-  void begin(SteadyTime now) { begin_ = now; }
-  void add(SteadyTime sent, SteadyTime now) {
-    const auto window = static_cast<std::size_t>(seconds_between(begin_, now));
-    if (windows_.size() <= window) windows_.resize(window + 1);
-    windows_[window].push_back(std::chrono::duration<double, std::micro>(now - sent).count() / 2);
-  }
-  double seconds(SteadyTime now) const { return seconds_between(begin_, now); }
-
-  Json json() const {
-    std::vector<double> p50, p99;
-    for (std::size_t i = 1; i + 1 < windows_.size() || (i == 1 && i < windows_.size()); ++i) {
-      p50.push_back(percentile(windows_[i], 0.5));
-      p99.push_back(percentile(windows_[i], 0.99));
-    }
-    return {{"p50", median(p50)}, {"p99", median(p99)}, {"p50_of_seconds", p50}};
-  }
-
- private:
-  SteadyTime begin_{};
-  std::vector<std::vector<double>> windows_;
-};
-
-/// Sets a tuple that the other process subscribes to; the other one answers from the callback by setting its own.
-class Pinger {
- public:
-  Pinger(Node& node, const Json& options)
-      : node_(node),
-        pace_(std::chrono::microseconds(options.at("pace_us").get<int>())),
-        seconds_(options.at("seconds").get<double>() + 1) {}
-
-  Json run() {
-    const auto answers = node_.space().subscribe({kSecond, "bench.pong"}, {},
-                                                 [this](const tuples::Event& event) { answered(event.tuple.value); });
-    send();
-    node_.run(std::chrono::minutes(2));
-    auto result = windows_.json();
-    result["lost"] = sent_ - heard_;
-    return result;
-  }
-
- private:
-  void send() {
-    const auto text = value_of(++number_);
-    times_[number_ % times_.size()] = node_.scheduler().now();
-    sent_ += started_;
-    (void)node_.space().set("bench.ping", text);
-    const bool paced = started_ && pace_ > base::Duration(0);
-    due_ = paced ? std::max(due_ + pace_, node_.scheduler().now()) : node_.scheduler().now() + kResend;
-    if (paced || !timer_.pending()) timer_ = node_.scheduler().at(due_, [this] { tick(); });
-  }
-  /// Sends at the given pace; in the tight loop only if an answer was lost.
-  void tick() {
-    if (started_ && pace_ == base::Duration(0) && node_.scheduler().now() - times_[number_ % times_.size()] < kResend) {
-      timer_ = node_.scheduler().after(kResend, [this] { tick(); });
-      return;
-    }
-    send();
-  }
-  void answered(std::string_view value) {
-    const auto now = node_.scheduler().now();
-    const auto number = number_of(value);
-    if (!started_ && number == 0) return;
-    if (started_) {
-      windows_.add(times_[number % times_.size()], now);
-      ++heard_;
-      if (windows_.seconds(now) > seconds_) return node_.finish();
-      if (pace_ == base::Duration(0)) send();
-      return;
-    }
-    started_ = true;
-    windows_.begin(now);
-    due_ = now;
-    send();
-  }
-
-  Node& node_;
-  base::Duration pace_;
-  double seconds_;
-  Windows windows_;
-  bool started_ = false;
-  std::uint64_t number_ = 0, sent_ = 0, heard_ = 0;
-  std::array<SteadyTime, 4096> times_{};
-  SteadyTime due_{};
-  base::Timer timer_;
-};
 
 /// Where the two processes run: what stands before their commands.
 struct Place {
@@ -190,22 +99,6 @@ struct Pair {
 constexpr const char* kPaces[] = {"tight", "paced_1khz"};
 
 }  // namespace
-
-Json ping(const Meeting& meeting, const Json& options) {
-  Node node(kFirst, meeting);
-  node.await(kSecond);
-  return Pinger(node, options).run();
-}
-
-Json pong(const Meeting& meeting, const Json&) {
-  Node node(kSecond, meeting);
-  const auto answers = node.space().subscribe({kFirst, "bench.ping"}, {}, [&](const tuples::Event& event) {
-    (void)node.space().set("bench.pong", event.tuple.value);
-  });
-  node.await(kFirst);
-  node.await_end_of(kFirst);
-  return Json::object();
-}
 
 void measure_latency(const Plan& plan, Report& report) {
   const auto where = places();

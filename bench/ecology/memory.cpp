@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include "ecology/report.h"
-#include "ecology/roles.h"
+#include "components/roles.h"
+#include "ecology/measurements.h"
 
 namespace rubicon::bench {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ecology/node.h"
+#include "components/node.h"
 
 namespace rubicon::bench {
 
@@ -20,6 +20,7 @@ class Child {
   /// Its standard output until its end. Ends this process with a message if that takes longer than `most`, or if it
   /// fails.
   std::string output(base::Duration most);
+  void signal(int number) const;
 
  private:
   std::string command_;

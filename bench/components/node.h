@@ -3,12 +3,12 @@
 #include <memory>
 #include <string>
 
+#include "base/log.h"
 #include "base/scheduler.h"
 #include "frame/figures.h"
 #include "frame/process_figures.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
-#include "tuples/dds/dds_ecology.h"
 #include "tuples/link.h"
 
 namespace rubicon::bench {
@@ -16,17 +16,19 @@ namespace rubicon::bench {
 /// The two components of most measurements.
 inline constexpr OwnerId kFirst{70001}, kSecond{70002};
 
-/// Domain and tag of one measurement; no other components have this tag.
+/// Where the components of one measurement meet; no other components have this tag.
 struct Meeting {
-  std::uint32_t domain = 0;
+  std::uint32_t domain = 0;  ///< of DDS
   std::string tag;
 };
-tuples::dds::DdsOptions options_of(const Meeting& meeting);
 
-/// A component in this process, as a program has one: a loop, DDS, a tuple space.
+/// The engine that this program measures: each program defines it. Throws if the engine does not work.
+std::shared_ptr<tuples::Ecology> open_engine(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
+
+/// A component in this process, as a program has one: a loop, an engine, a tuple space.
 class Node {
  public:
-  /// Ends the process with a message if DDS does not work.
+  /// Ends the process with a message if the engine does not work.
   Node(OwnerId id, const Meeting& meeting);
 
   tuples::TupleSpace& space() { return *space_; }
@@ -35,6 +37,8 @@ class Node {
   /// Runs the loop until finish(). Ends the process with a message if that takes longer than `most`.
   void run(base::Duration most);
   void finish() { loop_.stop(); }
+  /// Runs the loop for this time.
+  void rest(base::Duration time);
   /// Runs until the other component is up.
   void await(OwnerId peer);
   /// Runs until it left or is lost.
@@ -43,7 +47,7 @@ class Node {
  private:
   transport::Loop loop_;
   base::NullLogSink log_;
-  std::unique_ptr<tuples::dds::DdsEcology> ecology_;
+  std::shared_ptr<tuples::Ecology> ecology_;
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<tuples::TupleSpace> space_;
 };
@@ -52,6 +56,10 @@ class Node {
 [[noreturn]] void give_up(const std::string& why);
 
 double seconds_between(SteadyTime from, SteadyTime to);
+/// Since 1970, comparable between processes.
+double wall_seconds();
+/// Processor time of this process so far.
+double own_processor_seconds();
 
 /// `text` padded to 64 bytes, the size of all values here.
 std::string value_of(std::uint64_t number);

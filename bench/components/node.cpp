@@ -1,13 +1,16 @@
-#include "ecology/node.h"
+#include "components/node.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <sys/resource.h>
+#include <sys/time.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <exception>
 
 namespace rubicon::bench {
 
@@ -19,22 +22,16 @@ constexpr Duration kPatience = std::chrono::seconds(30);
 }  // namespace
 
 void give_up(const std::string& why) {
-  fmt::print(stderr, "rubicon-bench-ecology: {}\n", why);
+  fmt::print(stderr, "{}: {}\n", ::program_invocation_short_name, why);
   std::exit(1);
 }
 
-tuples::dds::DdsOptions options_of(const Meeting& meeting) {
-  tuples::dds::DdsOptions options;
-  options.domain = meeting.domain;
-  options.tag = meeting.tag;
-  return options;
-}
-
 Node::Node(OwnerId id, const Meeting& meeting) {
-  const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-  auto ecology = tuples::dds::DdsEcology::open(options_of(meeting), loop_.scheduler(), post, log_);
-  if (!ecology) give_up(ecology.error().text);
-  ecology_ = std::move(*ecology);
+  try {
+    ecology_ = open_engine(meeting, loop_, log_);
+  } catch (const std::exception& error) {
+    give_up(error.what());
+  }
   auto link = ecology_->join(id);
   if (!link) give_up(link.error().text);
   link_ = std::move(*link);
@@ -43,6 +40,11 @@ Node::Node(OwnerId id, const Meeting& meeting) {
 
 void Node::run(Duration most) {
   const auto late = scheduler().after(most, [] { give_up("a measurement does not come to its end"); });
+  loop_.run();
+}
+
+void Node::rest(Duration time) {
+  const auto over = scheduler().after(time, [this] { finish(); });
   loop_.run();
 }
 
@@ -64,6 +66,19 @@ void Node::await_end_of(OwnerId peer) {
 
 double seconds_between(SteadyTime from, SteadyTime to) {
   return std::chrono::duration<double>(to - from).count();
+}
+
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+double own_processor_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / 1e6;
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 std::string value_of(std::uint64_t number) {

@@ -1,4 +1,4 @@
-#include "ecology/processes.h"
+#include "components/processes.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -72,6 +72,10 @@ std::string Child::output(Duration most) {
   ::waitpid(std::exchange(pid_, -1), &status, 0);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) give_up(fmt::format("{} failed, status {}", command_, status));
   return text;
+}
+
+void Child::signal(int number) const {
+  ::kill(pid_, number);
 }
 
 Child start_role(const std::string& role, const Meeting& meeting, const Json& options,

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "ecology/processes.h"
+#include "components/processes.h"
 
 namespace rubicon::bench {
 
-// What the processes of the measurements do; each is defined beside its measurement.
+// What the processes of the measurements do, over any engine.
 Json ping(const Meeting& meeting, const Json& options);
 Json pong(const Meeting& meeting, const Json& options);
 Json writer(const Meeting& meeting, const Json& options);
@@ -13,10 +13,6 @@ Json commander(const Meeting& meeting, const Json& options);
 Json desk(const Meeting& meeting, const Json& options);
 Json island(const Meeting& meeting, const Json& options);
 Json joiner(const Meeting& meeting, const Json& options);
-Json holder(const Meeting& meeting, const Json& options);
-Json taker(const Meeting& meeting, const Json& options);
 Json one_of_many(const Meeting& meeting, const Json& options);
-Json keeper(const Meeting& meeting, const Json& options);
-Json visitors(const Meeting& meeting, const Json& options);
 
 }  // namespace rubicon::bench

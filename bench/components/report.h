@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "ecology/node.h"
+#include "components/node.h"
 #include "frame/figures.h"
 
 namespace rubicon::bench {
@@ -32,14 +32,5 @@ class Report {
  private:
   Json figures_ = Json::object(), targets_ = Json::object(), details_ = Json::object();
 };
-
-// The measurements, each in a file of its own.
-void measure_latency(const Plan& plan, Report& report);
-void measure_throughput(const Plan& plan, Report& report);
-void measure_remote_sets(const Plan& plan, Report& report);
-void measure_joins(const Plan& plan, Report& report);
-void measure_memory(const Plan& plan, Report& report);
-void measure_crowd(const Plan& plan, Report& report);
-void measure_churn(const Plan& plan, Report& report);
 
 }  // namespace rubicon::bench

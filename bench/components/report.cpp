@@ -1,4 +1,4 @@
-#include "ecology/report.h"
+#include "components/report.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,0 +1,37 @@
+#include <chrono>
+
+#include "components/report.h"
+#include "components/roles.h"
+
+namespace rubicon::bench {
+
+namespace {
+
+constexpr std::uint32_t kFirstOfMany = 71000;
+
+}  // namespace
+
+/// All components stay until the same time, so that no leaving is measured.
+Json one_of_many(const Meeting& meeting, const Json& options) {
+  const double begin = options.at("begin"), settled = options.at("settled_s"), idle = options.at("idle_s");
+  const std::size_t others = options.at("count").get<std::size_t>() - 1;
+  Node node(OwnerId(kFirstOfMany + options.at("number").get<std::uint32_t>()), meeting);
+  double seen = 0;
+  const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent) {
+    if (seen == 0 && node.space().peers().size() == others) seen = wall_seconds() - begin;
+  });
+  base::Timer timer;
+  const auto until = [&](double when) {
+    const auto left = std::chrono::duration<double>(std::max(0.0, begin + when - wall_seconds()));
+    timer = node.scheduler().after(std::chrono::duration_cast<base::Duration>(left), [&] { node.finish(); });
+    node.run(std::chrono::minutes(2));
+  };
+  until(settled);
+  const auto used = own_processor_seconds(), since = wall_seconds();
+  until(settled + idle);
+  const auto percent = (own_processor_seconds() - used) / (wall_seconds() - since) * 100;
+  until(settled + idle + 1);
+  return {{"seen_s", seen}, {"idle_percent", percent}};
+}
+
+}  // namespace rubicon::bench

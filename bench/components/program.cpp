@@ -1,0 +1,93 @@
+#include "components/program.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+
+#include "components/roles.h"
+#include "support/private_network.h"
+
+namespace rubicon::bench {
+
+namespace {
+
+struct Options {
+  std::uint32_t domain = 199;
+  std::vector<std::string> only;
+  bool quick = false, json = false;
+  std::string role, tag, role_options = "{}";
+};
+
+void describe(CLI::App& app, const ComponentProgram& program, Options& options) {
+  std::vector<std::string> names;
+  for (const auto& [name, measure] : program.measurements) names.push_back(name);
+  app.add_option("--domain", options.domain, fmt::format("DDS domain, 0 to {}", program.highest_domain))
+      ->check(CLI::Range(0U, std::max(program.highest_domain, options.domain)))
+      ->capture_default_str()
+      ->group(program.highest_domain > 0 ? "Options" : "");
+  app.add_option("--only", options.only, "only this measurement (may be repeated)")
+      ->check(CLI::IsMember(names))
+      ->allow_extra_args(false);
+  app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
+  app.add_flag("--json", options.json, "no progress on standard error");
+  app.add_option("--role", options.role)->group("");
+  app.add_option("--tag", options.tag)->group("");
+  app.add_option("--options", options.role_options)->group("");
+}
+
+Role role_of(const ComponentProgram& program, const std::string& name) {
+  static const std::map<std::string, Role> kShared{
+      {"ping", ping},     {"pong", pong},           {"writer", writer},
+      {"sink", sink},     {"commander", commander}, {"desk", desk},
+      {"island", island}, {"joiner", joiner},       {"one-of-many", one_of_many}};
+  const auto own = program.roles.find(name);
+  return own != program.roles.end() ? own->second : kShared.at(name);
+}
+
+int play(const ComponentProgram& program, const Options& options) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // so that an aborted measurement leaves no process behind
+  const auto role = role_of(program, options.role);
+  fmt::print("{}\n", role({options.domain, options.tag}, Json::parse(options.role_options)).dump());
+  return 0;
+}
+
+/// Enters a private network if permitted: no other traffic, and all ports are free.
+bool enter_private_network() {
+  if (::geteuid() != 0 && ::unshare(CLONE_NEWUSER) != 0) return false;
+  static const rubicon::support::PrivateNetwork alone;
+  return alone.entered();
+}
+
+int measure(const ComponentProgram& program, const Options& options) {
+  Plan plan;
+  plan.domain = options.domain;
+  plan.is_quick = options.quick;
+  if (options.quick) plan.rounds = 1, plan.seconds = 1;
+  Report report;
+  report.detail("private_network", enter_private_network());
+  for (const auto& [name, measure] : program.measurements) {
+    const auto& only = options.only;
+    if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
+    if (!options.json) fmt::print(stderr, "measuring {} ...\n", name);
+    measure(plan, report);
+  }
+  fmt::print("{}\n", report.json().dump(2));
+  return 0;
+}
+
+}  // namespace
+
+int run_components(int count, char** values, const ComponentProgram& program) {
+  CLI::App app(program.purpose);
+  Options options;
+  describe(app, program, options);
+  CLI11_PARSE(app, count, values);
+  return options.role.empty() ? measure(program, options) : play(program, options);
+}
+
+}  // namespace rubicon::bench

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "components/processes.h"
+#include "components/report.h"
+
+namespace rubicon::bench {
+
+/// A program that measures components in several processes: it starts itself again for each of them.
+struct ComponentProgram {
+  const char* purpose = "";
+  /// By name, in this order.
+  std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> measurements;
+  /// Of its own; those of roles.h are known.
+  std::map<std::string, Role> roles;
+  std::uint32_t highest_domain = 0;  ///< of DDS; 0 = the engine has no domains
+};
+
+/// Makes the measurements that the command line names, in a private network if permitted, and prints one JSON object;
+/// or plays a role in one of them, and prints its result. Returns the exit code.
+int run_components(int count, char** values, const ComponentProgram& program);
+
+}  // namespace rubicon::bench

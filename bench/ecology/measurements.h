@@ -1,0 +1,26 @@
+#pragma once
+
+#include "components/processes.h"
+#include "components/report.h"
+#include "tuples/dds/dds_options.h"
+
+namespace rubicon::bench {
+
+tuples::dds::DdsOptions options_of(const Meeting& meeting);
+
+// What processes do in single measurements.
+Json holder(const Meeting& meeting, const Json& options);
+Json taker(const Meeting& meeting, const Json& options);
+Json keeper(const Meeting& meeting, const Json& options);
+Json visitors(const Meeting& meeting, const Json& options);
+
+// The measurements, each in a file of its own.
+void measure_latency(const Plan& plan, Report& report);
+void measure_throughput(const Plan& plan, Report& report);
+void measure_remote_sets(const Plan& plan, Report& report);
+void measure_joins(const Plan& plan, Report& report);
+void measure_memory(const Plan& plan, Report& report);
+void measure_crowd(const Plan& plan, Report& report);
+void measure_churn(const Plan& plan, Report& report);
+
+}  // namespace rubicon::bench

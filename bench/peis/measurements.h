@@ -1,0 +1,36 @@
+#pragma once
+
+#include "components/processes.h"
+#include "components/report.h"
+
+namespace rubicon::bench::peis {
+
+// What processes do in the measurements of this program; each is defined beside its measurement.
+Json bare_ping(const Meeting& meeting, const Json& options);
+Json bare_pong(const Meeting& meeting, const Json& options);
+Json bare_source(const Meeting& meeting, const Json& options);
+Json bare_sink(const Meeting& meeting, const Json& options);
+Json paced_writer(const Meeting& meeting, const Json& options);
+Json follower(const Meeting& meeting, const Json& options);
+Json watched(const Meeting& meeting, const Json& options);
+Json watcher(const Meeting& meeting, const Json& options);
+Json slow_kernel(const Meeting& meeting, const Json& options);
+
+// The measurements, each in a file of its own.
+void measure_latency(const Plan& plan, Report& report);
+void measure_throughput(const Plan& plan, Report& report);
+void measure_remote_sets(const Plan& plan, Report& report);
+void measure_join(const Plan& plan, Report& report);
+void measure_stall(const Plan& plan, Report& report);
+void measure_death(const Plan& plan, Report& report);
+void measure_crowd(const Plan& plan, Report& report);
+void measure_kernel(const Plan& plan, Report& report);
+
+/// Of PUSH_TUPLE with a value of value_of(), its package header included.
+std::size_t bytes_of_push();
+/// Key of one of many tuples, with six parts.
+std::string key_of(std::size_t index);
+/// Of a figure in each round.
+double median_of(const std::vector<Json>& rounds, const char* name);
+
+}  // namespace rubicon::bench::peis
