@@ -9,6 +9,12 @@
 
 namespace rubicon::tuples::peis {
 
+namespace {
+
+constexpr std::size_t kGrowth = 8;  ///< acknowledgements in time that let a kernel have one package more
+
+}  // namespace
+
 Deliveries::Deliveries(Scheduler& scheduler, OwnerId self, std::uint32_t seed, Counters& counters, Calls calls)
     : scheduler_(scheduler),
       self_(self),
@@ -26,6 +32,7 @@ void Deliveries::widen(OwnerId host) {
   const auto found = peers_.find(host);
   if (found == peers_.end()) return;
   found->second.window = kOfOurs;
+  found->second.packages = kOfOurs.packages;
   found->second.seen = SeenIds(kSeenOfOurs);
   fill(host, found->second);
 }
@@ -131,16 +138,40 @@ void Deliveries::acknowledged(OwnerId from, const Acks& acks) {
   const auto found = peers_.find(from);
   if (found == peers_.end()) return;
   auto& peer = found->second;
+  std::size_t settled = 0;
+  bool late = false;
   for (const auto id : acks.ids) {
     const auto serial = peer.serial_of.find(id);
     if (serial == peer.serial_of.end()) continue;
     auto& sent = peer.sent[serial->second - peer.first];
     const auto message = sent.message;
+    ++settled;
+    late = late || is_late(sent);
     settle(peer, sent);
     if (message && --message->missing == 0) end(message, Outcome::kDelivered);
   }
+  adapt(peer, settled, late);
   advance(from, peer);
   report();
+}
+
+bool Deliveries::is_late(const Sent& sent) const {
+  return sent.resends > 0 || scheduler_.now() - (sent.due - kResendStep) > kLateAck;
+}
+
+/// At most one cut for all that was under way when a package was late.
+void Deliveries::adapt(Peer& peer, std::size_t settled, bool late) {
+  const auto most = peer.window.packages;
+  if (most != kOfKernel.packages) return;
+  const auto now = scheduler_.now();
+  if (!late) {
+    peer.settled += settled;
+    peer.packages = std::min(peer.packages + peer.settled / kGrowth, most);
+    peer.settled %= kGrowth;
+  } else if (now >= peer.next_cut) {
+    peer.packages = std::max(peer.packages * 3 / 4, kLeastOfKernel);
+    peer.next_cut = now + kResendStep;
+  }
 }
 
 /// The package needs nothing more.

@@ -46,6 +46,10 @@ class Deliveries {
   };
   static constexpr SendWindow kOfKernel{400, 64 * 1024};  ///< section 6.2, 14
   static constexpr SendWindow kOfOurs{4096, 1024 * 1024};
+  /// A kernel takes in as many packages as its program makes steps, 880/s as shipped. More of them only get old in its
+  /// socket, and are sent again in vain from 0.4 s on. So its window follows the time of its acknowledgements.
+  static constexpr std::size_t kFirstOfKernel = 128, kLeastOfKernel = 32;
+  static constexpr Duration kLateAck = std::chrono::milliseconds(300);      ///< a kernel collects acks for 0.2 s
   static constexpr std::size_t kMaxBytes = std::size_t{256} * 1024 * 1024;  ///< of all hosts
   static constexpr std::size_t kLongest = std::size_t{16} * 1024 * 1024;    ///< of a message
 
@@ -98,8 +102,14 @@ class Deliveries {
     bool over = false;
   };
   struct Peer {
-    explicit Peer(bool ours) : window(ours ? kOfOurs : kOfKernel), seen(ours ? kSeenOfOurs : kDuplicateTable) {}
+    explicit Peer(bool ours)
+        : window(ours ? kOfOurs : kOfKernel),
+          packages(ours ? kOfOurs.packages : kFirstOfKernel),
+          seen(ours ? kSeenOfOurs : kDuplicateTable) {}
     SendWindow window;
+    std::size_t packages;     ///< of the window, at present
+    std::size_t settled = 0;  ///< in time since `packages` grew
+    SteadyTime next_cut{};    ///< when `packages` may shrink again
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
     std::deque<Sent> sent;
@@ -117,12 +127,14 @@ class Deliveries {
   };
   static constexpr std::size_t kSeenOfOurs = 2 * kOfOurs.packages;
 
-  bool has_room(const Peer& peer) const { return peer.sent.size() < peer.window.packages; }
+  bool has_room(const Peer& peer) const { return peer.sent.size() < peer.packages; }
   void enqueue(OwnerId to, Peer& peer, Port port, ByteView body, MessagePtr message, std::uint16_t number,
                std::uint16_t fragments, std::uint16_t index);
   void fill(OwnerId to, Peer& peer);
   void emit(OwnerId to, Peer& peer);
   void advance(OwnerId to, Peer& peer);
+  bool is_late(const Sent& sent) const;
+  void adapt(Peer& peer, std::size_t settled, bool late);
   void settle(Peer& peer, Sent& sent);
   void end(const MessagePtr& message, Outcome outcome);
   void drop_rest(Peer& peer, const MessagePtr& message);

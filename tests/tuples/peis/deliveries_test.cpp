@@ -126,7 +126,7 @@ TEST_F(PeisDeliveries, AFragmentGivenUpEndsItsMessageAndTheOthersAreNotSent) {
 
 TEST_F(PeisDeliveries, AMessageLongerThanTheWindowGoesInTurn) {
   ASSERT_TRUE(send(std::string(1'000'000, 'x')));
-  EXPECT_THAT(out, SizeIs(400));
+  EXPECT_THAT(out, SizeIs(Deliveries::kFirstOfKernel));
   std::size_t next = 0;
   while (next < out.size()) acknowledge(next++);
   EXPECT_EQ(out.size(), 977u);
@@ -140,7 +140,31 @@ TEST_F(PeisDeliveries, AHostThatIsGoneEndsAllAndItsLateAcksDoNothing) {
   acknowledge(0);
   EXPECT_EQ(send("y").error().code, ErrorCode::kNotFound);
   time.run_for(60s);
-  EXPECT_THAT(out, SizeIs(400));
+  EXPECT_THAT(out, SizeIs(Deliveries::kFirstOfKernel));
+}
+
+TEST_F(PeisDeliveries, TheWindowOfAKernelFollowsTheTimeOfItsAcks) {
+  const auto under_way = [&] { return deliveries.unacknowledged(kHost); };
+  const auto fill = [&] {
+    while (under_way() < 1000) ASSERT_TRUE(send("x"));
+  };
+  std::size_t next = 0;
+  const auto rounds = [&](Duration delay) {
+    for (int i = 0; i < 50; ++i) {
+      fill();
+      const auto end = out.size();
+      time.run_for(delay);
+      while (next < end) acknowledge(next++);
+    }
+    fill();
+    const auto window = out.size() - next;
+    next = out.size() - window;
+    return window;
+  };
+  EXPECT_EQ(rounds(100ms), Deliveries::kOfKernel.packages);
+  EXPECT_EQ(rounds(350ms), Deliveries::kLeastOfKernel);
+  EXPECT_EQ(rounds(100ms), Deliveries::kOfKernel.packages);
+  EXPECT_EQ(counters.resends, 0u);
 }
 
 TEST_F(PeisDeliveries, AcksOfAnotherHostAndUnknownOnesDoNothing) {

@@ -110,8 +110,12 @@ void KernelPeer::arrived(std::uint64_t id, ByteView bytes) {
     link.peer = (*greeting)->id;
     begin(id);
   }
-  while (links_.contains(id)) {
-    const auto package = link.packages.next();
+  if (each_step == 0) take_packages(id, SIZE_MAX);
+}
+
+void KernelPeer::take_packages(std::uint64_t id, std::size_t most) {
+  for (std::size_t i = 0; i < most && links_.contains(id); ++i) {
+    const auto package = links_.at(id).packages.next();
     if (!package || !*package) return;
     if (!loses()) take(id, **package);
   }
@@ -124,7 +128,8 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
   if (h.routing == Routing::kDirect && h.destination != id_) return;
   if (h.wants_ack() && acknowledges) {
     acks_[h.source].push_back(h.ack_id);
-    next_ack_ = std::min(next_ack_ == SteadyTime{} ? SteadyTime::max() : next_ack_, world_.time.now() + 200ms);
+    const auto wait = acks_[h.source].size() >= kMaxAcks ? Duration(0) : Duration(200ms);
+    next_ack_ = std::min(next_ack_ == SteadyTime{} ? SteadyTime::max() : next_ack_, world_.time.now() + wait);
   }
   if (!seen_.insert(h.ack_id).second) return;
   switch (h.port) {
@@ -233,6 +238,9 @@ void KernelPeer::tick() {
   timer_ = world_.time.after(10ms, [this] { tick(); });
   const auto now = world_.time.now();
   std::erase_if(links_, [](const auto& item) { return item.second.failures >= 2; });
+  std::vector<std::uint64_t> all;
+  for (const auto& [id, link] : links_) all.push_back(id);
+  for (const auto id : all) take_packages(id, each_step);
   if (now >= next_routing_) next_routing_ = now + 10s, send_routing();
   if (next_ack_ != SteadyTime{} && now >= next_ack_) {
     next_ack_ = {};

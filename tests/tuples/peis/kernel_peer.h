@@ -33,6 +33,7 @@ class KernelPeer {
   std::string network = "default";
   double loss = 0;  ///< probability that a package is lost, in each direction
   bool acknowledges = true;
+  std::size_t each_step = 0;  ///< packages of a connection that a step of 10 ms takes, 9 as shipped; 0 = all at once
   bool sends_routing = true;
   bool connects = true;        ///< to announced hosts of other clusters
   bool notices_fin = true;     ///< kernels do not (section 6.4, 24); they also answer nothing then
@@ -89,6 +90,7 @@ class KernelPeer {
   transport::TcpCalls calls(std::uint64_t id);
   void begin(std::uint64_t id);
   void arrived(std::uint64_t id, ByteView bytes);
+  void take_packages(std::uint64_t id, std::size_t most);
   void take(std::uint64_t id, const Package& package);
   void take_routing(std::uint64_t id, const RoutingPage& page);
   void write(Link& link, PackageHeader header, ByteView body);
