@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <cerrno>
@@ -212,18 +211,18 @@ class AsioPty final : public ByteStream {
 
 }  // namespace
 
-Result<std::unique_ptr<ByteStream>> open_asio_serial(asio::io_context& context, const SerialOptions& options,
-                                                     StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> open_asio_serial(const asio::any_io_executor& executor,
+                                                     const SerialOptions& options, StreamCalls calls) {
   bool pseudo = false;
   auto descriptor = open_line(options, pseudo);
   if (!descriptor) return fail(descriptor.error());
-  auto line = std::make_shared<Line>(context, options.path, "unplugged or closed", std::move(calls));
+  auto line = std::make_shared<Line>(executor, options.path, "unplugged or closed", std::move(calls));
   auto stream = std::make_unique<AsioSerial>(line, pseudo);
   if (auto started = start(line, std::move(*descriptor)); !started) return fail(started.error());
   return stream;
 }
 
-Result<std::unique_ptr<ByteStream>> make_asio_pty(asio::io_context& context, const std::string& link,
+Result<std::unique_ptr<ByteStream>> make_asio_pty(const asio::any_io_executor& executor, const std::string& link,
                                                   StreamCalls calls) {
   Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> name{};
@@ -236,7 +235,7 @@ Result<std::unique_ptr<ByteStream>> make_asio_pty(asio::io_context& context, con
     return cannot(link, "make a pseudo-terminal", errno);
   auto named = std::make_unique<Link>(link, name.data());
   if (auto made = named->make(); !made) return fail(made.error());
-  auto line = std::make_shared<Line>(context, link, "the pseudo-terminal is lost", std::move(calls));
+  auto line = std::make_shared<Line>(executor, link, "the pseudo-terminal is lost", std::move(calls));
   if (auto started = start(line, std::move(master)); !started) return fail(started.error());
   return std::make_unique<AsioPty>(std::move(line), std::move(slave), std::move(named));
 }

@@ -8,7 +8,6 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -31,8 +30,10 @@ std::string name_of(const Endpoint& endpoint) {
 
 /// A connection that is being established, or established.
 struct Connection final : AsioTraffic<tcp::socket> {
-  Connection(asio::io_context& context, const TcpOptions& o, TcpCalls c)
-      : AsioTraffic(context, name_of(o.remote), "the other end closed", std::move(c)), deadline(context), options(o) {}
+  Connection(const asio::any_io_executor& executor, const TcpOptions& o, TcpCalls c)
+      : AsioTraffic(executor, name_of(o.remote), "the other end closed", std::move(c)),
+        deadline(executor),
+        options(o) {}
 
   std::shared_ptr<Connection> self() { return std::static_pointer_cast<Connection>(shared_from_this()); }
   Result<void> open();
@@ -161,8 +162,8 @@ bool lacks_room(int error) {
 constexpr auto kRoomPause = std::chrono::milliseconds(100);
 
 struct Port : std::enable_shared_from_this<Port> {
-  Port(asio::io_context& c, Endpoint l, TcpAccept a, ListenerFailed f)
-      : context(c), acceptor(c), pause(c), local(std::move(l)), accept(std::move(a)), failed(std::move(f)) {}
+  Port(const asio::any_io_executor& e, Endpoint l, TcpAccept a, ListenerFailed f)
+      : acceptor(e), pause(e), local(std::move(l)), accept(std::move(a)), failed(std::move(f)) {}
 
   Result<void> open();
   error_code bind(const tcp::endpoint& endpoint);
@@ -170,7 +171,6 @@ struct Port : std::enable_shared_from_this<Port> {
   void arrived(const error_code& error, tcp::socket socket);
   void take(tcp::socket socket);
 
-  asio::io_context& context;
   tcp::acceptor acceptor;
   asio::steady_timer pause;
   Endpoint local;
@@ -200,7 +200,7 @@ Result<void> Port::open() {
 }
 
 void Port::next() {
-  acceptor.async_accept(context, [self = shared_from_this()](const error_code& error, tcp::socket socket) {
+  acceptor.async_accept([self = shared_from_this()](const error_code& error, tcp::socket socket) {
     if (self->alive) self->arrived(error, std::move(socket));
   });
 }
@@ -233,7 +233,7 @@ void Port::take(tcp::socket socket) {
     address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
   TcpOptions options;
   options.remote = {address.to_string(), from.port()};
-  auto connection = std::make_shared<Connection>(context, options, TcpCalls{});
+  auto connection = std::make_shared<Connection>(acceptor.get_executor(), options, TcpCalls{});
   connection->socket = std::move(socket);
   connection->set_options();
   connection->connected = true;
@@ -263,15 +263,16 @@ class AsioListener final : public TcpListener {
 
 }  // namespace
 
-Result<std::unique_ptr<TcpStream>> open_asio_tcp(asio::io_context& context, const TcpOptions& options, TcpCalls calls) {
-  auto connection = std::make_shared<Connection>(context, options, std::move(calls));
+Result<std::unique_ptr<TcpStream>> open_asio_tcp(const asio::any_io_executor& executor, const TcpOptions& options,
+                                                 TcpCalls calls) {
+  auto connection = std::make_shared<Connection>(executor, options, std::move(calls));
   if (auto open = connection->open(); !open) return fail(open.error());
   return std::make_unique<AsioTcp>(std::move(connection));
 }
 
-Result<std::unique_ptr<TcpListener>> listen_asio_tcp(asio::io_context& context, const Endpoint& local, TcpAccept accept,
-                                                     ListenerFailed failed) {
-  auto port = std::make_shared<Port>(context, local, std::move(accept), std::move(failed));
+Result<std::unique_ptr<TcpListener>> listen_asio_tcp(const asio::any_io_executor& executor, const Endpoint& local,
+                                                     TcpAccept accept, ListenerFailed failed) {
+  auto port = std::make_shared<Port>(executor, local, std::move(accept), std::move(failed));
   if (auto open = port->open(); !open) return fail(open.error());
   return std::make_unique<AsioListener>(std::move(port));
 }

@@ -5,7 +5,6 @@
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <memory>
@@ -24,8 +23,8 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   using ErrorCodeOfAsio = boost::system::error_code;
 
   /// `name` begins each error text ("TCP 127.0.0.1:9002"); `ended` is the text for the end of the stream.
-  AsioTraffic(boost::asio::io_context& context, std::string name_, std::string_view ended_, StreamCalls c)
-      : socket(context), name(std::move(name_)), ended(ended_), calls(std::move(c)) {}
+  AsioTraffic(const boost::asio::any_io_executor& executor, std::string name_, std::string_view ended_, StreamCalls c)
+      : socket(executor), name(std::move(name_)), ended(ended_), calls(std::move(c)) {}
 
   bool going() const { return alive && !lost; }
   std::size_t waits() const { return queue.size() - written; }

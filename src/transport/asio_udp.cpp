@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 
 #include <array>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/ip/v6_only.hpp>
@@ -47,8 +46,8 @@ bool concerns_a_datagram(int error) {
 
 /// Lives as long as an operation is pending, which may be longer than the socket.
 struct Impl : std::enable_shared_from_this<Impl> {
-  Impl(asio::io_context& context, UdpCalls c, std::size_t largest)
-      : socket(context), calls(std::move(c)), buffer(largest) {}
+  Impl(const asio::any_io_executor& executor, UdpCalls c, std::size_t largest)
+      : socket(executor), calls(std::move(c)), buffer(largest) {}
 
   Result<void> open(const UdpOptions& options);
   error_code bind(const UdpOptions& options);
@@ -352,8 +351,9 @@ AfterSend after_send(int error) {
   return error == ENOBUFS ? AfterSend::kDrop : AfterSend::kRefused;
 }
 
-Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
-  auto impl = std::make_shared<Impl>(context, std::move(calls), options.largest);
+Result<std::unique_ptr<UdpSocket>> open_asio_udp(const asio::any_io_executor& executor, const UdpOptions& options,
+                                                 UdpCalls calls) {
+  auto impl = std::make_shared<Impl>(executor, std::move(calls), options.largest);
   if (auto open = impl->open(options); !open) return fail(open.error());
   impl->receive();
   return std::make_unique<AsioUdp>(std::move(impl));

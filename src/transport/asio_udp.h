@@ -1,12 +1,9 @@
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
 #include <memory>
 
 #include "transport/udp.h"
-
-namespace boost::asio {
-class io_context;
-}
 
 namespace rubicon::transport {
 
@@ -19,8 +16,8 @@ enum class AfterSend : std::uint8_t {
 };
 AfterSend after_send(int error);
 
-/// A socket of the machine on an io_context, which must outlive it. As Transports::open_udp.
-Result<std::unique_ptr<UdpSocket>> open_asio_udp(boost::asio::io_context& context, const UdpOptions& options,
-                                                 UdpCalls calls);
+/// A socket of the machine whose calls run on this executor; its io_context must outlive it. As Transports::open_udp.
+Result<std::unique_ptr<UdpSocket>> open_asio_udp(const boost::asio::any_io_executor& executor,
+                                                 const UdpOptions& options, UdpCalls calls);
 
 }  // namespace rubicon::transport

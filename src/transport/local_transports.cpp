@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <boost/asio/io_context.hpp>
 #include <cerrno>
 #include <limits>
 #include <system_error>
@@ -32,6 +33,10 @@ bool is_private(const struct stat& status) {
   if (!root && status.st_uid != ::geteuid()) return false;
   const mode_t others = root ? S_IRWXO | S_IWGRP | S_IXGRP : S_IRWXO | S_IRWXG;
   return (status.st_mode & others) == 0;
+}
+
+boost::asio::any_io_executor executor(Loop& loop) {
+  return loop.context().get_executor();
 }
 
 class LocalFile final : public FileSource {
@@ -81,33 +86,33 @@ class LocalFile final : public FileSource {
 }  // namespace
 
 LocalTransports::LocalTransports() = default;
-LocalTransports::LocalTransports(Loop& loop) : loop_(&loop), names_(std::make_unique<NameLookup>(loop.context())) {}
+LocalTransports::LocalTransports(Loop& loop) : loop_(&loop), names_(std::make_unique<NameLookup>(executor(loop))) {}
 LocalTransports::~LocalTransports() = default;
 
 Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
   if (loop_ == nullptr) return Transports::open_udp(options, std::move(calls));
-  return open_asio_udp(loop_->context(), options, std::move(calls));
+  return open_asio_udp(executor(*loop_), options, std::move(calls));
 }
 
 Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
   if (loop_ == nullptr) return Transports::open_tcp(options, std::move(calls));
-  return open_asio_tcp(loop_->context(), options, std::move(calls));
+  return open_asio_tcp(executor(*loop_), options, std::move(calls));
 }
 
 Result<std::unique_ptr<TcpListener>> LocalTransports::listen_tcp(const Endpoint& local, TcpAccept accept,
                                                                  ListenerFailed failed) {
   if (loop_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
-  return listen_asio_tcp(loop_->context(), local, std::move(accept), std::move(failed));
+  return listen_asio_tcp(executor(*loop_), local, std::move(accept), std::move(failed));
 }
 
 Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOptions& options, StreamCalls calls) {
   if (loop_ == nullptr) return Transports::open_serial(options, std::move(calls));
-  return open_asio_serial(loop_->context(), options, std::move(calls));
+  return open_asio_serial(executor(*loop_), options, std::move(calls));
 }
 
 Result<std::unique_ptr<ByteStream>> LocalTransports::make_pty(const std::string& link, StreamCalls calls) {
   if (loop_ == nullptr) return Transports::make_pty(link, std::move(calls));
-  return make_asio_pty(loop_->context(), link, std::move(calls));
+  return make_asio_pty(executor(*loop_), link, std::move(calls));
 }
 
 Result<std::unique_ptr<MqttLine>> LocalTransports::open_mqtt(const MqttOptions& options, MqttCalls calls) {

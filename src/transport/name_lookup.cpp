@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/post.hpp>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "transport/resolve.h"
 
@@ -43,26 +44,26 @@ void complete(const std::shared_ptr<LookupDone>& done, Addresses addresses) {
 
 /// Passes results from the threads to the loop, until the loop ends.
 struct NameLookup::Replies {
-  explicit Replies(asio::io_context& c) : context(&c) {}
+  explicit Replies(asio::any_io_executor e) : executor(std::move(e)) {}
 
   void post(std::shared_ptr<LookupDone> done, Addresses addresses) {
     const std::scoped_lock lock(mutex);
-    if (context == nullptr) return;
-    asio::post(*context, [done = std::move(done), addresses = std::move(addresses)]() mutable {
+    if (!executor) return;
+    asio::post(*executor, [done = std::move(done), addresses = std::move(addresses)]() mutable {
       complete(done, std::move(addresses));
     });
   }
 
   std::mutex mutex;
-  asio::io_context* context;
+  std::optional<asio::any_io_executor> executor;  ///< until the loop ends
   std::atomic<int> threads{0};
 };
 
-NameLookup::NameLookup(asio::io_context& context) : replies_(std::make_shared<Replies>(context)) {}
+NameLookup::NameLookup(const asio::any_io_executor& executor) : replies_(std::make_shared<Replies>(executor)) {}
 
 NameLookup::~NameLookup() {
   const std::scoped_lock lock(replies_->mutex);
-  replies_->context = nullptr;
+  replies_->executor.reset();
 }
 
 std::unique_ptr<Lookup> NameLookup::look_up(const std::string& host, LookupDone done) {

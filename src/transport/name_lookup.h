@@ -1,20 +1,18 @@
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
 #include <memory>
 
 #include "transport/udp.h"
 
-namespace boost::asio {
-class io_context;
-}
-
 namespace rubicon::transport {
 
 /// Looks up host names on threads of its own, so that neither the loop nor the end of the process waits for a name
-/// server. Must be destroyed before its io_context; this drops the pending lookups.
+/// server. Must be destroyed before the io_context of its executor; this drops the pending lookups.
 class NameLookup {
  public:
-  explicit NameLookup(boost::asio::io_context& context);
+  /// The calls run on this executor.
+  explicit NameLookup(const boost::asio::any_io_executor& executor);
   ~NameLookup();
   NameLookup(const NameLookup&) = delete;
   NameLookup& operator=(const NameLookup&) = delete;

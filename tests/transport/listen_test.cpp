@@ -57,15 +57,8 @@ struct Listening {
   }
 };
 
-class Listen : public ::testing::TestWithParam<bool> {
+class Listen : public ::testing::TestWithParam<Where> {
  protected:
-  Listen() {
-    if (GetParam()) {
-      world = std::make_unique<MachineWorld>();
-    } else {
-      world = std::make_unique<MemoryWorld>();
-    }
-  }
   Transports& transports() { return world->transports(); }
   void connect() {
     ASSERT_TRUE(server.open(transports(), {"127.0.0.1", 0}));
@@ -74,7 +67,7 @@ class Listen : public ::testing::TestWithParam<bool> {
   }
   End& ours() { return *server.accepted.front(); }
 
-  std::unique_ptr<World> world;
+  std::unique_ptr<World> world = make_world(GetParam());
   Listening server;
   End client;
 };
@@ -197,8 +190,8 @@ TEST_P(Listen, AListenerMayBeDestroyedInsideItsAccept) {
   EXPECT_TRUE(world->until([&] { return client.connected == 1 && !mortal; }));
 }
 
-INSTANTIATE_TEST_SUITE_P(On, Listen, ::testing::Bool(),
-                         [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
+INSTANTIATE_TEST_SUITE_P(On, Listen, ::testing::Values(Where::kMachine, Where::kPollLoop, Where::kMemory),
+                         [](const auto& where) { return name_of(where.param); });
 
 /// The descriptor of this process whose socket is bound here and listens, or is connected to there; -1 = none.
 int descriptor_of(const Endpoint& local, bool listens) {

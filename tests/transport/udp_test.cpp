@@ -45,18 +45,11 @@ struct Listener {
   Endpoint at() const { return {"127.0.0.1", socket->local().port}; }
 };
 
-class Udp : public ::testing::TestWithParam<bool> {
+class Udp : public ::testing::TestWithParam<Where> {
  protected:
-  Udp() {
-    if (GetParam()) {
-      world = std::make_unique<MachineWorld>();
-    } else {
-      world = std::make_unique<MemoryWorld>();
-    }
-  }
   Transports& transports() { return world->transports(); }
 
-  std::unique_ptr<World> world;
+  std::unique_ptr<World> world = make_world(GetParam());
 };
 
 TEST_P(Udp, DatagramsArriveWholeAndInOrderWithTheirSource) {
@@ -277,8 +270,8 @@ TEST_P(Udp, AConnectedSocketHearsAndSendsToItsPeerOnly) {
   EXPECT_THAT(one.failures, IsEmpty());
 }
 
-INSTANTIATE_TEST_SUITE_P(On, Udp, ::testing::Bool(),
-                         [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
+INSTANTIATE_TEST_SUITE_P(On, Udp, ::testing::Values(Where::kMachine, Where::kPollLoop, Where::kMemory),
+                         [](const auto& where) { return name_of(where.param); });
 
 TEST(MachineUdp, ASendThatMeetsTheErrorOfAnotherOneIsNoReasonToKeepItQuiet) {
   MachineWorld world;

@@ -1,17 +1,21 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <string>
+#include <utility>
 
 #include "base/virtual_scheduler.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 #include "transport/memory/memory_transports.h"
+#include "transport/poll_sockets.h"
 
 namespace rubicon::transport {
 
 using namespace std::chrono_literals;
 
-/// Where sockets are: the machine's own loopback, or memory.
+/// Where sockets are: the machine's own loopback, on either loop, or memory.
 struct World {
   virtual ~World() = default;
   virtual Transports& transports() = 0;
@@ -37,6 +41,18 @@ struct MachineWorld final : World {
   Timer timer;
 };
 
+/// The machine's own loopback in the loop of a client.
+struct PollWorld final : World {
+  Transports& transports() override { return *sockets; }
+  bool until(const std::function<bool()>& so) override {
+    for (const auto end = loop->now() + 60s; !so() && loop->now() < end; loop->poll()) loop->wait(10ms);
+    return so();
+  }
+
+  std::unique_ptr<PollLoop> loop = std::move(*PollLoop::make());
+  std::unique_ptr<PollSockets> sockets = std::make_unique<PollSockets>(*loop);
+};
+
 struct MemoryWorld final : World {
   MemoryWorld() { memory.join(net); }
   Transports& transports() override { return memory; }
@@ -49,5 +65,16 @@ struct MemoryWorld final : World {
   MemoryNet net{time};
   MemoryTransports memory;
 };
+
+enum class Where : std::uint8_t { kMemory, kMachine, kPollLoop };
+
+inline std::unique_ptr<World> make_world(Where where) {
+  if (where == Where::kMachine) return std::make_unique<MachineWorld>();
+  if (where == Where::kPollLoop) return std::make_unique<PollWorld>();
+  return std::make_unique<MemoryWorld>();
+}
+inline std::string name_of(Where where) {
+  return where == Where::kMachine ? "TheMachine" : where == Where::kPollLoop ? "ThePollLoop" : "Memory";
+}
 
 }  // namespace rubicon::transport

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+
+#include "transport/poll_loop.h"
+#include "transport/transports.h"
+
+namespace rubicon::transport {
+
+/// Sockets and names of the machine for a PollLoop; files are not supported. A thread of its own waits for the sockets
+/// and moves their bytes; all calls run on the loop.
+class PollSockets final : public Transports {
+ public:
+  /// The loop must outlive it; it must outlive its sockets.
+  explicit PollSockets(PollLoop& loop);
+  ~PollSockets() override;
+
+  Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
+  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
+  Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                  ListenerFailed failed = nullptr) override;
+  std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rubicon::transport
