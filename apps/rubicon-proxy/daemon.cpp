@@ -28,10 +28,8 @@
 #include "transport/asio_scheduler.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
-#include "tuples/dds/dds_ecology.h"
-#include "tuples/joined/joined_ecology.h"
+#include "tuples/engines/engines.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/peis/peis_ecology.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::daemon {
@@ -42,10 +40,14 @@ using tuples::Handle;
 
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr std::uint32_t kFirstComponent = 65536;
-/// The page is a component with the console's id and this bit, which no number of a process has there.
-constexpr std::uint32_t kPageBit = 0x8000'0000;
-/// So is the history, with these.
-constexpr std::uint32_t kHistoryBits = 0xc000'0000;
+/// Each with an id of its own. All are below 2^31, as PEIS requires: the number of a process has 22 bits (proc(5)).
+enum class Part : std::uint32_t { kConsole = 0, kPage = 1, kHistory = 2 };
+
+OwnerId component_id(Part part, IslandId island) {
+  const auto process = static_cast<std::uint32_t>(::getpid()) & 0x3f'ffff;
+  return OwnerId(kFirstComponent + (static_cast<std::uint32_t>(part) << 29U) + (process << 7U) + number(island) % 128);
+}
+
 constexpr Duration kLastPause = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
 /// So long after a start or a reload the devices of the networks have their tuples.
@@ -106,9 +108,10 @@ class Session {
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
     past_ = std::make_unique<HistoryPart>(
         HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
-        OwnerId(number(console_) | kHistoryBits));
-    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
-                                      OwnerId(number(console_) | kPageBit), island_->config().proxy.island_name);
+        component_id(Part::kHistory, island_->config().id));
+    page_ =
+        std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
+                                  component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -144,20 +147,13 @@ class Session {
 
  private:
   Result<void> open_ecology(const config::EngineSetup& engine, IslandId id, LogSink& sink) {
+    console_ = component_id(Part::kConsole, id);
     if (!engine.dds && !engine.peis) {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
     }
     if (auto opened = open_engines(engine, sink); !opened)
       return fail(opened.error().code, engine.place + opened.error().text);
-    // The consoles are components too: they draw their ids.
-    console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
-    if (!dds_ || !peis_) {
-      ecology_ = dds_ ? std::move(dds_) : std::move(peis_);
-      return {};
-    }
-    ecology_ = std::make_unique<tuples::joined::JoinedEcology>(
-        std::vector<tuples::joined::JoinedEcology::Engine>{{"dds", *dds_}, {"peis", *peis_}}, loop_.scheduler(), sink);
     return {};
   }
 
@@ -167,18 +163,14 @@ class Session {
       exit_code_ = kExitFailed;
       finish();
     };
-    if (engine.dds) {
-      const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-      auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
-      if (!dds) return fail(dds.error());
-      (*dds)->watch_displaced(displaced);
-      dds_ = std::move(*dds);
-    }
-    if (!engine.peis) return {};
-    auto peis = tuples::peis::PeisEcology::open(engine.peis_options, loop_.scheduler(), transports_, sink);
-    if (!peis) return fail(peis.error());
-    (*peis)->watch_displaced(displaced);
-    peis_ = std::move(*peis);
+    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
+    tuples::engines::EngineOptions options;
+    if (engine.dds) options.dds = engine.options;
+    if (engine.peis) options.peis = engine.peis_options;
+    auto engines = tuples::engines::Engines::open(options, {loop_.scheduler(), post, transports_, sink});
+    if (!engines) return fail(engines.error());
+    (*engines)->watch_displaced(displaced);
+    ecology_ = std::move(*engines);
     return {};
   }
 
@@ -347,9 +339,8 @@ class Session {
   transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
   transport::LocalTransports transports_{loop_};
-  std::unique_ptr<tuples::Ecology> dds_, peis_;  ///< if both are joined
   std::unique_ptr<tuples::Ecology> ecology_;
-  OwnerId console_{kFirstComponent};
+  OwnerId console_{};
   int exit_code_ = kExitOk;
   bool finishing_ = false;
   bool closed_ = false;   ///< the devices have heard that it ends

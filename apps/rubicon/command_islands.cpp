@@ -27,7 +27,7 @@ Line component_json(const client::Component& one) {
   line["name"] = one.summary.name;
   line["host"] = one.summary.host;
   line["program"] = one.summary.program;
-  if (model::is_island(one.id)) {
+  if (model::is_island(one.id, one.summary)) {
     line["prefix"] = one.summary.prefix;
     line["networks"] = one.summary.networks;
     line["devices"] = devices_of(one.summary);
@@ -50,7 +50,7 @@ int list(Session& session, bool all) {
                {"NETWORKS", Kind::kText}});
   for (const auto& one : found) {
     if (session.json()) session.out().line(model::dump(component_json(one)));
-    const bool island = model::is_island(one.id);
+    const bool island = model::is_island(one.id, one.summary);
     table.row({std::to_string(number(one.id)), one.summary.name, one.summary.host, one.summary.program,
                age_text(one.summary.since, session.now()), island ? std::to_string(devices_of(one.summary)) : "",
                networks_of(one.summary)});

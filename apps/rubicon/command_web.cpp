@@ -14,7 +14,7 @@
 #include "transport/asio_signals.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
-#include "tuples/dds/dds_ecology.h"
+#include "tuples/engines/engines.h"
 #include "web/access/token_file.h"
 #include "web/web_service.h"
 
@@ -57,7 +57,8 @@ class WebProgram {
     if (auto good = client::check(options); !good) return good;
     const auto id = client::random_component_id();
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto ecology = tuples::dds::DdsEcology::open(client::dds_options(options), loop_.scheduler(), post, log_);
+    auto ecology =
+        tuples::engines::Engines::open(client::engine_options(options), {loop_.scheduler(), post, transports_, log_});
     if (!ecology) return fail(ecology.error());
     ecology_ = std::move(*ecology);
     auto link = ecology_->join(id);
@@ -108,7 +109,7 @@ class WebProgram {
   WebComplaints log_;
   transport::Loop loop_;
   transport::LocalTransports transports_{loop_};
-  std::unique_ptr<tuples::dds::DdsEcology> ecology_;
+  std::unique_ptr<tuples::engines::Engines> ecology_;
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<history::History> history_;

@@ -8,7 +8,8 @@ namespace rubicon::cli {
 
 namespace {
 
-constexpr Duration kFirstPeerWait = std::chrono::seconds(1);
+/// A kernel announces itself each second, and has 0.5 s to say that it is a component of ours.
+constexpr Duration kFirstPeerWait = std::chrono::seconds(1), kFirstKernelWait = std::chrono::seconds(3);
 
 volatile std::sig_atomic_t signalled = 0;
 Client* woken = nullptr;
@@ -54,7 +55,8 @@ WallTime Session::now() const {
 void Session::discover() {
   if (discovered_) return;
   discovered_ = true;
-  client_->run_until([this] { return !client_->tuples().peers().empty(); }, kFirstPeerWait);
+  const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait : kFirstPeerWait;
+  client_->run_until([this] { return !client_->tuples().peers().empty(); }, longest);
   client_->discover();
 }
 
@@ -93,7 +95,9 @@ void Session::resume() {
 int Session::not_found(const std::string& what, const std::string& hint) {
   out_.flush();
   const auto islands = client_->islands().size();
-  const auto advice = islands == 0 ? std::string("run `rubicon doctor` to diagnose") : hint;
+  const bool is_empty =
+      islands == 0 && (!uses(settings_.options, client::Engine::kPeis) || client_->components().empty());
+  const auto advice = is_empty ? std::string("run `rubicon doctor` to diagnose") : hint;
   print_error(fmt::format("{} (looked in {}; {} present){}{}", what, place_text(settings_.options),
                           counted(islands, "island"), advice.empty() ? "" : "; ", advice));
   return kNotThere;

@@ -30,7 +30,7 @@ class Session {
   Look look() const { return {out_.has_colour(), out_.width()}; }
   WallTime now() const;
 
-  /// Discovers the components that are present; waits at most a second for the first one.
+  /// Discovers the components that are present; waits at most a second for the first one, on PEIS 3 s.
   void discover();
   /// All present tuples that match. Discovers the owners first, unless the pattern names one.
   std::vector<client::Tuple> read(const Pattern& pattern);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
@@ -11,6 +13,14 @@
 namespace rubicon::cli {
 
 namespace {
+
+constexpr const char* kGroup = "Options of all commands";
+
+/// The error in the text of a PEIS component to connect to; empty if it is correct.
+std::string check_target(const std::string& text) {
+  const auto target = tuples::peis::connect_target(text);
+  return target ? std::string() : fmt::format("is '{}', {}", text, target.error().text);
+}
 
 /// Takes engine and prefix from the configuration of an island and ignores the rest, which may need networks that this
 /// program does not have.
@@ -22,13 +32,15 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   auto engine = config::read_engine(reader);
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
-  if (!engine.dds && engine.peis)
-    return fail(ErrorCode::kUnsupported,
-                fmt::format("{}tuples.engine is peis alone: this program needs dds too", engine.place));
-  if (!engine.dds)
+  if (!engine.dds && !engine.peis)
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}tuples.engine is memory: such an island is alone in its process", engine.place));
   auto& options = settings.options;
+  options.engines.clear();
+  if (engine.dds) options.engines.push_back(client::Engine::kDds);
+  if (engine.peis) options.engines.push_back(client::Engine::kPeis);
+  const auto& peis = engine.peis_options;
+  options.peis = {peis.network, peis.listen, peis.connect, peis.multicast};
   options.domain = engine.options.domain;
   options.tag = engine.options.tag;
   options.lease = engine.options.lease;
@@ -50,16 +62,32 @@ Duration parse_duration_or(const std::string& text, Duration otherwise) {
   return text.empty() ? otherwise : base::parse_duration(text).value_or(otherwise);
 }
 
+bool uses(const client::Options& options, client::Engine engine) {
+  return std::find(options.engines.begin(), options.engines.end(), engine) != options.engines.end();
+}
+
 std::string place_text(const client::Options& options) {
-  auto text = fmt::format("domain {} on {}{}", options.domain, fmt::join(options.interfaces, ", "),
-                          options.tcp ? " over TCP" : "");
-  if (!options.tag.empty()) text += fmt::format(", tag {}", options.tag);
-  if (!options.peers.empty()) text += fmt::format(", peers {}", fmt::join(options.peers, " "));
+  const bool dds = uses(options, client::Engine::kDds), peis = uses(options, client::Engine::kPeis);
+  auto text = fmt::format("{}{}{} on {}{}", dds ? fmt::format("domain {}", options.domain) : "",
+                          dds && peis ? " and " : "", peis ? "PEIS network " + options.peis.network : "",
+                          fmt::join(options.interfaces, ", "), dds && options.tcp ? " over TCP" : "");
+  if (dds && !options.tag.empty()) text += fmt::format(", tag {}", options.tag);
+  if (dds && !options.peers.empty()) text += fmt::format(", peers {}", fmt::join(options.peers, " "));
+  if (peis && !options.peis.connect.empty()) text += fmt::format(", connect {}", fmt::join(options.peis.connect, " "));
   return text;
 }
 
 std::string place_options(const client::Options& options) {
-  auto text = fmt::format("--domain {} --interfaces {}", options.domain, fmt::join(options.interfaces, ","));
+  const auto interfaces = fmt::format("--interfaces {}", fmt::join(options.interfaces, ","));
+  std::string text;
+  if (uses(options, client::Engine::kPeis)) {
+    const bool dds = uses(options, client::Engine::kDds);
+    text = fmt::format("--engine {}peis --peis-network {} ", dds ? "dds," : "", options.peis.network);
+    if (!options.peis.connect.empty()) text += fmt::format("--peis-connect {} ", fmt::join(options.peis.connect, ","));
+    if (!options.peis.multicast) text += "--peis-multicast no ";
+    if (!dds) return text + interfaces;
+  }
+  text += fmt::format("--domain {} {}", options.domain, interfaces);
   if (options.tcp) text += " --tcp";
   if (!options.tag.empty()) text += " --tag " + options.tag;
   if (!options.peers.empty()) text += fmt::format(" --peers {}", fmt::join(options.peers, ","));
@@ -68,7 +96,8 @@ std::string place_options(const client::Options& options) {
 
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
-  const auto group = "Options of all commands";
+  const auto* const group = kGroup;
+  add_engines_to(app);
   app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
       ->type_name("N")
       ->check(CLI::Range(0U, tuples::dds::kMaxDomain).description(""))
@@ -94,12 +123,48 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--prefix", prefix_, "first part of the islands' keys; default proxy")->group(group);
   app.add_option("--config", config_, "take these options from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
-  for (const auto* name :
-       {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
+  for (const auto* name : {"engine", "domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix",
+                           "config", "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
     std::string variable = "RUBICON_";
-    for (const char c : std::string_view(name)) variable += static_cast<char>(c - 'a' + 'A');
+    for (const char c : std::string_view(name)) variable += c == '-' ? '_' : static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
   }
+}
+
+void SettingsOptions::add_engines_to(CLI::App& app) {
+  app.add_option("--engine", engines_, "dds, peis (the network of the PEIS kernels), or dds,peis; default dds")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"dds", "peis"}).description(""))
+      ->group(kGroup);
+  app.add_option("--peis-network", peis_network_, "name of the PEIS network; default default")->group(kGroup);
+  app.add_option("--peis-listen", peis_listen_, "TCP port for PEIS, or the next free one; default 8000")
+      ->type_name("PORT")
+      ->check(CLI::Range(0U, 0xffffU).description(""))
+      ->group(kGroup);
+  app.add_option("--peis-connect", peis_connect_, "PEIS components that multicast does not reach: tcp://HOST:PORT,...")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(check_target)
+      ->group(kGroup);
+  app.add_option("--peis-multicast", peis_multicast_, "whether to search for PEIS components by multicast; default yes")
+      ->check(CLI::IsMember({"yes", "no"}).description(""))
+      ->group(kGroup);
+}
+
+/// What the command line or the environment say about the engines.
+void SettingsOptions::read_engines(client::Options& options) const {
+  const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
+  const auto named = [this](const char* name) { return std::count(engines_.begin(), engines_.end(), name) > 0; };
+  if (given("--engine")) {
+    options.engines.clear();
+    if (named("dds")) options.engines.push_back(client::Engine::kDds);
+    if (named("peis")) options.engines.push_back(client::Engine::kPeis);
+  }
+  if (given("--peis-network")) options.peis.network = peis_network_;
+  if (given("--peis-listen")) options.peis.listen = static_cast<std::uint16_t>(peis_listen_);
+  if (given("--peis-connect")) options.peis.connect = peis_connect_;
+  if (given("--peis-multicast")) options.peis.multicast = peis_multicast_ == "yes";
 }
 
 Result<Settings> SettingsOptions::read() const {
@@ -109,6 +174,7 @@ Result<Settings> SettingsOptions::read() const {
     if (auto good = read_config(config_, settings); !good) return fail(good.error());
   }
   auto& options = settings.options;
+  read_engines(options);
   if (given("--domain")) options.domain = domain_;
   if (given("--interfaces")) options.interfaces = interfaces_;
   if (given("--peers")) options.peers = peers_;
@@ -125,7 +191,7 @@ void AsOptions::add_to(CLI::App& app) {
   app.add_option("--name", name_, "name of this component");
   app.add_option("--id", id_, "id of this component, above 65535; random by default")
       ->type_name("ID")
-      ->check(CLI::Range(model::kMaxIslandId + 4U, 0xffffffffU).description(""));
+      ->check(CLI::Range(model::kMaxIslandId + 4U, tuples::peis::kMaxId).description(""));
 }
 
 Settings AsOptions::applied(Settings settings) const {

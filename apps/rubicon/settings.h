@@ -16,7 +16,8 @@ struct Settings {
   bool json = false;
 };
 
-/// `domain 3 on eth0, peers 10.0.0.2`.
+bool uses(const client::Options& options, client::Engine engine);
+/// `domain 3 on eth0, peers 10.0.0.2`, `PEIS network default on lo`.
 std::string place_text(const client::Options& options);
 /// The same as options of the command line: `--domain 3 --interfaces eth0 --peers 10.0.0.2`.
 std::string place_options(const client::Options& options);
@@ -29,8 +30,13 @@ class SettingsOptions {
   Result<Settings> read() const;
 
  private:
+  void add_engines_to(CLI::App& app);
+  void read_engines(client::Options& options) const;
+
   std::uint32_t domain_ = 0;
-  std::vector<std::string> interfaces_, peers_;
+  std::uint32_t peis_listen_ = 0;
+  std::vector<std::string> engines_, interfaces_, peers_, peis_connect_;
+  std::string peis_network_, peis_multicast_;
   std::string tag_, lease_, patience_, prefix_, config_;
   bool json_ = false, tcp_ = false;
   CLI::App* app_ = nullptr;

@@ -20,10 +20,24 @@
 /// The library for programs that take part in the tuple space of RUBICON islands (D1.4, chapter 2): docs/client.md.
 namespace rubicon::client {
 
+/// Engines that connect the components of an ecology, as in the islands' `tuples.engine` (docs/ecology.md).
+enum class Engine : std::uint8_t { kDds, kPeis };
+
+/// How a client takes part in a network of PEIS kernels, as in the islands' `tuples.peis`. Interfaces, lease and
+/// trust_lan are those of Options.
+struct PeisNetwork {
+  std::string network = "default";   ///< components of other networks are not seen; 1 to 63 bytes
+  std::uint16_t listen = 8000;       ///< the first free TCP port from here on is taken; 0 = any
+  std::vector<std::string> connect;  ///< `tcp://HOST:PORT` of components to stay connected with, at most 64
+  bool multicast = true;             ///< announce this host, and search for others
+};
+
 /// How a client finds other components. The defaults find islands with the default configuration on this host.
 struct Options {
   std::string name;                              ///< display name in lists of components; empty = `component`
-  OwnerId id = model::kNoOwner;                  ///< above 65535; kNoOwner = a random one
+  OwnerId id = model::kNoOwner;                  ///< 65536 to 2^31-1; kNoOwner = a random one
+  std::vector<Engine> engines = {Engine::kDds};  ///< at least one
+  PeisNetwork peis;                              ///< for Engine::kPeis; domain, peers, tcp, port and tag are for kDds
   std::uint32_t domain = 0;                      ///< 0..230, as in the islands' `tuples.domain`
   std::vector<std::string> interfaces = {"lo"};  ///< names of network interfaces, as in `tuples.interfaces`
   std::vector<std::string> peers;                ///< HOST or HOST:PORT of components that multicast does not reach
@@ -64,6 +78,31 @@ struct ComponentStart {
 struct Component {
   OwnerId id{};
   Summary summary;  ///< empty if it published none
+};
+
+/// A program in a PEIS network with which this component cannot exchange tuples, or of which it cannot tell who it is.
+struct PeisTrouble {
+  enum class Kind : std::uint8_t {
+    kForeignNetwork,  ///< it belongs to another network
+    kForeignVersion,  ///< it speaks another version of the protocol
+    kUnreachable,     ///< it was announced, routed to or configured, but no connection succeeds
+    kOwnId,           ///< it uses the id of this component
+    kSharedId,        ///< two programs use its id
+  };
+  Kind kind{};
+  OwnerId id{};             ///< kNoOwner: not known
+  std::string name;         ///< `tupleview@desk!4711`, or where to connect to; may be empty
+  std::string detail;       ///< its network, the error of the last attempt, the other program, ...
+  std::uint64_t times = 0;  ///< how often it was noticed
+};
+
+/// A PEIS network as one component sees it.
+struct PeisView {
+  /// Where this component listens for connections, `127.0.0.1:8000`; empty = it could not open a port.
+  std::string local;
+  std::size_t connections = 0;  ///< open ones
+  std::vector<PeisTrouble> troubles;
+  std::map<std::string, std::uint64_t> counters;  ///< what was not done since the start, by name; zeros are left out
 };
 
 /// A device as an island lists it.
@@ -168,8 +207,8 @@ using SentCall = std::function<void(const std::string& error)>;
 /// `timeout` bounds how long a call waits for components that do not answer.
 class Client final {
  public:
-  /// kInvalid for invalid options, kBusy if this process has a client in that domain already, kIo if the network cannot
-  /// be used as the options require.
+  /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network
+  /// cannot be used as the options require.
   static Result<std::unique_ptr<Client>> open(Options options = {});
   ~Client();
   Client(const Client&) = delete;
@@ -193,12 +232,15 @@ class Client final {
 
   // -- components
   std::vector<Component> components() const;  ///< the components that are present, including islands, by id
-  std::vector<Component> islands() const;     ///< the islands among them
-  /// Blocks until discovery is probably complete: no new component for about 0.3 s.
+  /// The islands among them: components with an id of an island whose summary names the prefix of its tuples.
+  std::vector<Component> islands() const;
+  /// Blocks until discovery is probably complete: no new component for about 0.3 s; with PEIS for 0.7 s, after 2 s.
   void discover();
   /// Component starts observed since open(), bounded. For diagnostics.
   std::vector<ComponentStart> component_starts() const;
   static unsigned protocol_version();
+  /// What this component sees of the PEIS network, for diagnostics. nullopt without Engine::kPeis.
+  std::optional<PeisView> peis_view() const;
 
   // -- tuples, points, networks and devices
   /// Reads all present tuples that match, without creating demand. `call` receives them all at once; owners that do not

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "rubicon/address.hpp"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
@@ -25,6 +26,12 @@ struct Summary {
 
   friend bool operator==(const Summary&, const Summary&) = default;
 };
+
+/// Whether a component with this summary is an island. Its id does not decide: kernels of a PEIS network have ids from
+/// 0 to 9999, and publish no prefix.
+inline bool is_island(OwnerId id, const Summary& summary) {
+  return is_island(id) && !summary.prefix.empty();
+}
 
 /// One line of JSON of at most kMaxSummary bytes; leaves all networks out if they would not fit.
 std::string to_json(const Summary& summary);

@@ -12,12 +12,13 @@
 #include "client/ecology_options.h"
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
+#include "client/peis_view.h"
 #include "client/point_watch.h"
 #include "client/remote_set_tracker.h"
 #include "client/tuple_query.h"
 #include "transport/host_name.h"
 #include "transport/poll_loop.h"
-#include "tuples/dds/dds_ecology.h"
+#include "transport/poll_sockets.h"
 
 namespace rubicon::client {
 
@@ -37,6 +38,14 @@ class CallSink final : public base::LogSink {
   std::function<void(std::string_view)> call_;
 };
 
+/// Where no engine has sockets.
+class NoSockets final : public transport::Transports {
+ public:
+  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
+    return fail(ErrorCode::kUnsupported, path + ": files are not supported here");
+  }
+};
+
 std::unique_ptr<tuples::Link> joined(tuples::Ecology& ecology, OwnerId id, Error& error) {
   auto link = ecology.join(id);
   if (link) return std::move(*link);
@@ -52,17 +61,22 @@ struct Client::Impl {
 
   Result<void> join() {
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
-    auto opened = tuples::dds::DdsEcology::open(dds_options(options), *loop, post, log);
+    const auto engines = engine_options(options);
+    if (engines.peis) sockets = std::make_unique<transport::PollSockets>(*loop);
+    auto opened = tuples::engines::Engines::open(engines, {*loop, post, transports(), log});
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;
     link = joined(*ecology, options.id, error);
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
-    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space);
+    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, engines.peis ? kPeisPace : kDdsPace);
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
+
+  /// DDS has sockets of its own.
+  transport::Transports& transports() { return sockets ? static_cast<transport::Transports&>(*sockets) : no_sockets; }
 
   MessageClient& office() {
     if (!message_client) message_client = std::make_unique<MessageClient>(*loop, *space, log);
@@ -82,7 +96,9 @@ struct Client::Impl {
   Options options;
   CallSink log{options.warn};
   std::unique_ptr<transport::PollLoop> loop;
-  std::unique_ptr<tuples::dds::DdsEcology> ecology;
+  NoSockets no_sockets;
+  std::unique_ptr<transport::PollSockets> sockets;
+  std::unique_ptr<tuples::engines::Engines> ecology;
   std::unique_ptr<tuples::Link> link;
   std::unique_ptr<TupleSpace> space;
   std::unique_ptr<PeerDiscovery> peer_discovery;
@@ -159,19 +175,20 @@ std::vector<Component> Client::components() const {
 
 std::vector<Component> Client::islands() const {
   auto found = components();
-  std::erase_if(found, [](const Component& one) { return !model::is_island(one.id); });
+  std::erase_if(found, [](const Component& one) { return !model::is_island(one.id, one.summary); });
   return found;
 }
 
 void Client::discover() {
   const auto complete = [this] { return impl_->peer_discovery->complete({}); };
-  while (!run_until(complete, PeerDiscovery::kQuietPeriod / 4)) {
+  while (!run_until(complete, kDdsPace.quiet / 4)) {
   }
 }
 
 std::vector<ComponentStart> Client::component_starts() const {
   std::vector<ComponentStart> all;
-  for (const auto& one : impl_->ecology->component_starts()) {
+  if (!impl_->ecology->dds()) return all;
+  for (const auto& one : impl_->ecology->dds()->component_starts()) {
     all.push_back(
         {one.id, one.incarnation, one.version, one.present, model::summary_from_json(one.summary).value_or(Summary{})});
   }
@@ -180,6 +197,11 @@ std::vector<ComponentStart> Client::component_starts() const {
 
 unsigned Client::protocol_version() {
   return tuples::dds::kProtocolVersion;
+}
+
+std::optional<PeisView> Client::peis_view() const {
+  const auto* peis = impl_->ecology->peis();
+  return peis ? std::optional(view_of(*peis)) : std::nullopt;
 }
 
 void Client::read(const Pattern& pattern, TuplesCall call, Duration timeout) {
@@ -292,7 +314,7 @@ void Client::command(OwnerId owner, std::string_view key, std::string_view value
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                         Duration timeout, OutcomeCall progress) {
-  run_until([&] { return impl_->peer_discovery->complete(owner); }, PeerDiscovery::kNamedOwnerWait);
+  run_until([&] { return impl_->peer_discovery->complete(owner); }, impl_->peer_discovery->pace().named_owner);
   std::optional<Outcome> outcome;
   const RemoteSetTracker errand(
       *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& final) { outcome = final; }, time_to_live,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <random>
 
 namespace rubicon::client {
@@ -9,28 +10,7 @@ namespace rubicon::client {
 namespace {
 
 constexpr std::uint32_t kFirstId = 65536;
-
-}  // namespace
-
-OwnerId random_component_id() {
-  std::random_device source;
-  return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, 0xffffffff)(source));
-}
-
-Result<void> check(const Options& options) {
-  const auto id = number(options.id);
-  if (id != 0 && id < kFirstId)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("component id {}: expected a number above 65535, the others are islands", id));
-  if (options.domain > tuples::dds::kMaxDomain)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("domain {}: expected 0 to {}", options.domain, tuples::dds::kMaxDomain));
-  if (options.tcp && options.peers.empty() && options.port == 0)
-    return fail(ErrorCode::kInvalid, "tcp needs peers (host:port) or a port: it discovers no components by itself");
-  if (options.interfaces.empty())
-    return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
-  return {};
-}
+constexpr std::size_t kMostTargets = 64;
 
 tuples::dds::DdsOptions dds_options(const Options& options) {
   tuples::dds::DdsOptions dds;
@@ -43,6 +23,76 @@ tuples::dds::DdsOptions dds_options(const Options& options) {
   dds.port = options.port;
   dds.trust_lan = options.trust_lan;
   return dds;
+}
+
+tuples::peis::PeisOptions peis_options(const Options& options) {
+  tuples::peis::PeisOptions peis;
+  peis.network = options.peis.network;
+  peis.listen = options.peis.listen;
+  for (const auto& url : options.peis.connect) peis.connect.push_back(tuples::peis::connect_target(url).value_or(url));
+  peis.multicast = options.peis.multicast;
+  peis.interfaces = options.interfaces;
+  peis.lease = options.lease;
+  peis.trust_lan = options.trust_lan;
+  return peis;
+}
+
+Result<void> check_dds(const Options& options) {
+  if (options.domain > tuples::dds::kMaxDomain)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("domain {}: expected 0 to {}", options.domain, tuples::dds::kMaxDomain));
+  if (options.tcp && options.peers.empty() && options.port == 0)
+    return fail(ErrorCode::kInvalid, "tcp needs peers (host:port) or a port: it discovers no components by itself");
+  return {};
+}
+
+Result<void> check_peis(const Options& options) {
+  const auto& peis = options.peis;
+  if (peis.network.empty() || peis.network.size() > tuples::peis::kMaxNameLength)
+    return fail(ErrorCode::kInvalid, fmt::format("PEIS network '{}': expected 1 to {} characters", peis.network,
+                                                 tuples::peis::kMaxNameLength));
+  if (peis.connect.size() > kMostTargets)
+    return fail(ErrorCode::kInvalid, fmt::format("PEIS: {} components to connect to, expected at most {}",
+                                                 peis.connect.size(), kMostTargets));
+  for (const auto& url : peis.connect) {
+    if (const auto target = tuples::peis::connect_target(url); !target)
+      return fail(ErrorCode::kInvalid, fmt::format("PEIS: connect to '{}': {}", url, target.error().text));
+  }
+  return {};
+}
+
+}  // namespace
+
+OwnerId random_component_id() {
+  std::random_device source;
+  return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, tuples::peis::kMaxId)(source));
+}
+
+Result<void> check(const Options& options) {
+  const auto id = number(options.id);
+  const bool peis = has_engine(options, Engine::kPeis), dds = has_engine(options, Engine::kDds);
+  if (id != 0 && id < kFirstId)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("component id {}: expected a number above 65535, the others are islands", id));
+  if (id > tuples::peis::kMaxId && peis)
+    return fail(ErrorCode::kInvalid, fmt::format("component id {}: PEIS has ids up to {}", id, tuples::peis::kMaxId));
+  if (!dds && !peis) return fail(ErrorCode::kInvalid, "engines: expected dds, peis or both");
+  if (const auto good = dds ? check_dds(options) : Result<void>(); !good) return good;
+  if (const auto good = peis ? check_peis(options) : Result<void>(); !good) return good;
+  if (options.interfaces.empty())
+    return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
+  return {};
+}
+
+bool has_engine(const Options& options, Engine engine) {
+  return std::find(options.engines.begin(), options.engines.end(), engine) != options.engines.end();
+}
+
+tuples::engines::EngineOptions engine_options(const Options& options) {
+  tuples::engines::EngineOptions engines;
+  if (has_engine(options, Engine::kDds)) engines.dds = dds_options(options);
+  if (has_engine(options, Engine::kPeis)) engines.peis = peis_options(options);
+  return engines;
 }
 
 }  // namespace rubicon::client

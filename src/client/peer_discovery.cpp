@@ -4,8 +4,8 @@
 
 namespace rubicon::client {
 
-PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space)
-    : scheduler_(scheduler), space_(space), started_(scheduler.now()), last_came_(started_) {
+PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace)
+    : scheduler_(scheduler), space_(space), pace_(pace), started_(scheduler.now()), last_came_(started_) {
   peers_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
     if (event == tuples::PeerEvent::kUp) last_came_ = scheduler_.now();
   });
@@ -17,8 +17,8 @@ bool PeerDiscovery::present(OwnerId id) const {
 }
 
 SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) const {
-  if (!owner) return last_came_ + kQuietPeriod;
-  return present(*owner) ? started_ : started_ + kNamedOwnerWait;
+  if (!owner) return std::max(last_came_ + pace_.quiet, started_ + pace_.search);
+  return present(*owner) ? started_ : started_ + pace_.named_owner;
 }
 
 }  // namespace rubicon::client

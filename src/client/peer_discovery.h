@@ -5,18 +5,25 @@
 
 namespace rubicon::client {
 
+/// How long discovery takes on the engines of a component.
+struct DiscoveryPace {
+  Duration quiet;        ///< it counts as complete when no peer came up for this long
+  Duration search;       ///< but not before this time
+  Duration named_owner;  ///< how long an owner that is named may take to appear
+};
+inline constexpr DiscoveryPace kDdsPace{std::chrono::milliseconds(300), {}, std::chrono::seconds(1)};
+/// Kernels announce themselves each second, and have 0.5 s to say that they are components of ours.
+inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::chrono::seconds(2),
+                                         std::chrono::seconds(3)};
+
 /// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides.
 class PeerDiscovery {
  public:
-  /// Discovery counts as complete when no peer came up for this long.
-  static constexpr Duration kQuietPeriod = std::chrono::milliseconds(300);
-  /// How long an owner that is named may take to appear.
-  static constexpr Duration kNamedOwnerWait = std::chrono::seconds(1);
-
-  PeerDiscovery(Scheduler& scheduler, TupleSpace& space);
+  PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace);
 
   /// When the discovery of `owner` (nullopt: of all) is complete if no further peer comes up.
   SteadyTime complete_at(std::optional<OwnerId> owner) const;
+  const DiscoveryPace& pace() const { return pace_; }
   bool complete(std::optional<OwnerId> owner) const { return scheduler_.now() >= complete_at(owner); }
 
  private:
@@ -24,6 +31,7 @@ class PeerDiscovery {
 
   Scheduler& scheduler_;
   TupleSpace& space_;
+  DiscoveryPace pace_;
   SteadyTime started_, last_came_;
   tuples::Handle peers_;
 };

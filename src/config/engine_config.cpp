@@ -115,12 +115,10 @@ void read_names(ConfigReader& tuples, EngineSetup& engine) {
 }
 
 void read_connect(ConfigReader& peis, std::vector<std::string>& connect) {
-  constexpr std::string_view kScheme = "tcp://";
   for (const auto& url : peis.texts("connect")) {
-    const auto where = std::string_view(url).substr(url.starts_with(kScheme) ? kScheme.size() : 0);
-    if (peer_error(where, false))
-      item_error(peis, "connect", connect.size(), "expected tcp://host:port, the host as a name or an IPv4 address");
-    connect.emplace_back(where);
+    auto target = tuples::peis::connect_target(url);
+    if (!target) item_error(peis, "connect", connect.size(), target.error().text);
+    connect.push_back(std::move(target).value_or(url));
   }
   if (connect.size() > kMostPeers)
     peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMostPeers));

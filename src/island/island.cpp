@@ -126,6 +126,9 @@ void Island::Impl::watch_numbers() {
     publish("tuples-merged", tuples.merged);
     publish("tuples-dropped", tuples.dropped);
     publish("tuples-refused", tuples.refused);
+    link->each_counter([&](std::string_view name, std::uint64_t value) {
+      if (value > 0) publish(std::string(name), value);
+    });
     const auto devices = proxy.inbox_counters();
     publish("inbox-waiting", devices.pending);
     publish("inbox-ignored", devices.ignored);

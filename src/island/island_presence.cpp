@@ -52,8 +52,8 @@ void IslandPresence::list_islands() {
 std::string IslandPresence::islands() const {
   auto list = nlohmann::ordered_json::array();
   for (const auto id : space_.peers()) {
-    if (!model::is_island(id)) continue;
     const auto summary = model::summary_from_json(space_.summary(id)).value_or(Summary{});
+    if (!model::is_island(id, summary)) continue;
     nlohmann::ordered_json entry{{"id", number(id)}};
     entry.update(nlohmann::ordered_json::parse(model::to_json(summary)));
     list.push_back(std::move(entry));

@@ -33,7 +33,8 @@ std::string commander_name(const TupleSpace& space, const ProxyConfig& config, O
   const auto text = space.summary(id);
   const auto summary = text.empty() ? model::Summary{} : model::summary_from_json(text).value_or(model::Summary{});
   const auto name = shown_text(summary.name);
-  if (model::is_island(id)) return island_name(name, id);
+  // A component without a summary has just appeared: its id is all that is known.
+  if (model::is_island(id) && (text.empty() || !summary.prefix.empty())) return island_name(name, id);
   if (name.empty()) return fmt::format("component {}", number(id));
   const bool elsewhere = !summary.host.empty() && summary.host != config.host;
   const auto program = summary.program.empty() ? fmt::format("component {}", number(id)) : shown_text(summary.program);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "rubicon/summary.hpp"
@@ -75,6 +77,11 @@ class Link {
   virtual std::vector<OwnerId> peers() const = 0;
   /// Sets the summary that all others receive, at most kMaxSummary bytes. It is kept when the listener changes.
   virtual void describe(std::string summary) = 0;
+  /// Calls `visit` with each number that the engine counts since attach(), for metrics; the names (`peis-refused-keys`)
+  /// never change.
+  virtual void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
+    std::ignore = visit;
+  }
   /// Lives as long as the link. The space hears only of components that may join.
   virtual PeerPolicy& policy() = 0;
 };

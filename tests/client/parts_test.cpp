@@ -37,7 +37,7 @@ struct ClientParts : testing::Test {
   tuples::MemoryEcology ecology{time};
   std::unique_ptr<Member> island = std::make_unique<Member>(ecology, time, 1);
   Member self{ecology, time, 70000};
-  PeerDiscovery peer_discovery{time, self.space};
+  PeerDiscovery peer_discovery{time, self.space, kDdsPace};
   std::vector<Tuple> found;
   int times = 0;
   TuplesCall keep = [this](std::vector<Tuple> tuples) {
@@ -49,7 +49,7 @@ struct ClientParts : testing::Test {
 TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));
   const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a.*"}, keep, 3s);
-  time.run_for(PeerDiscovery::kQuietPeriod - 1ms);
+  time.run_for(kDdsPace.quiet - 1ms);
   EXPECT_EQ(times, 0) << "somebody may still come";
   time.run_for(2ms);
   EXPECT_EQ(times, 1);
@@ -57,6 +57,16 @@ TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
   time.run_for(10s);
   EXPECT_EQ(times, 1);
   EXPECT_EQ(self.space.stats().subscriptions, 0U);
+}
+
+TEST_F(ClientParts, OnPeisAReadingWaitsUntilKernelsHadTimeToAppear) {
+  PeerDiscovery search{time, self.space, kPeisPace};
+  ASSERT_TRUE(island->space.set("a", "x"));
+  const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
+  time.run_for(kPeisPace.search - 1ms);
+  EXPECT_EQ(times, 0) << "a kernel announces itself each second";
+  time.run_for(2ms);
+  EXPECT_EQ(times, 1);
 }
 
 TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
@@ -70,7 +80,7 @@ TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
 
 TEST_F(ClientParts, AReadingOfAnOwnerThatIsNotThereEndsEmpty) {
   const TupleQuery query(time, self.space, peer_discovery, {OwnerId(7), "a"}, keep, 3s);
-  time.run_for(PeerDiscovery::kNamedOwnerWait + 1ms);
+  time.run_for(kDdsPace.named_owner + 1ms);
   EXPECT_EQ(times, 1);
   EXPECT_THAT(found, IsEmpty());
 }

@@ -19,6 +19,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"tuples", {}},
     {"tuples/dds", {"transport"}},
     {"tuples/peis", {"transport"}},
+    {"tuples/engines", {"transport"}},
     {"network", {"transport"}},
     {"motes", {}},
     {"recording", {}},
@@ -92,9 +93,9 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; KNX
-/// Secure, which has keys; KNX projects, which are archives.
-const Names kRooms{"tuples/dds", "tuples/peis", "networks/knx/project", "networks/knx/secure"};
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; what opens
+/// both; KNX Secure, which has keys; KNX projects, which are archives.
+const Names kRooms{"tuples/dds", "tuples/peis", "tuples/engines", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
   for (const auto& room : kRooms) {

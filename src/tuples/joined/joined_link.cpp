@@ -136,6 +136,10 @@ std::vector<OwnerId> JoinedLink::peers() const {
   return present;
 }
 
+void JoinedLink::each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
+  for (const auto& port : ports_) port->link->each_counter(visit);
+}
+
 void JoinedLink::describe(std::string summary) {
   for (const auto& port : ports_) port->link->describe(summary);
 }

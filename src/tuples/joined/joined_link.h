@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,6 +39,7 @@ class JoinedLink final : public Link {
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
+  void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
   PeerPolicy& policy() override { return policy_; }
 
  private:

@@ -63,9 +63,14 @@ void Announcer::received(ByteView datagram) {
     const bool version = announcement.error().code == ErrorCode::kUnsupported;
     ++(version ? counters_.foreign_versions : counters_.bad_announcements);
     log_.debug("announcement", announcement.error().text);
+    if (version) calls_.trouble(TroubleKind::kForeignVersion, {}, {}, announcement.error().text);
     return;
   }
-  if (announcement->network != network_) return void(++counters_.foreign_networks);
+  if (announcement->network != network_) {
+    ++counters_.foreign_networks;
+    const auto& host = announcement->host;
+    return calls_.trouble(TroubleKind::kForeignNetwork, host.id, host.full_name, announcement->network);
+  }
   const auto own = calls_.record();
   if (announcement->host == own) return;
   if (announcement->host.host_name == own.host_name && announcement->host.id < own.id)

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/limited_log.h"
@@ -10,6 +11,7 @@
 #include "transport/interfaces.h"
 #include "transport/transports.h"
 #include "tuples/peis/counters.h"
+#include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
@@ -23,6 +25,8 @@ class Announcer {
     /// What to announce now.
     std::function<HostRecord()> record;
     std::function<void(const HostRecord&)> heard;
+    /// An announcement that does not count.
+    std::function<void(TroubleKind, OwnerId, std::string_view name, std::string_view detail)> trouble;
   };
   struct Where {
     std::string network;

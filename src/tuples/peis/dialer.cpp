@@ -158,7 +158,7 @@ void Dialer::try_configured(std::size_t index) {
   const Target target{{}, static_cast<int>(index)};
   configured.lookup = transports_.look_up(configured.where.host, [this, index, target](const auto& addresses) {
     auto& found = configured_[index];
-    if (!addresses) return ended(target, false);
+    if (!addresses) return calls_.unresolved(target, addresses.error()), ended(target, false);
     const auto& address = addresses->at(found.next.address % addresses->size());
     if (!calls_.dial(target, {address, found.where.port}, kForcedByCluster | kForceBroadcasts)) ended(target, false);
   });

@@ -39,6 +39,8 @@ class Dialer {
     std::function<const HostRecord*(OwnerId)> record;
     /// False: it cannot be tried.
     std::function<bool(const Target&, const transport::Endpoint&, std::uint32_t flags)> dial;
+    /// The name of a configured host has no address.
+    std::function<void(const Target&, const Error&)> unresolved;
   };
   struct Own {
     OwnerId id{};

@@ -1,7 +1,12 @@
 #include "tuples/peis/identity.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
+
+#include "rubicon/summary.hpp"
+#include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
 
@@ -35,6 +40,14 @@ Result<Hello> decode_hello(ByteView body) {
   hello.host_id = rest.substr(0, std::min(rest.find('\0'), Hello::kMaxHostId));
   hello.lease = std::clamp<Duration>(lease, kShortestLease, kLongestLease);
   return hello;
+}
+
+std::string kernel_summary(const Identity& host) {
+  Summary summary;
+  summary.name = host.full_name.substr(0, host.full_name.find('@'));
+  summary.host = host.host_name;
+  summary.program = fmt::format("peis-kernel {}", kProtocolVersion);
+  return model::to_json(summary);
 }
 
 }  // namespace rubicon::tuples::peis

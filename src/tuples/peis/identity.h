@@ -40,4 +40,7 @@ struct Identity {
   friend bool operator==(const Identity&, const Identity&) = default;
 };
 
+/// A summary for a host that publishes none: the name and the host of a kernel, as it announces them.
+std::string kernel_summary(const Identity& host);
+
 }  // namespace rubicon::tuples::peis

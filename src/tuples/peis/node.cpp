@@ -106,6 +106,10 @@ std::vector<RouteState> Node::routes() const {
   return states;
 }
 
+const std::vector<Trouble>& Node::troubles() const {
+  return impl_->troubles.all();
+}
+
 const Counters& Node::counters() const {
   return impl_->counters;
 }
@@ -140,7 +144,8 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
               [this](OwnerId host) { return hosts.record(host); },
               [this](const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
                 return dial(target, to, flags);
-              }}),
+              },
+              [this](const Target& target, const Error& error) { unreachable(target, error); }}),
       updates(s, kUpdatePause, [this] { update(); }),
       cleaning(s, [this] { over.clear(); }),
       pumping(s, [this] { deliveries.pump(); }) {}
@@ -165,7 +170,10 @@ Result<void> Node::Impl::open() {
   if (options.multicast) {
     announcer = std::make_unique<Announcer>(
         scheduler, transports, Announcer::Where{options.network, options.interfaces}, counters, log,
-        Announcer::Calls{[this] { return own_record(); }, [this](const HostRecord& record) { announced(record); }});
+        Announcer::Calls{[this] { return own_record(); }, [this](const HostRecord& record) { announced(record); },
+                         [this](TroubleKind kind, OwnerId id, std::string_view name, std::string_view detail) {
+                           troubles.note(kind, id, name, detail);
+                         }});
   }
   periodic();
   return {};

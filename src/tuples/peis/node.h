@@ -17,6 +17,7 @@
 #include "tuples/peis/deliveries.h"
 #include "tuples/peis/hosts.h"
 #include "tuples/peis/identity.h"
+#include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
@@ -94,6 +95,7 @@ class Node {
   std::vector<LinkState> links() const;
   std::vector<RouteState> routes() const;
   const Counters& counters() const;
+  const std::vector<Trouble>& troubles() const;
 
  private:
   struct Impl;

@@ -50,6 +50,9 @@ void Node::Impl::announced(const HostRecord& record) {
   }
   const auto id = number(record.id);
   if (id == 0 || id > kMaxId) return void(++counters.bad_ids);
+  // Only programs that run announce themselves.
+  if (hosts.is_over(record.id, record.magic))
+    troubles.note(TroubleKind::kSharedId, record.id, record.full_name, "it announces itself after another start");
   if (!hosts.learn(record, RecordSource::kAnnounced) || routes.find(record.id)) return;
   const auto own = routes.cluster();
   dialer.meet(record.id, record.cluster <= own, announcer->is_active() || routes.all().empty());
@@ -60,6 +63,7 @@ void Node::Impl::id_taken(const Identity& other) {
   if (taken_magics.size() >= kMaxTakenMagics || !taken_magics.insert(other.magic).second) return;
   log.unlimited().warning(fmt::format("another component uses the id {} of this one: {}", number(other.id),
                                       other.full_name.empty() ? "it connected here" : other.full_name));
+  troubles.note(TroubleKind::kOwnId, other.id, other.full_name, {});
   calls.id_taken(other);
 }
 

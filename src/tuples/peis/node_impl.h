@@ -18,6 +18,7 @@
 #include "tuples/peis/node.h"
 #include "tuples/peis/routes.h"
 #include "tuples/peis/seen_ids.h"
+#include "tuples/peis/troubles.h"
 
 namespace rubicon::tuples::peis {
 
@@ -57,6 +58,8 @@ struct Node::Impl {
   void greet(NodeLink& link);
   void meet(NodeLink& link, const HostRecord& record);
   void drop_duplicates(OwnerId peer);
+  void unreachable(const Target& target, const Error& error);
+  std::string address_of(const Target& target) const;
   void close(NodeLink& link);
   void closed(LinkId id, Ending why, const Error& error);
   void remove(LinkId id, bool broken);
@@ -109,6 +112,7 @@ struct Node::Impl {
   base::LimitedLog log;
   NodeCalls calls;
   Counters counters;
+  Troubles troubles;
   Hosts hosts;
   Routes routes;
   Deliveries deliveries;

@@ -76,6 +76,7 @@ bool Node::Impl::greeted(NodeLink& link, const ConnectMessage& message) {
   const auto name = fmt::format("component {} at {}", number(message.id), transport::to_string(from));
   if (message.network != options.network) {
     ++counters.foreign_networks;
+    troubles.note(TroubleKind::kForeignNetwork, message.id, transport::to_string(from), message.network);
     return log.info("network " + name, fmt::format("{}: refused, its network is another one", name)), false;
   }
   if (message.id == options.id) {
@@ -115,8 +116,11 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
     log.info(
         fmt::format("over {}", number(record.id)),
         fmt::format("component {}: refused, another start of it came later, or too many hosts", number(record.id)));
+    if (hosts.is_over(record.id, record.magic))
+      troubles.note(TroubleKind::kSharedId, record.id, record.full_name, "it connected after another start");
     return close(met);
   }
+  troubles.reached(record.id, address_of(met.target));
   dialer.connected(met.target, record.id);
   std::vector<LinkId> former;
   for (const auto& [other, link] : links) {
@@ -163,12 +167,26 @@ void Node::Impl::close(NodeLink& link) {
   remove(link.id, false);
 }
 
+/// `host:port` of a configured host, else empty.
+std::string Node::Impl::address_of(const Target& target) const {
+  if (target.configured < 0) return {};
+  return options.connect.at(static_cast<std::size_t>(target.configured));
+}
+
+void Node::Impl::unreachable(const Target& target, const Error& error) {
+  const auto* record = hosts.record(target.host);
+  troubles.note(TroubleKind::kUnreachable, target.host, record ? record->full_name : address_of(target), error.text);
+}
+
 void Node::Impl::closed(LinkId id, Ending why, const Error& error) {
+  const auto* ended = link(id);
+  if (ended && ended->initiated && !ended->is_route()) unreachable(ended->target, error);
   if (why == Ending::kStuck) ++counters.stuck_links;
   if (why == Ending::kSilent) ++counters.silent_links;
   if (why == Ending::kStrange) {
     const bool version = error.code == ErrorCode::kUnsupported;
     ++(version ? counters.foreign_versions : counters.bad_streams);
+    if (version) troubles.note(TroubleKind::kForeignVersion, ended ? ended->peer : OwnerId{}, {}, error.text);
     log.warning("strange bytes", error.text);
   } else {
     log.debug("connection", error.text);

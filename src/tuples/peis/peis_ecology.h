@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "base/log.h"
 #include "base/scheduler.h"
@@ -10,6 +11,8 @@
 #include "tuples/peis/peis_options.h"
 
 namespace rubicon::tuples::peis {
+
+class Presence;
 
 /// The components of a PEIS network, of ours and of the PEIS kernels of 2013. Each component of this process is a node
 /// of its own. It outlives its links.
@@ -28,6 +31,9 @@ class PeisEcology final : public Ecology {
   /// `call` receives, in a later turn, the component of this process whose id another live component uses and used
   /// before. That component should end.
   void watch_displaced(std::function<void(OwnerId)> call);
+
+  /// The nodes of this process that are present, for diagnosis.
+  std::vector<const Presence*> presences() const;
 
  private:
   struct Impl;

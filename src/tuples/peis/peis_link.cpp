@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/peis/metrics.h"
+
 namespace rubicon::tuples::peis {
 
 namespace {
@@ -112,6 +114,15 @@ void PeisLink::reply(const Reply& reply) {
 
 std::vector<OwnerId> PeisLink::peers() const {
   return presence_ ? presence_->peers() : std::vector<OwnerId>();
+}
+
+void PeisLink::each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
+  if (!presence_) return;
+  const CounterVisit with_engine = [&](std::string_view name, std::uint64_t value) {
+    visit(fmt::format("peis-{}", name), value);
+  };
+  if (const auto* node = presence_->node()) peis::each_counter(node->counters(), with_engine);
+  peis::each_counter(presence_->counters(), with_engine);
 }
 
 void PeisLink::describe(std::string summary) {

@@ -31,6 +31,7 @@ class PeisLink final : public Link {
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
+  void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
   PeerPolicy& policy() override { return policy_; }
 
   /// Null while no listener is attached.

@@ -3,11 +3,33 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+
+#include "base/host_port.h"
 #include "transport/host_name.h"
 
 namespace rubicon::tuples::peis {
 
 using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::size_t kLongestHost = 253;  // RFC 1035, 2.3.4
+
+}  // namespace
+
+Result<std::string> connect_target(std::string_view url) {
+  constexpr std::string_view kScheme = "tcp://";
+  const auto where = url.substr(url.starts_with(kScheme) ? kScheme.size() : 0);
+  const auto parsed = base::parse_host_port(where, kFirstListenPort);
+  const auto is_of_names = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-';
+  };
+  if (parsed && !parsed->host.empty() && parsed->host.size() <= kLongestHost &&
+      std::all_of(parsed->host.begin(), parsed->host.end(), is_of_names))
+    return std::string(where);
+  return fail(ErrorCode::kInvalid, "expected tcp://host:port, the host as a name or an IPv4 address");
+}
 
 PeisMachine PeisMachine::own() {
   auto name = transport::host_name();

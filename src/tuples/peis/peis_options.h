@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rubicon/result.hpp"
@@ -23,6 +24,9 @@ struct PeisOptions {
 
   friend bool operator==(const PeisOptions&, const PeisOptions&) = default;
 };
+
+/// `tcp://HOST:PORT`, `HOST:PORT` or `HOST` as an entry of PeisOptions::connect. kInvalid: it is none of them.
+Result<std::string> connect_target(std::string_view url);
 
 /// The machine, as components show it to others.
 struct PeisMachine {

@@ -142,6 +142,7 @@ void Presence::meet(const Identity& host) {
   if (!host.hello) begin_observing();
   introduce(host.id, *peer.session);
   context_.listener->on_peer(identity, PeerEvent::kUp);
+  if (!host.hello && context_.listener) context_.listener->on_summary(host.id, kernel_summary(host));
 }
 
 void Presence::introduce(OwnerId id, Session& session) {

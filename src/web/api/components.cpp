@@ -16,7 +16,7 @@ nlohmann::ordered_json component_json(OwnerId id, std::string_view summary) {
   line["host"] = about.host;
   line["program"] = about.program.substr(0, blank);
   line["version"] = blank == std::string::npos ? "" : about.program.substr(blank + 1);
-  if (model::is_island(id)) {
+  if (model::is_island(id, about)) {
     line["prefix"] = about.prefix;
     line["networks"] = about.networks;
     line["devices"] = std::accumulate(about.networks.begin(), about.networks.end(), std::uint64_t{0},
@@ -29,7 +29,9 @@ nlohmann::ordered_json component_json(OwnerId id, std::string_view summary) {
 nlohmann::ordered_json components_json(const TupleSpace& space, bool islands_only) {
   auto list = nlohmann::ordered_json::array();
   for (const auto id : space.peers()) {
-    if (!islands_only || model::is_island(id)) list.push_back(component_json(id, space.summary(id)));
+    const auto summary = space.summary(id);
+    const bool is_island = model::is_island(id, model::summary_from_json(summary).value_or(Summary{}));
+    if (!islands_only || is_island) list.push_back(component_json(id, summary));
   }
   return list;
 }

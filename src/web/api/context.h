@@ -33,7 +33,7 @@ struct Context {
         access(its_access),
         options(std::move(its_options)),
         messages(a_scheduler, a_space, log),
-        peers(a_scheduler, a_space),
+        peers(a_scheduler, a_space, client::kDdsPace),  // it was there long before a request
         event_types(a_space),
         recent_reads(a_scheduler, a_space) {}
 

@@ -1,0 +1,37 @@
+#include "tuples/engines/engines.h"
+
+#include <utility>
+#include <vector>
+
+#include "tuples/joined/joined_ecology.h"
+
+namespace rubicon::tuples::engines {
+
+Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, const Host& host) {
+  if (!options.dds && !options.peis) return fail(ErrorCode::kInvalid, "no engine, expected dds, peis or both");
+  auto engines = std::unique_ptr<Engines>(new Engines());
+  if (options.dds) {
+    auto dds = dds::DdsEcology::open(*options.dds, host.scheduler, host.post, host.log);
+    if (!dds) return fail(dds.error());
+    engines->dds_ = std::move(*dds);
+    engines->all_ = engines->dds_.get();
+  }
+  if (!options.peis) return engines;
+  auto peis = peis::PeisEcology::open(*options.peis, host.scheduler, host.transports, host.log);
+  if (!peis) return fail(peis.error());
+  engines->peis_ = std::move(*peis);
+  engines->all_ = engines->peis_.get();
+  if (!engines->dds_) return engines;
+  engines->joined_ = std::make_unique<joined::JoinedEcology>(
+      std::vector<joined::JoinedEcology::Engine>{{"dds", *engines->dds_}, {"peis", *engines->peis_}}, host.scheduler,
+      host.log);
+  engines->all_ = engines->joined_.get();
+  return engines;
+}
+
+void Engines::watch_displaced(const std::function<void(OwnerId)>& call) {
+  if (dds_) dds_->watch_displaced(call);
+  if (peis_) peis_->watch_displaced(call);
+}
+
+}  // namespace rubicon::tuples::engines

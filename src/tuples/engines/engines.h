@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "tuples/dds/dds_ecology.h"
+#include "tuples/peis/peis_ecology.h"
+
+namespace rubicon::tuples::engines {
+
+/// The engines of a process, at least one, and how each finds other components.
+struct EngineOptions {
+  std::optional<dds::DdsOptions> dds;
+  std::optional<peis::PeisOptions> peis;
+};
+
+/// The engines of a process as one ecology: each of its components takes part on all of them. If there are several, the
+/// order for decision 022 is dds, peis.
+class Engines final : public Ecology {
+ public:
+  /// What the engines use; it outlives them.
+  struct Host {
+    Scheduler& scheduler;
+    dds::DdsEcology::Post post;
+    transport::Transports& transports;
+    base::LogSink& log;
+  };
+  /// As DdsEcology::open() and PeisEcology::open(). kInvalid: no engine.
+  static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);
+
+  Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
+  /// As those of the engines: `call` receives the component of this process whose id another component used before.
+  void watch_displaced(const std::function<void(OwnerId)>& call);
+
+  /// Null: not among them.
+  const dds::DdsEcology* dds() const { return dds_.get(); }
+  const peis::PeisEcology* peis() const { return peis_.get(); }
+
+ private:
+  Engines() = default;
+
+  std::unique_ptr<dds::DdsEcology> dds_;
+  std::unique_ptr<peis::PeisEcology> peis_;
+  std::unique_ptr<Ecology> joined_;  ///< of both
+  Ecology* all_ = nullptr;
+};
+
+}  // namespace rubicon::tuples::engines
