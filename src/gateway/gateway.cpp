@@ -72,6 +72,9 @@ struct Gateway::Impl {
             },
             [this](OwnerId from, const std::string& why) {
               log.warning("forged", fmt::format("refused a message of component {}: {}", number(from), why));
+            },
+            [this](OwnerId from, const std::string& why) {
+              log.warning("foreign", fmt::format("refused a message of component {}: {}", number(from), why));
             }) {}
 
   Inbox& inbox(const std::string& network);

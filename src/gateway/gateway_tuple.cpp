@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <utility>
 
 #include "base/assert.h"
@@ -12,6 +13,10 @@ namespace rubicon::gateway {
 namespace {
 
 constexpr std::string_view kKey = "GATEWAY";
+constexpr std::array<std::string_view, 2> kOriginalKeys{"RUBICON_GATEWAY", "RUBICON_GATEWAY.*"};
+
+/// STREAM_MAGIC and STREAM_VERSION of the Java Object Serialization Specification, section 6.4.2.
+constexpr std::string_view kJavaStream("\xac\xed\x00\x05", 4);
 
 /// A message that has passed no island yet must name its sender as origin and source; only islands forward messages.
 Result<void> check_sender(const Message& message, OwnerId from) {
@@ -44,19 +49,25 @@ Envelope::Envelope(const Message& message)
       answerable(message.kind() != MessageKind::kAcknowledge) {}
 
 GatewayTuple::GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure,
-                           Forged forged)
+                           Forged forged, Foreign foreign)
     : space_(space),
       limit_(limits.queue),
       arrival_(std::move(arrival)),
       failure_(std::move(failure)),
-      forged_(std::move(forged)) {
+      forged_(std::move(forged)),
+      foreign_(std::move(foreign)) {
   RUBICON_ASSERT(space_.declare(kKey));
-  policy_ = space_.add_policy({space_.self(), std::string(kKey)},
-                              [this](const tuples::RemoteSet& request) { return receive(request); });
+  accept(kKey);
+  for (const auto key : kOriginalKeys) accept(key);
+}
+
+void GatewayTuple::accept(std::string_view key) {
+  policies_.push_back(space_.add_policy({space_.self(), std::string(key)},
+                                        [this](const tuples::RemoteSet& request) { return receive(request); }));
 }
 
 GatewayTuple::~GatewayTuple() {
-  policy_.reset();
+  policies_.clear();
   static_cast<void>(space_.erase(kKey));
 }
 
@@ -101,6 +112,11 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   if (!model::is_message_media_type(request.media_type))
     return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY expects {}, got {}", model::kMessageMediaType,
                                                            model::quoted(request.media_type))});
+  if (request.value.starts_with(kJavaStream)) {
+    const std::string why = "messages in Java serialisation are not supported";
+    foreign_(request.from, why);
+    return malformed({ErrorCode::kUnsupported, why});
+  }
   auto message = model::from_cbor(base::as_bytes(request.value));
   if (!message) return malformed(std::move(message.error()));
   if (auto own = check_sender(*message, request.from); !own) return forged(request.from, std::move(own.error()));

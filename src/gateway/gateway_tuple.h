@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/lifetime.h"
 #include "gateway/gateway.h"
@@ -21,7 +23,8 @@ struct Envelope {
   bool answerable = true;    ///< an Acknowledge never is
 };
 
-/// Sends to other islands through their GATEWAY tuple, and receives through ours, which keeps no value.
+/// Sends to other islands through their GATEWAY tuple, and receives through ours, which keeps no value. Programs of the
+/// original's release post to RUBICON_GATEWAY.DEVICE instead: both spellings are accepted.
 class GatewayTuple {
  public:
   /// A message arrived; an error refuses it.
@@ -32,8 +35,11 @@ class GatewayTuple {
   using Accepted = std::function<void(std::uint64_t number)>;
   /// A component posted a message in the name of another one.
   using Forged = std::function<void(OwnerId from, const std::string& why)>;
+  /// A component posted a message in the Java serialisation of the original, which is refused.
+  using Foreign = std::function<void(OwnerId from, const std::string& why)>;
 
-  GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged);
+  GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged,
+               Foreign foreign);
   ~GatewayTuple();
   GatewayTuple(const GatewayTuple&) = delete;
   GatewayTuple& operator=(const GatewayTuple&) = delete;
@@ -44,6 +50,7 @@ class GatewayTuple {
   Gateway::Counters counters;
 
  private:
+  void accept(std::string_view key);
   tuples::SetDecision receive(const tuples::RemoteSet& request);
   tuples::SetDecision malformed(Error why);
   tuples::SetDecision forged(OwnerId from, Error why);
@@ -54,10 +61,11 @@ class GatewayTuple {
   Arrival arrival_;
   Failure failure_;
   Forged forged_;
+  Foreign foreign_;
   Accepted accepted_;
   SeenMessages seen_;
   std::size_t under_way_ = 0;
-  Handle policy_;
+  std::vector<Handle> policies_;
   base::Lifetime lifetime_;
 };
 

@@ -20,7 +20,7 @@ Result<OwnTuple> read_one(const std::string& text, std::string_view prefix) {
   OwnTuple tuple{text.substr(0, equals), text.substr(equals + 1)};
   if (const auto good = model::check_key(tuple.key); !good) return wrong(good.error().text);
   const auto first = model::key_parts(tuple.key).front();
-  if (first == prefix || first == "GATEWAY" || first == "ROAMING")
+  if (first == prefix || first == "GATEWAY" || first == "RUBICON_GATEWAY" || first == "ROAMING")
     return wrong(fmt::format("the island keeps the tuples of {} itself", first));
   return tuple;
 }

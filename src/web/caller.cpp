@@ -21,7 +21,8 @@ std::string_view after_first_part(std::string_view key) {
 bool steers_island(std::string_view key) {
   constexpr std::array<std::string_view, 4> kBranches{"inbox", "settings", "recorder", "log"};
   constexpr auto kMostDots = 2;  // inbox.NETWORK.ADDRESS, recorder.NAME.command
-  if (key == "GATEWAY" || model::is_line_command(key)) return true;
+  const auto first = key.substr(0, key.find('.'));
+  if (first == "GATEWAY" || first == "RUBICON_GATEWAY" || model::is_line_command(key)) return true;
   const auto rest = after_first_part(key);
   const bool is_branch =
       std::find(kBranches.begin(), kBranches.end(), rest.substr(0, rest.find('.'))) != kBranches.end();

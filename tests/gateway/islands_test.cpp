@@ -15,13 +15,14 @@ using tuples::Verdict;
 class BetweenIslands : public Islands {
  protected:
   /// Sends bytes to island one as a component without a gateway.
-  Reply post(const Bytes& bytes, std::string_view media_type = model::kMessageMediaType) {
+  Reply post(const Bytes& bytes, std::string_view media_type = model::kMessageMediaType,
+             std::string_view key = "GATEWAY") {
     Reply answer;
     bool answered = false;
     tuples::SetOptions options;
     options.media_type = media_type;
     robot.set_remote(
-        OwnerId{1}, "GATEWAY", base::as_text(bytes), 0s,
+        OwnerId{1}, key, base::as_text(bytes), 0s,
         [&](const Reply& reply) {
           answer = reply;
           answered = true;
@@ -283,6 +284,27 @@ TEST_F(BetweenIslands, RefusesWhatIsNoMessageAndCountsIt) {
   EXPECT_FALSE(garbage.text.empty());
   EXPECT_EQ(post({}).verdict, Verdict::kRefused);
   EXPECT_EQ(one.gateway.counters().malformed, 3u);
+}
+
+TEST_F(BetweenIslands, TheKeysOfTheOriginalAreAcceptedTooAndKeepNoValue) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.destination = one.address();
+  message.body = note("hello");
+  for (const auto* key : {"RUBICON_GATEWAY", "RUBICON_GATEWAY.7"}) {
+    EXPECT_EQ(post(model::to_cbor(message), "application/rubicon", key).verdict, Verdict::kApplied) << key;
+    EXPECT_FALSE(one.space.get(OwnerId{1}, key)) << key;
+  }
+  EXPECT_THAT(one.heard, SizeIs(2));
+}
+
+TEST_F(BetweenIslands, JavaSerialisationIsUnsupportedCountedAndLogged) {
+  const auto reply = post({0xac, 0xed, 0x00, 0x05, 0x73, 0x72}, "application/rubicon", "RUBICON_GATEWAY.46");
+  EXPECT_EQ(reply.verdict, Verdict::kRefused);
+  EXPECT_EQ(reply.code, ErrorCode::kUnsupported);
+  EXPECT_THAT(reply.text, HasSubstr("Java serialisation"));
+  EXPECT_EQ(one.gateway.counters().malformed, 1u);
+  EXPECT_TRUE(log.contains("component 70001: messages in Java serialisation"));
 }
 
 TEST_F(BetweenIslands, TheGatewayTupleKeepsNoValue) {

@@ -160,6 +160,7 @@ TEST(Roles, EachIncludesThoseBeforeIt) {
       {Verb::kSet, "proxy.settings.command", Role::kAdmin},
       {Verb::kSet, "proxy.recorder.night.command", Role::kAdmin},
       {Verb::kSet, "GATEWAY", Role::kAdmin},
+      {Verb::kSet, "RUBICON_GATEWAY.7", Role::kAdmin},
       {Verb::kSet, "proxy.inboxes", Role::kCommand},
       {Verb::kSet, "proxy.log.level.command", Role::kAdmin},
       {Verb::kSet, "proxy.log.property.replay-state.command", Role::kCommand},
