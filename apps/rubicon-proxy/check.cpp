@@ -77,6 +77,14 @@ std::string ids(const island::IslandConfig& config) {
                      : fmt::format("{} network{} ({})", all.size(), all.size() == 1 ? "" : "s", fmt::join(all, ", "));
 }
 
+/// Empty: it carries nothing.
+std::string carried(const tuples::carry::CarryRules& rules) {
+  std::vector<std::string> all;
+  for (const auto id : rules.ids) all.push_back(fmt::format("component {}", number(id)));
+  for (const auto& keys : rules.patterns) all.push_back(fmt::format("{} of every component", keys));
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
 }  // namespace
 
 int report(const Error& error) {
@@ -123,6 +131,8 @@ int check(const CheckOptions& options) {
   }
   if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
+  if (const auto all = carried((*island)->config().engine.carry); !all.empty())
+    fmt::print("carries between dds and peis: {}\n", all);
   return options.against ? print_plan(options) : kExitOk;
 }
 

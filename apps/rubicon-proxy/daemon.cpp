@@ -152,12 +152,12 @@ class Session {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
     }
-    if (auto opened = open_engines(engine, sink); !opened)
+    if (auto opened = open_engines(engine, id, sink); !opened)
       return fail(opened.error().code, engine.place + opened.error().text);
     return {};
   }
 
-  Result<void> open_engines(const config::EngineSetup& engine, LogSink& sink) {
+  Result<void> open_engines(const config::EngineSetup& engine, IslandId island, LogSink& sink) {
     const auto displaced = [this](OwnerId id) {
       log_.error(fmt::format("component id {} is in use by another process; exiting", number(id)));
       exit_code_ = kExitFailed;
@@ -167,6 +167,8 @@ class Session {
     tuples::engines::EngineOptions options;
     if (engine.dds) options.dds = engine.options;
     if (engine.peis) options.peis = engine.peis_options;
+    options.carrier = island;
+    options.carry = engine.carry;
     auto engines = tuples::engines::Engines::open(options, {loop_.scheduler(), post, transports_, sink});
     if (!engines) return fail(engines.error());
     (*engines)->watch_displaced(displaced);

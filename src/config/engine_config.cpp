@@ -17,6 +17,7 @@ using tuples::dds::DdsTransport;
 constexpr Duration kShortestLease = std::chrono::milliseconds(500);
 constexpr Duration kLongestLease = std::chrono::seconds(60);
 constexpr std::size_t kMostPeers = 64;
+constexpr std::size_t kMostCarried = 1000;
 constexpr std::size_t kLongestTag = 64;
 constexpr std::size_t kLongestInterface = 15;  // of Linux, net/if.h
 constexpr std::size_t kLongestHost = 253;      // RFC 1035, 2.3.4
@@ -124,8 +125,35 @@ void read_connect(ConfigReader& peis, std::vector<std::string>& connect) {
     peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMostPeers));
 }
 
+/// As text; empty = the file has none.
+std::string own_id(ConfigReader& root) {
+  const auto* island = root.here().find("island");
+  const auto* id = island ? island->find("id") : nullptr;
+  return id ? id->text : std::string();
+}
+
+void read_carry(ConfigReader& peis, const std::string& own, EngineSetup& engine) {
+  const auto entries = peis.texts("carry");
+  if (!peis.has("carry")) return;
+  if (!engine.dds || !engine.peis)
+    return peis.error("carry", "needs two engines to carry between, expected engine: [dds, peis]");
+  if (entries.empty() || entries.size() > kMostCarried) {
+    return peis.error("carry", fmt::format("has {} entries, expected 1 to {} ids of components or patterns of keys",
+                                           entries.size(), kMostCarried));
+  }
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto& entry = entries[i];
+    if (!taken.insert(entry).second) item_error(peis, "carry", i, fmt::format("'{}' is listed twice", entry));
+    if (entry == own)
+      item_error(peis, "carry", i, fmt::format("{} is this island, which is on both engines anyway", entry));
+    if (const auto good = tuples::carry::add_entry(engine.carry, entry); !good)
+      item_error(peis, "carry", i, good.error().text);
+  }
+}
+
 /// What it has in common with DDS was read before.
-void read_peis(ConfigReader& tuples, EngineSetup& engine) {
+void read_peis(ConfigReader& tuples, const std::string& own, EngineSetup& engine) {
   auto& options = engine.peis_options;
   options.interfaces = engine.options.interfaces;
   options.lease = engine.options.lease;
@@ -137,6 +165,7 @@ void read_peis(ConfigReader& tuples, EngineSetup& engine) {
   options.listen = static_cast<std::uint16_t>(peis.integer("listen", options.listen, 0, 0xffff));
   options.multicast = peis.boolean("multicast", options.multicast);
   read_connect(peis, options.connect);
+  read_carry(peis, own, engine);
   peis.finish();
 }
 
@@ -179,7 +208,7 @@ EngineSetup read_engine(ConfigReader& root) {
                  "is not supported yet, expected no such key; until then trust_lan: yes|no decides whether other "
                  "hosts may set tuples");
   }
-  read_peis(tuples, engine);
+  read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
   tuples.finish();
   return engine;

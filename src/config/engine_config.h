@@ -3,6 +3,7 @@
 #include <string>
 
 #include "base/config_reader.h"
+#include "tuples/carry/carry_rules.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/peis/peis_options.h"
 
@@ -14,6 +15,7 @@ struct EngineSetup {
   bool peis = false;  ///< neither: within this process only
   tuples::dds::DdsOptions options;
   tuples::peis::PeisOptions peis_options;
+  tuples::carry::CarryRules carry;  ///< from one engine to the other
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
 };

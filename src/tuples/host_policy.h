@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "tuples/peer_policy.h"
+#include "tuples/stand_in.h"
 
 namespace rubicon::tuples {
 
@@ -27,7 +28,8 @@ class HostPolicy final : public PeerPolicy {
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
 
   Result<void> may_join(const PeerIdentity& peer) override;
-  void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = peer.host; }
+  /// A stand-in counts as the component that it stands for.
+  void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = real_host(peer.host); }
   void peer_down(OwnerId peer) override;
   Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return {}; }
   Result<void> may_set(const RemoteSet& set) override;

@@ -64,6 +64,14 @@ TEST(EngineConfig, TakesPeisAloneOrBesideDds) {
   EXPECT_FALSE(good("{}").peis);
 }
 
+TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
+  EXPECT_TRUE(good("{engine: [dds, peis]}").carry.empty());
+  const auto carry = good("{engine: [dds, peis], peis: {carry: [4711, kitchen.**, \"*.name\"]}}").carry;
+  EXPECT_THAT(carry.ids, ElementsAre(OwnerId(4711)));
+  EXPECT_THAT(carry.patterns, ElementsAre("kitchen.**", "*.name"));
+  EXPECT_THAT(good("{engine: [dds, peis], peis: {carry: kitchen.**}}").carry.patterns, ElementsAre("kitchen.**"));
+}
+
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
@@ -76,7 +84,15 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: peis, peis: {listen: 70000}}", "tuples.peis.listen: is '70000', expected a whole number from 0"},
       {"{engine: peis, peis: {network: \"\"}}", "tuples.peis.network: expected 1 to 63 characters"},
       {"{engine: peis, peis: {connect: [a, \"udp://b:1\"]}}", "tuples.peis.connect: expected tcp://host:port"},
-      {"{engine: peis, peis: {carry: [1]}}", "carry"},
+      {"{engine: peis, peis: {carry: [2]}}",
+       "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
+      {"{engine: [dds, peis], peis: {carry: []}}", "tuples.peis.carry: has 0 entries, expected 1 to 1000"},
+      {"{engine: [dds, peis], peis: {carry: [2, a..b]}}",
+       "home.yaml:2:49: tuples.peis.carry: expected the id of a component, or a pattern of keys such as kitchen.**"},
+      {"{engine: [dds, peis], peis: {carry: [0]}}", "expected the id of a component, 1 to 2147483647"},
+      {"{engine: [dds, peis], peis: {carry: [\"7:a\"]}}", "expected an id or a pattern, not both"},
+      {"{engine: [dds, peis], peis: {carry: [2, 1]}}", "carry: 1 is this island, which is on both engines anyway"},
+      {"{engine: [dds, peis], peis: {carry: [2, 2]}}", "carry: '2' is listed twice"},
       {"{domain: 231}", "home.yaml:2:18: tuples.domain: is '231', expected a whole number from 0 to 230"},
       {"{lease: 100ms}", "home.yaml:2:17: tuples.lease: expected from 500ms to 60s"},
       {"{lease: 61s}", "tuples.lease: expected from 500ms to 60s"},

@@ -80,14 +80,17 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
+  return join_as({id, {}, [call = std::weak_ptr(impl_->displaced), id] {
+                    if (const auto listener = call.lock(); listener && *listener) (*listener)(id);
+                  }});
+}
+
+Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
   const CycloneLog::Capture capture;
   auto participant = made(dds_create_participant(impl_->options.domain, nullptr, nullptr),
-                          fmt::format("participant of component {}", number(id)));
+                          fmt::format("participant of component {}", number(who.id)));
   if (!participant) return fail(with_reason(std::move(participant.error()), capture.text));
-  const auto displaced = [call = std::weak_ptr(impl_->displaced), id] {
-    if (const auto listener = call.lock(); listener && *listener) (*listener)(id);
-  };
-  auto link = DdsLink::make(id, std::move(*participant), impl_->options, impl_->scheduler, impl_->post, displaced,
+  auto link = DdsLink::make(std::move(who), std::move(*participant), impl_->options, impl_->scheduler, impl_->post,
                             impl_->starts, impl_->log);
   if (!link) return fail(with_reason(std::move(link.error()), capture.text));
   return std::move(*link);

@@ -7,13 +7,13 @@
 #include "base/scheduler.h"
 #include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
-#include "tuples/link.h"
+#include "tuples/stand_in.h"
 
 namespace rubicon::tuples::dds {
 
 /// The components of all processes and hosts that share a DDS domain. At most one object per process and domain; it
 /// outlives its links. The threads of DDS only raise a flag and post a call.
-class DdsEcology final : public Ecology {
+class DdsEcology final : public StandInEcology {
  public:
   /// Runs the call on the loop's thread, in a later turn. Called from any thread; must outlive the ecology.
   using Post = std::function<void(std::function<void()>)>;
@@ -26,6 +26,7 @@ class DdsEcology final : public Ecology {
 
   /// The component is seen by others from the link's attach() on. kIo as for open().
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
+  Result<std::unique_ptr<Link>> join_as(StandIn who) override;
 
   /// `call` receives, in a later turn and once per start, the component of this process whose id another process uses
   /// and used before. That component should end, so that all others see the same one.

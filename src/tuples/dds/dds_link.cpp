@@ -37,32 +37,30 @@ std::size_t size_of(const Change& change) {
 
 }  // namespace
 
-DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler,
-                 DdsEcology::Post post, std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
-                 base::LogSink& log)
-    : self_(self),
+DdsLink::DdsLink(StandIn who, Entity participant, const DdsOptions& options, Scheduler& scheduler,
+                 DdsEcology::Post post, std::shared_ptr<ComponentStarts> starts, base::LogSink& log)
+    : self_(who.id),
       scheduler_(scheduler),
       log_(log, "dds"),
       limited_log_(log_, scheduler),
       lease_(options.lease),
-      host_(transport::host_id("host")),
-      policy_(self, host_, options.trust_lan, log_),
+      host_(who.host.empty() ? transport::host_id("host") : std::move(who.host)),
+      policy_(self_, transport::host_id("host"), options.trust_lan, log_),
       starts_(std::move(starts)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)),
-      id_conflicts_(self, scheduler, lease_, log_,
+      id_conflicts_(self_, scheduler, lease_, log_,
                     {[this](std::uint64_t incarnation) {
                        return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(),
                                             frame_topic_.get(), signal_.listener(Signal::kWriter));
                      },
-                     std::move(displaced)}) {}
+                     std::move(who.displaced), carrier_of(host_) == model::kNoOwner}) {}
 
-Result<std::unique_ptr<DdsLink>> DdsLink::make(OwnerId self, Entity participant, const DdsOptions& options,
+Result<std::unique_ptr<DdsLink>> DdsLink::make(StandIn who, Entity participant, const DdsOptions& options,
                                                Scheduler& scheduler, DdsEcology::Post post,
-                                               std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
-                                               base::LogSink& log) {
-  std::unique_ptr<DdsLink> link(new DdsLink(self, std::move(participant), options, scheduler, std::move(post),
-                                            std::move(displaced), std::move(starts), log));
+                                               std::shared_ptr<ComponentStarts> starts, base::LogSink& log) {
+  std::unique_ptr<DdsLink> link(
+      new DdsLink(std::move(who), std::move(participant), options, scheduler, std::move(post), std::move(starts), log));
   if (auto done = link->make_entities(); !done) return fail(std::move(done.error()));
   return link;
 }

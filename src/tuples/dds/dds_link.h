@@ -22,12 +22,12 @@ namespace rubicon::tuples::dds {
 /// channel to each component to which it sends.
 class DdsLink final : public Link, private FrameReader {
  public:
-  /// Makes its DDS entities; kIo names the one that cannot be made. `displaced` is called in a later turn if another
-  /// process uses the id, and used it before.
-  static Result<std::unique_ptr<DdsLink>> make(OwnerId self, Entity participant, const DdsOptions& options,
+  /// Makes its DDS entities; kIo names the one that cannot be made. `displaced` is called if another process uses the
+  /// id, and used it before.
+  /// An empty host is that of this machine.
+  static Result<std::unique_ptr<DdsLink>> make(StandIn who, Entity participant, const DdsOptions& options,
                                                Scheduler& scheduler, DdsEcology::Post post,
-                                               std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
-                                               base::LogSink& log);
+                                               std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
   ~DdsLink() override;
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override;
@@ -42,8 +42,8 @@ class DdsLink final : public Link, private FrameReader {
   PeerPolicy& policy() override { return policy_; }
 
  private:
-  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
-          std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
+  DdsLink(StandIn who, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
+          std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
 
   // FrameReader: the entries of the present frame
   void on_changes(std::span<const Change> changes) override;

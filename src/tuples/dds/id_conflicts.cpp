@@ -106,6 +106,7 @@ void IdConflicts::on_frame(std::uint64_t incarnation, ByteView content) {
 
 void IdConflicts::on_identity_check(const IdentityCheck& check) {
   auto& rival = all_.at(reading_from_);
+  if (!check.is_answer && !calls_.answers) return;
   if (!check.is_answer) return send(reading_from_, rival, {true, check.number});
   rival.answered |= check.number == rival.question && rival.asked > 0;
 }

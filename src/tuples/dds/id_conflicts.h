@@ -22,6 +22,7 @@ class IdConflicts final : private FrameReader {
   struct Calls {
     MakeChannel make_channel;
     std::function<void()> displaced;  ///< an earlier start is alive; once per start of this component
+    bool answers = true;              ///< a stand-in does not: no other presence has to end because of it
   };
 
   IdConflicts(OwnerId self, Scheduler& scheduler, Duration lease, Log log, Calls calls)

@@ -22,11 +22,22 @@ Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, con
   engines->peis_ = std::move(*peis);
   engines->all_ = engines->peis_.get();
   if (!engines->dds_) return engines;
-  engines->joined_ = std::make_unique<joined::JoinedEcology>(
-      std::vector<joined::JoinedEcology::Engine>{{"dds", *engines->dds_}, {"peis", *engines->peis_}}, host.scheduler,
-      host.log);
-  engines->all_ = engines->joined_.get();
+  engines->join_both(options, host);
   return engines;
+}
+
+void Engines::join_both(const EngineOptions& options, const Host& host) {
+  if (!options.carry.empty()) {
+    using Engine = carry::Carrier::Engine;
+    carrier_ = std::make_unique<carry::Carrier>(options.carrier, options.carry,
+                                                std::array{Engine{"dds", *dds_}, Engine{"peis", *peis_}},
+                                                host.scheduler, host.log);
+  }
+  Ecology& dds = carrier_ ? carrier_->engine(0) : *dds_;
+  Ecology& peis = carrier_ ? carrier_->engine(1) : *peis_;
+  joined_ = std::make_unique<joined::JoinedEcology>(
+      std::vector<joined::JoinedEcology::Engine>{{"dds", dds}, {"peis", peis}}, host.scheduler, host.log);
+  all_ = joined_.get();
 }
 
 void Engines::watch_displaced(const std::function<void(OwnerId)>& call) {

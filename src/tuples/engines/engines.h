@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "tuples/carry/carrier.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/peis/peis_ecology.h"
 
@@ -13,6 +14,8 @@ namespace rubicon::tuples::engines {
 struct EngineOptions {
   std::optional<dds::DdsOptions> dds;
   std::optional<peis::PeisOptions> peis;
+  carry::CarryRules carry;            ///< between both
+  OwnerId carrier = model::kNoOwner;  ///< the component that carries, if anything is
 };
 
 /// The engines of a process as one ecology: each of its components takes part on all of them. If there are several, the
@@ -39,10 +42,12 @@ class Engines final : public Ecology {
 
  private:
   Engines() = default;
+  void join_both(const EngineOptions& options, const Host& host);
 
   std::unique_ptr<dds::DdsEcology> dds_;
   std::unique_ptr<peis::PeisEcology> peis_;
-  std::unique_ptr<Ecology> joined_;  ///< of both
+  std::unique_ptr<carry::Carrier> carrier_;  ///< null: nothing is carried
+  std::unique_ptr<Ecology> joined_;          ///< of both
   Ecology* all_ = nullptr;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tuples/stand_in.h"
+
 namespace rubicon::tuples::joined {
 
 bool is_restart(const PeerIdentity& before, const PeerIdentity& news) {
@@ -15,11 +17,18 @@ MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity) {
   meetings_[engine].emplace().identity = identity;
   if (!home_) return live_at(engine);
   const auto& resident = meetings_[*home_]->identity;
-  const bool same = resident.incarnation == identity.incarnation;
-  if (same ? engine > *home_ : !is_restart(resident, identity)) return {};
+  if (!comes_before(engine, identity)) return {};
   Move move{resident, PeerEvent::kLost, {}, false};
   move.up = live_at(engine).up;
   return move;
+}
+
+/// Whether the component is to live on this engine, and no longer where it lives.
+bool MetPeer::comes_before(std::size_t engine, const PeerIdentity& news) const {
+  const auto& resident = meetings_[*home_]->identity;
+  if (is_stand_in(news)) return false;
+  if (is_stand_in(resident)) return true;
+  return resident.incarnation == news.incarnation ? engine < *home_ : is_restart(resident, news);
 }
 
 MetPeer::Move MetPeer::part(std::size_t engine, PeerEvent how) {
@@ -27,23 +36,25 @@ MetPeer::Move MetPeer::part(std::size_t engine, PeerEvent how) {
   meetings_[engine].reset();
   if (home_ != engine) return {};
   for (auto& other : meetings_) {
-    if (how == PeerEvent::kLeft && other && other->identity.incarnation == identity.incarnation) other->left = true;
+    if (how != PeerEvent::kLeft || !other) continue;
+    if (other->identity.incarnation == identity.incarnation || is_stand_in(other->identity)) other->left = true;
   }
   Move move{identity, how, live_at(next_home(identity.incarnation)).up, false};
   move.was_rival = move.up && meetings_[*move.up]->identity.incarnation != identity.incarnation;
   return move;
 }
 
-/// The same component before a rival, then by the order of the engines.
+/// The same component before its stand-in, that before a rival, then by the order of the engines.
 std::optional<std::size_t> MetPeer::next_home(std::uint64_t incarnation) const {
-  std::optional<std::size_t> rival;
+  std::optional<std::size_t> rival, stand_in;
   for (std::size_t engine = 0; engine < meetings_.size(); ++engine) {
     const auto* meeting = at(engine);
     if (!meeting || meeting->left) continue;
     if (meeting->identity.incarnation == incarnation) return engine;
-    if (!rival) rival = engine;
+    auto& other = is_stand_in(meeting->identity) ? stand_in : rival;
+    if (!other) other = engine;
   }
-  return rival;
+  return stand_in ? stand_in : rival;
 }
 
 MetPeer::Move MetPeer::live_at(std::optional<std::size_t> engine) {
@@ -63,10 +74,11 @@ bool MetPeer::is_forgotten() const {
 
 std::optional<std::size_t> MetPeer::rival_of(std::size_t engine) const {
   const auto* meeting = at(engine);
-  if (!meeting || meeting->left) return {};
+  if (!meeting || meeting->left || is_stand_in(meeting->identity)) return {};
   for (std::size_t other = 0; other < meetings_.size(); ++other) {
     const auto* rival = at(other);
-    if (rival && !rival->left && rival->identity.incarnation != meeting->identity.incarnation) return other;
+    if (!rival || rival->left || is_stand_in(rival->identity)) continue;
+    if (rival->identity.incarnation != meeting->identity.incarnation) return other;
   }
   return {};
 }

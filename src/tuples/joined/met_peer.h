@@ -21,8 +21,8 @@ struct Meeting {
 };
 
 /// What the engines of a joined link see of one id, and the engine where the component with that id lives: messages to
-/// it go there. Several meetings with one incarnation are one component; any other is a rival. Engines are numbered in
-/// their order.
+/// it go there. Several meetings with one incarnation are one component; a stand-in of it is used only where
+/// the component itself is not met; any other is a rival. Engines are numbered in their order.
 class MetPeer {
  public:
   explicit MetPeer(std::size_t engines) : meetings_(engines) {}
@@ -54,7 +54,7 @@ class MetPeer {
   bool counts(std::size_t engine) const { return !stream_ || stream_->engine == engine; }
 
  private:
-  bool replaces(const PeerIdentity& news) const;
+  bool comes_before(std::size_t engine, const PeerIdentity& news) const;
   std::optional<std::size_t> next_home(std::uint64_t incarnation) const;
   Move live_at(std::optional<std::size_t> engine);
 

@@ -7,41 +7,12 @@
 #include <set>
 #include <utility>
 
+#include "tuples/owned_change.h"
 #include "tuples/peer_policy.h"
 
 namespace rubicon::tuples {
 
 namespace {
-
-/// A Change that owns its texts until it is delivered.
-class OwnedChange {
- public:
-  explicit OwnedChange(const Change& change) : change_(change) {
-    if (const auto* set = std::get_if<TupleSet>(&change)) {
-      key_ = set->tuple.key;
-      value_ = set->tuple.value;
-      media_type_ = set->tuple.media_type;
-    } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
-      key_ = gone->key;
-    }
-  }
-
-  Change view() const {
-    auto change = change_;
-    if (auto* set = std::get_if<TupleSet>(&change)) {
-      set->tuple.key = key_;
-      set->tuple.value = value_;
-      set->tuple.media_type = media_type_;
-    } else if (auto* gone = std::get_if<TupleGone>(&change)) {
-      gone->key = key_;
-    }
-    return change;
-  }
-
- private:
-  Change change_;
-  std::string key_, value_, media_type_;
-};
 
 std::pair<OwnerId, OwnerId> unordered_pair(OwnerId a, OwnerId b) {
   return a < b ? std::pair(a, b) : std::pair(b, a);
@@ -57,6 +28,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     LinkListener* listener = nullptr;
     std::map<std::uint32_t, SubscriptionSpec> subscriptions;
     std::string summary;
+    std::string host;
   };
 
   Shared(Scheduler& s, std::string all_on) : scheduler(s), host(std::move(all_on)) {}
@@ -90,7 +62,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     if (auto* listener = members.at(to).listener) call(*listener);
   }
 
-  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, host}; }
+  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, members.at(id).host}; }
 
   void announce(OwnerId peer, PeerEvent event, OwnerId to) {
     scheduler.post([shared = shared_from_this(), who = identity(peer), event, to, visit = members.at(to).visit] {
@@ -224,10 +196,17 @@ MemoryEcology::MemoryEcology(Scheduler& scheduler, std::string host)
 MemoryEcology::~MemoryEcology() = default;
 
 Result<std::unique_ptr<Link>> MemoryEcology::join(OwnerId id) {
+  return join_as({id, shared_->host, {}});
+}
+
+Result<std::unique_ptr<Link>> MemoryEcology::join_as(StandIn who) {
+  const auto id = who.id;
   if (shared_->members.contains(id)) {
     return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
   }
-  shared_->members[id].visit = ++shared_->visits;
+  auto& member = shared_->members[id];
+  member.visit = ++shared_->visits;
+  member.host = std::move(who.host);
   return std::make_unique<MemoryLink>(id, shared_);
 }
 

@@ -17,6 +17,8 @@ using Present = std::map<OwnerId, const PeisLink*>;
 }  // namespace
 
 struct PeisEcology::Impl {
+  Result<std::unique_ptr<Link>> join(StandIn who, PeisLink::Settings with);
+
   PeisLink::Settings settings;
   Scheduler& scheduler;
   transport::Transports& transports;
@@ -48,16 +50,32 @@ Result<std::unique_ptr<PeisEcology>> PeisEcology::open(PeisOptions options, Sche
 }
 
 Result<std::unique_ptr<Link>> PeisEcology::join(OwnerId id) {
-  if (id == OwnerId{} || number(id) > kMaxId)
-    return fail(ErrorCode::kOutOfRange, fmt::format("PEIS: id {}: expected 1 to {}", number(id), kMaxId));
-  if (impl_->present->contains(id))
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
   const auto displaced = [call = std::weak_ptr(impl_->displaced), id] {
     if (const auto listener = call.lock(); listener && *listener) (*listener)(id);
   };
-  auto link = std::make_unique<PeisLink>(id, impl_->settings, impl_->scheduler, impl_->transports, impl_->log,
-                                         displaced, take(impl_->present, id));
-  (*impl_->present)[id] = link.get();
+  return impl_->join({id, {}, displaced}, impl_->settings);
+}
+
+Result<std::unique_ptr<Link>> PeisEcology::join_as(StandIn who) {
+  constexpr std::size_t kMaxConnect = 64;
+  auto settings = impl_->settings;
+  auto& options = settings.options;
+  if (options.listen != 0 && options.connect.size() < kMaxConnect)
+    options.connect.push_back(fmt::format("{}:{}", settings.interfaces.front().address, options.listen));
+  options.listen = 0;
+  settings.shown_host = who.host;
+  return impl_->join(std::move(who), std::move(settings));
+}
+
+Result<std::unique_ptr<Link>> PeisEcology::Impl::join(StandIn who, PeisLink::Settings with) {
+  const auto id = who.id;
+  if (id == OwnerId{} || number(id) > kMaxId)
+    return fail(ErrorCode::kOutOfRange, fmt::format("PEIS: id {}: expected 1 to {}", number(id), kMaxId));
+  if (present->contains(id))
+    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
+  auto link = std::make_unique<PeisLink>(id, std::move(with), scheduler, transports, log, std::move(who.displaced),
+                                         take(present, id));
+  (*present)[id] = link.get();
   return link;
 }
 

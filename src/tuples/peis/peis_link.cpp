@@ -45,9 +45,10 @@ void PeisLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   detach();
   incarnation_ = std::max(incarnation, incarnation_ + 1);
   magic_ = magic_of(self_, incarnation_, settings_.machine.process, magic_);
-  presence_ = std::make_unique<Presence>(
-      Presence::Start{node_options(), listener, policy_, summary_, settings_.machine.user, displaced_}, scheduler_,
-      log_);
+  presence_ =
+      std::make_unique<Presence>(Presence::Start{node_options(), listener, policy_, summary_, settings_.machine.user,
+                                                 settings_.machine.host_id, !settings_.shown_host.empty(), displaced_},
+                                 scheduler_, log_);
   open();
 }
 
@@ -65,8 +66,11 @@ NodeOptions PeisLink::node_options() const {
   node.magic = magic_;
   node.network = options.network;
   node.host_name = settings_.machine.host_name;
-  node.full_name = fmt::format("rubicon@{}!{}", node.host_name, settings_.machine.process).substr(0, kMaxNameLength);
-  node.hello = {Hello::kVersion, options.lease, incarnation_, settings_.machine.host_id};
+  const bool is_stand_in = !settings_.shown_host.empty();
+  const auto name = is_stand_in ? Presence::kStandInName : std::string_view("rubicon");
+  node.full_name = fmt::format("{}@{}!{}", name, node.host_name, settings_.machine.process).substr(0, kMaxNameLength);
+  node.hello = {Hello::kVersion, options.lease, incarnation_,
+                is_stand_in ? settings_.shown_host : settings_.machine.host_id};
   node.first_port = options.listen;
   node.multicast = options.multicast;
   node.interfaces = settings_.interfaces;

@@ -15,6 +15,7 @@ class PeisLink final : public Link {
     PeisOptions options;
     std::vector<transport::Interface> interfaces;  ///< those of the options
     PeisMachine machine;
+    std::string shown_host{};  ///< of a stand-in; empty = that of the machine
   };
   /// `displaced` is called in a later turn if another live component uses the id, and used it before; `token` is
   /// destroyed with the link. The scheduler, the transports and the log outlive it.

@@ -44,7 +44,7 @@ NodeCalls Presence::node_calls() {
   calls.ready = during([this](OwnerId to) {
     if (auto* session = find(to)) session->ready();
   });
-  calls.id_taken = during([this](const Identity&) { on_id_taken(); });
+  calls.id_taken = during([this](const Identity& other) { on_id_taken(other); });
   return calls;
 }
 
@@ -104,16 +104,20 @@ void Presence::again(OwnerId peer, void (Session::*begin)()) {
   if (context_.listener) introduce(peer, *session);
 }
 
-/// A component that started a moment ago gives way to one that it meets.
-void Presence::on_id_taken() {
-  if (context_.scheduler.now() - opened_ >= kYoung || !start_.displaced) return;
+/// A component that started a moment ago gives way to one that it meets; a stand-in always does to its component, which
+/// never does.
+void Presence::on_id_taken(const Identity& other) {
+  const bool meets_stand_in = other.full_name.starts_with(kStandInName);
+  if (!start_.displaced || (meets_stand_in && !start_.is_stand_in)) return;
+  const bool is_young = context_.scheduler.now() - opened_ < kYoung;
+  if (!is_young && (!start_.is_stand_in || meets_stand_in)) return;
   context_.scheduler.post(start_.displaced);
 }
 
 PeerIdentity Presence::identity_of(const Identity& host) const {
   if (host.hello) return {host.id, host.hello->incarnation, host.hello->host_id};
   const bool is_here = host.host_name == start_.node.host_name;
-  return {host.id, host.magic, is_here ? start_.node.hello.host_id : "peis " + host.host_name};
+  return {host.id, host.magic, is_here ? start_.own_host : "peis " + host.host_name};
 }
 
 std::unique_ptr<Session> Presence::make_session(const Identity& host) {

@@ -18,10 +18,15 @@ class Presence {
     LinkListener& listener;
     HostPolicy& policy;
     std::string summary;
-    std::string user;  ///< in kernel.user
+    std::string user;      ///< in kernel.user
+    std::string own_host;  ///< PeerIdentity::host of this machine
+    bool is_stand_in = false;
     /// Another live component uses the id of this one, and used it before.
     std::function<void()> displaced;
   };
+  /// Begin of Identity::full_name, so that a component gives way to no stand-in of itself.
+  static constexpr std::string_view kStandInName = "stand-in";
+
   Presence(Start start, Scheduler& scheduler, Log log);
   ~Presence();
 
@@ -48,7 +53,7 @@ class Presence {
 
   NodeCalls node_calls();
   void on_host(HostEvent event, const Identity& host);
-  void on_id_taken();
+  void on_id_taken(const Identity& other);
   void meet(const Identity& host);
   void part(OwnerId peer, PeerEvent how);
   void again(OwnerId peer, void (Session::*begin)());

@@ -5,6 +5,8 @@
 
 #include "support/collecting_log.h"
 #include "tuples/component.h"
+#include "tuples/joined/joined_ecology.h"
+#include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::tuples::joined {
 

@@ -1,0 +1,73 @@
+#include "tuples/carry/forwarded_sets.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::carry {
+
+std::uint64_t ForwardedSets::add(OwnerId owner, const RemoteSet& set, SteadyTime now, WallTime wall) {
+  if (requests_.size() >= kMax || waiting_bytes_ + set.value.size() > kMaxWaitingBytes) return 0;
+  last_ = std::max(static_cast<std::uint64_t>(wall.time_since_epoch().count()), last_ + 1);
+  const auto lives = set.time_to_live > Duration(0) ? std::min(set.time_to_live, kLongest) : kLongest;
+  auto& request = requests_[last_] = {owner, set.from, set.request, now + lives, set};
+  request.waiting->request = last_;
+  request.waiting->owner = owner;
+  waiting_bytes_ += set.value.size();
+  return last_;
+}
+
+ForwardedSets::Request* ForwardedSets::find(std::uint64_t number) {
+  const auto found = requests_.find(number);
+  return found == requests_.end() ? nullptr : &found->second;
+}
+
+void ForwardedSets::sent(Request& request) {
+  if (!request.waiting) return;
+  waiting_bytes_ -= request.waiting->value.size();
+  request.waiting.reset();
+}
+
+std::optional<ForwardedSets::Request> ForwardedSets::take(std::uint64_t number) {
+  auto node = requests_.extract(number);
+  if (node.empty()) return {};
+  if (node.mapped().waiting) waiting_bytes_ -= node.mapped().waiting->value.size();
+  return std::move(node.mapped());
+}
+
+std::vector<std::uint64_t> ForwardedSets::waiting(OwnerId owner, OwnerId reader) const {
+  std::vector<std::uint64_t> numbers;
+  for (const auto& [number, request] : requests_) {
+    if (request.waiting && request.owner == owner && request.reader == reader) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+bool ForwardedSets::has(OwnerId reader) const {
+  return std::any_of(requests_.begin(), requests_.end(), [&](const auto& one) { return one.second.reader == reader; });
+}
+
+std::vector<ForwardedSets::Request> ForwardedSets::take_due(SteadyTime now) {
+  std::vector<std::uint64_t> due;
+  for (const auto& [number, request] : requests_) {
+    if (request.due <= now) due.push_back(number);
+  }
+  std::vector<Request> taken;
+  for (const auto number : due) taken.push_back(*take(number));
+  return taken;
+}
+
+void ForwardedSets::forget(OwnerId component) {
+  std::vector<std::uint64_t> gone;
+  for (const auto& [number, request] : requests_) {
+    if (request.owner == component || request.reader == component) gone.push_back(number);
+  }
+  for (const auto number : gone) take(number);
+}
+
+SteadyTime ForwardedSets::next_due() const {
+  auto next = SteadyTime::max();
+  for (const auto& one : requests_) next = std::min(next, one.second.due);
+  return next;
+}
+
+}  // namespace rubicon::tuples::carry

@@ -1,0 +1,205 @@
+#include "tuples/carry/passage.h"
+
+#include <algorithm>
+
+#include "tuples/carry/carry_rules.h"
+
+namespace rubicon::tuples::carry {
+
+namespace {
+
+constexpr std::size_t kMaxFrame = 256;  ///< changes in one call to the link
+
+bool covers(std::string_view wide, std::string_view narrow) {
+  return common_keys(wide, narrow) == narrow;
+}
+
+std::size_t size_of(const OwnedChange& change) {
+  return text_size(change.view());
+}
+
+}  // namespace
+
+/// The parts of the pattern that are carried, none of which covers another one.
+std::vector<std::string> Passage::carried(std::string_view pattern) const {
+  std::vector<std::string> all;
+  for (const auto& keys : keys_) {
+    auto common = common_keys(keys, pattern);
+    if (!common || std::any_of(all.begin(), all.end(), [&](const auto& one) { return covers(one, *common); })) continue;
+    std::erase_if(all, [&](const auto& one) { return covers(*common, one); });
+    all.push_back(std::move(*common));
+  }
+  return all;
+}
+
+bool Passage::subscribe(const SubscriptionSpec& spec) {
+  if (!Pattern::parse(spec.pattern.key)) return false;
+  if (subscriptions_.size() >= kMaxSubscriptions && !subscriptions_.contains(spec.id)) return false;
+  auto& subscription = subscriptions_[spec.id];
+  if (!(subscription.spec.pattern == spec.pattern)) withdraw(subscription);
+  subscription.spec = spec;
+  subscription.keys = carried(spec.pattern.key);
+  end_if_empty(subscription);
+  send(subscription);
+  return true;
+}
+
+/// The snapshot of a subscription of which nothing is carried.
+void Passage::end_if_empty(const Subscription& subscription) {
+  if (subscription.keys.empty() && subscription.spec.id != kObserver) enqueue(SnapshotEnd{subscription.spec.id});
+}
+
+void Passage::unsubscribe(std::uint32_t id) {
+  const auto found = subscriptions_.find(id);
+  if (found == subscriptions_.end()) return;
+  withdraw(found->second);
+  subscriptions_.erase(found);
+}
+
+void Passage::observe() {
+  auto& subscription = subscriptions_[kObserver];
+  subscription.spec = {kObserver, {owner_, "**"}, {.passive = true}};
+  subscription.keys = carried("**");
+  send(subscription);
+}
+
+void Passage::open(StandInPort& reader) {
+  to_owner_ = &reader;
+  for (auto& one : subscriptions_) send(one.second);
+}
+
+void Passage::close(bool withdraws) {
+  for (auto& [id, subscription] : subscriptions_) {
+    if (withdraws) withdraw(subscription);
+    subscription.wires.clear();
+    subscription.awaited.clear();
+  }
+  of_wire_.clear();
+  to_owner_ = nullptr;
+}
+
+/// Repeats it, so that the owner sends its snapshot again, if it was sent before.
+void Passage::send(Subscription& subscription) {
+  if (!to_owner_) return;
+  if (subscription.wires.empty()) {
+    for (const auto& keys : subscription.keys) {
+      const auto wire = to_owner_->new_subscription();
+      subscription.wires[wire] = keys;
+      of_wire_[wire] = subscription.spec.id;
+    }
+  }
+  for (const auto& [wire, keys] : subscription.wires) {
+    subscription.awaited.insert(wire);
+    to_owner_->link().subscribe({wire, {owner_, keys}, subscription.spec.flow});
+  }
+}
+
+void Passage::withdraw(Subscription& subscription) {
+  for (const auto& one : subscription.wires) {
+    of_wire_.erase(one.first);
+    if (to_owner_) to_owner_->link().unsubscribe(one.first);
+  }
+  subscription.wires.clear();
+  subscription.awaited.clear();
+}
+
+bool Passage::is_carried(std::string_view key) const {
+  return std::any_of(keys_.begin(), keys_.end(), [&](const auto& one) {
+    return Pattern{{}, one}.matches(owner_, key);
+  });
+}
+
+void Passage::on_changes(std::span<const Change> changes) {
+  for (const auto& change : changes) {
+    if (const auto* end = std::get_if<SnapshotEnd>(&change)) {
+      end_snapshot(end->subscription);
+    } else if (const auto* set = std::get_if<TupleSet>(&change)) {
+      if (is_carried(set->tuple.key)) enqueue(change);
+    } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
+      if (is_carried(gone->key)) enqueue(change);
+    } else {
+      restart(change);
+    }
+  }
+}
+
+/// What follows replaces what waits, but for snapshots that the owner knows nothing of.
+void Passage::restart(const Change& change) {
+  std::vector<std::uint32_t> ends;
+  for (const auto& waits : waiting_) {
+    const auto view = waits.view();
+    const auto* end = std::get_if<SnapshotEnd>(&view);
+    if (end && subscriptions_.contains(end->subscription) && subscriptions_.at(end->subscription).keys.empty())
+      ends.push_back(end->subscription);
+  }
+  drop_waiting();
+  enqueue(change);
+  for (const auto id : ends) enqueue(SnapshotEnd{id});
+}
+
+/// A subscription whose keys are several patterns has its snapshot when all of them have.
+void Passage::end_snapshot(std::uint32_t wire) {
+  const auto found = of_wire_.find(wire);
+  if (found == of_wire_.end()) return;
+  auto& subscription = subscriptions_.at(found->second);
+  if (subscription.awaited.erase(wire) == 0 || !subscription.awaited.empty() || found->second == kObserver) return;
+  enqueue(SnapshotEnd{found->second});
+}
+
+/// The latest value of a key takes the place of one that still waits.
+void Passage::enqueue(const Change& change) {
+  if (lost_) return;
+  OwnedChange copy(change);
+  bytes_ += size_of(copy);
+  const auto [place, is_new] =
+      copy.key().empty() ? std::pair(place_.end(), true) : place_.try_emplace(copy.key(), first_ + waiting_.size());
+  if (is_new) {
+    waiting_.push_back(std::move(copy));
+  } else {
+    auto& waits = waiting_[place->second - first_];
+    bytes_ -= size_of(waits);
+    waits = std::move(copy);
+  }
+  if (waiting_.size() <= kMaxWaiting && bytes_ <= kMaxWaitingBytes) return;
+  drop_waiting();
+  lost_ = true;
+}
+
+void Passage::drop_waiting() {
+  first_ += waiting_.size();
+  waiting_.clear();
+  place_.clear();
+  bytes_ = 0;
+}
+
+bool Passage::flush() {
+  const bool observed = subscriptions_.contains(kObserver);
+  std::vector<Change> frame;
+  while (!waiting_.empty()) {
+    frame.clear();
+    for (std::size_t at = 0; at < std::min(waiting_.size(), kMaxFrame); ++at) frame.push_back(waiting_[at].view());
+    if (observed) to_reader_.publish(kLinkItself, frame);  // keys first: the link numbers its tuples by them
+    if (!to_reader_.publish(reader_, frame)) return false;
+    for (std::size_t sent = 0; sent < frame.size(); ++sent, ++first_) {
+      const auto& front = waiting_.front();
+      bytes_ -= size_of(front);
+      if (const auto place = place_.find(front.key()); place != place_.end() && place->second == first_)
+        place_.erase(place);
+      waiting_.pop_front();
+    }
+  }
+  return !lost_ || ask_again();
+}
+
+bool Passage::ask_again() {
+  const Change restart = Restart{};
+  if (!to_reader_.publish(reader_, {&restart, 1})) return false;
+  lost_ = false;
+  for (auto& [id, subscription] : subscriptions_) {
+    end_if_empty(subscription);
+    send(subscription);
+  }
+  return true;
+}
+
+}  // namespace rubicon::tuples::carry

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tuples/carry/stand_in_port.h"
+#include "tuples/owned_change.h"
+
+namespace rubicon::tuples::carry {
+
+/// What one component reads of one owner on the other engine: subscriptions go there by the stand-in of the reader,
+/// changes come back by that of the owner. It starts closed: the stand-in of the reader may come later.
+class Passage {
+ public:
+  static constexpr std::size_t kMaxSubscriptions = 10'000;
+  /// Changes that wait for the reader. Beyond them all are dropped, and the owner is asked for a snapshot.
+  static constexpr std::size_t kMaxWaiting = 100'000, kMaxWaitingBytes = 32 * 1024 * 1024;
+
+  /// `to_reader` is the link of the owner's stand-in, which outlives it; `keys`: the patterns that are carried.
+  Passage(OwnerId owner, OwnerId reader, Link& to_reader, std::vector<std::string> keys)
+      : owner_(owner), reader_(reader), to_reader_(to_reader), keys_(std::move(keys)) {}
+
+  /// False: beyond the bound, or a pattern that is none.
+  bool subscribe(const SubscriptionSpec& spec);
+  void unsubscribe(std::uint32_t id);
+  bool is_used() const { return subscriptions_.size() > subscriptions_.count(kObserver); }
+  /// From now on the link of the owner's stand-in gets all that is carried (kLinkItself).
+  void observe();
+
+  /// `reader` is the stand-in of the reader; it lives until close().
+  void open(StandInPort& reader);
+  /// With `withdraw` the subscriptions end at the owner; else the stand-in is ending anyway.
+  void close(bool withdraw);
+
+  void on_changes(std::span<const Change> changes);
+  /// Sends what waits. False: the reader accepts no more at the moment.
+  bool flush();
+  std::size_t waiting() const { return waiting_.size(); }
+
+ private:
+  static constexpr std::uint32_t kObserver = 0;  ///< no reader has this subscription
+
+  struct Subscription {
+    SubscriptionSpec spec;
+    std::vector<std::string> keys;
+    std::map<std::uint32_t, std::string> wires;  ///< as the owner knows them
+    std::set<std::uint32_t> awaited;             ///< those whose snapshot has not ended
+  };
+
+  std::vector<std::string> carried(std::string_view pattern) const;
+  void send(Subscription& subscription);
+  void end_if_empty(const Subscription& subscription);
+  void withdraw(Subscription& subscription);
+  void restart(const Change& change);
+  void end_snapshot(std::uint32_t wire);
+  bool is_carried(std::string_view key) const;
+  void enqueue(const Change& change);
+  void drop_waiting();
+  bool ask_again();
+
+  OwnerId owner_, reader_;
+  Link& to_reader_;
+  std::vector<std::string> keys_;
+  StandInPort* to_owner_ = nullptr;
+  std::map<std::uint32_t, Subscription> subscriptions_;  ///< by id of the reader
+  std::map<std::uint32_t, std::uint32_t> of_wire_;
+  std::deque<OwnedChange> waiting_;
+  std::map<std::string, std::uint64_t> place_;  ///< of the change of a key, counted from the first one ever
+  std::uint64_t first_ = 0;                     ///< place of the front
+  std::size_t bytes_ = 0;
+  bool lost_ = false;  ///< changes were dropped
+};
+
+}  // namespace rubicon::tuples::carry

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <memory>
+#include <set>
+
+#include "tuples/link.h"
+
+namespace rubicon::tuples::carry {
+
+/// Receives what the links of stand-ins bring; `id` is the component that the stand-in stands for.
+class StandInEvents {
+ public:
+  virtual ~StandInEvents() = default;
+  virtual void on_changes(OwnerId id, OwnerId owner, std::span<const Change> changes) = 0;
+  virtual void on_subscribe(OwnerId id, OwnerId subscriber, const SubscriptionSpec& spec) = 0;
+  virtual void on_unsubscribe(OwnerId id, OwnerId subscriber, std::uint32_t subscription) = 0;
+  virtual void on_remote_set(OwnerId id, const RemoteSet& set) = 0;
+  virtual void on_reply(OwnerId id, const Reply& reply) = 0;
+  virtual void on_met(OwnerId id, OwnerId peer, PeerEvent event) = 0;
+};
+
+/// A stand-in: its link to the engine where its component is not.
+class StandInPort final : public LinkListener {
+ public:
+  /// The events outlive it.
+  StandInPort(const PeerIdentity& component, std::size_t engine, std::unique_ptr<Link> link, StandInEvents& events)
+      : component(component), engine(engine), link_(std::move(link)), events_(events) {}
+  ~StandInPort() override { link_->detach(); }
+
+  Link& link() { return *link_; }
+  void begin(std::uint64_t incarnation) {
+    incarnation_ = incarnation;
+    link_->attach(*this, incarnation);
+  }
+  /// No event follows.
+  void end() {
+    ended_ = true;
+    link_->detach();
+  }
+  std::uint64_t incarnation() const { return incarnation_; }
+  std::uint32_t new_subscription() { return ++last_subscription_; }
+  /// Whether it can send to the component.
+  bool sees(OwnerId peer) const { return peers_.contains(peer); }
+
+  const PeerIdentity component;  ///< that it stands for
+  const std::size_t engine;      ///< where it is
+  bool is_observed = false;      ///< by the link itself (kLinkItself)
+  SteadyTime used_until{};       ///< without a use after this it ends, if nothing of its component is carried
+
+ private:
+  void on_changes(OwnerId owner, std::span<const Change> changes) override {
+    if (!ended_) events_.on_changes(component.id, owner, changes);
+  }
+  void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override {
+    if (!ended_) events_.on_subscribe(component.id, subscriber, spec);
+  }
+  void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override {
+    if (!ended_) events_.on_unsubscribe(component.id, subscriber, id);
+  }
+  void on_remote_set(const RemoteSet& set) override {
+    if (!ended_) events_.on_remote_set(component.id, set);
+  }
+  void on_reply(const Reply& reply) override {
+    if (!ended_) events_.on_reply(component.id, reply);
+  }
+  void on_peer(const PeerIdentity& peer, PeerEvent event) override {
+    if (ended_) return;
+    if (event == PeerEvent::kUp) {
+      peers_.insert(peer.id);
+    } else {
+      peers_.erase(peer.id);
+    }
+    events_.on_met(component.id, peer.id, event);
+  }
+  void on_summary(OwnerId, std::string_view) override {}
+
+  std::unique_ptr<Link> link_;
+  StandInEvents& events_;
+  std::uint64_t incarnation_ = 0;
+  std::uint32_t last_subscription_ = 0;
+  std::set<OwnerId> peers_;
+  bool ended_ = false;
+};
+
+}  // namespace rubicon::tuples::carry
