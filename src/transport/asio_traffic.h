@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
@@ -21,6 +20,7 @@ namespace rubicon::transport {
 template <class Socket>
 struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   using ErrorCodeOfAsio = boost::system::error_code;
+  static constexpr std::size_t kFirstRead = 8192, kMostRead = std::size_t{64} * 1024;  ///< bytes read at once
 
   /// `name` begins each error text ("TCP 127.0.0.1:9002"); `ended` is the text for the end of the stream.
   AsioTraffic(const boost::asio::any_io_executor& executor, std::string name_, std::string_view ended_, StreamCalls c)
@@ -54,7 +54,9 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     if (error) return lose(trouble("receive", error));
     if (held) return void(kept = size);
     if (calls.received) calls.received(ByteView(buffer).first(size));
-    if (going()) receive();
+    if (!going()) return;
+    if (size == buffer.size() && size < kMostRead) buffer.resize(2 * size);  // the other end is fast
+    receive();
   }
 
   /// Either one read is pending or its bytes are kept, so that hardly anything is read while held.
@@ -130,7 +132,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   std::string name;
   std::string_view ended;
   StreamCalls calls;
-  std::array<std::uint8_t, 8192> buffer{};
+  Bytes buffer = Bytes(kFirstRead);
   Bytes queue;  ///< from `written` on
   std::size_t written = 0;
   bool connected = false, lost = false, waiting = false, alive = true, held = false;

@@ -93,12 +93,17 @@ void Deliveries::enqueue(OwnerId to, Peer& peer, Port port, ByteView body, Messa
   header.fragments = fragments;
   header.message = number;
   header.fragment = index;
-  Sent sent{header.ack_id, {}, std::move(message)};
-  sent.package.reserve(kHeaderSize + body.size());
+  auto& sent = peer.sent.emplace_back();
+  sent.ack_id = header.ack_id;
+  sent.message = std::move(message);
+  if (!spare_.empty()) {
+    sent.package = std::move(spare_.back());
+    spare_.pop_back();
+    sent.package.clear();
+  }
   append_package(sent.package, header, body);
   bytes_ += sent.package.size();
-  peer.serial_of.emplace(header.ack_id, peer.first + peer.sent.size());
-  peer.sent.push_back(std::move(sent));
+  ++peer.unacknowledged;
 }
 
 void Deliveries::fill(OwnerId to, Peer& peer) {
@@ -138,16 +143,16 @@ void Deliveries::acknowledged(OwnerId from, const Acks& acks) {
   const auto found = peers_.find(from);
   if (found == peers_.end()) return;
   auto& peer = found->second;
+  const auto now = scheduler_.now();
   std::size_t settled = 0;
   bool late = false;
   for (const auto id : acks.ids) {
-    const auto serial = peer.serial_of.find(id);
-    if (serial == peer.serial_of.end()) continue;
-    auto& sent = peer.sent[serial->second - peer.first];
-    const auto message = sent.message;
+    auto* sent = find(peer, id);
+    if (!sent) continue;
+    const auto message = std::move(sent->message);
     ++settled;
-    late = late || is_late(sent);
-    settle(peer, sent);
+    late = late || is_late(*sent, now);
+    settle(peer, *sent);
     if (message && --message->missing == 0) end(message, Outcome::kDelivered);
   }
   adapt(peer, settled, late);
@@ -155,8 +160,8 @@ void Deliveries::acknowledged(OwnerId from, const Acks& acks) {
   report();
 }
 
-bool Deliveries::is_late(const Sent& sent) const {
-  return sent.resends > 0 || scheduler_.now() - (sent.due - kResendStep) > kLateAck;
+bool Deliveries::is_late(const Sent& sent, SteadyTime now) {
+  return sent.resends > 0 || now - (sent.due - kResendStep) > kLateAck;
 }
 
 /// At most one cut for all that was under way when a package was late.
@@ -174,10 +179,30 @@ void Deliveries::adapt(Peer& peer, std::size_t settled, bool late) {
   }
 }
 
+/// Null: the package is over, or was never sent. The ack ids of a host rise, and begin again behind the highest one;
+/// the host acknowledges mostly in their order.
+Deliveries::Sent* Deliveries::find(Peer& peer, std::uint32_t ack_id) {
+  auto& sent = peer.sent;
+  if (sent.empty()) return nullptr;
+  auto at = sent.begin() + static_cast<std::ptrdiff_t>(
+                               std::min<std::uint64_t>(std::max(peer.next_ack, peer.first) - peer.first, sent.size()));
+  if (at == sent.end() || at->ack_id != ack_id) {
+    const auto distance = [first = sent.front().ack_id](std::uint32_t id) {
+      return id < first ? std::uint64_t{id} + kMaxId - first : id - first;
+    };
+    at = std::partition_point(sent.begin(), sent.end(),
+                              [&](const Sent& one) { return distance(one.ack_id) < distance(ack_id); });
+  }
+  if (at == sent.end() || at->ack_id != ack_id || at->over) return nullptr;
+  peer.next_ack = peer.first + static_cast<std::uint64_t>(at - sent.begin()) + 1;
+  return &*at;
+}
+
 /// The package needs nothing more.
 void Deliveries::settle(Peer& peer, Sent& sent) {
-  peer.serial_of.erase(sent.ack_id);
+  --peer.unacknowledged;
   bytes_ -= sent.package.size();
+  if (spare_.size() < kMaxSpare) spare_.push_back(std::move(sent.package));
   sent.package = {};
   sent.message = nullptr;
   sent.over = true;
@@ -221,7 +246,7 @@ void Deliveries::pump() {
 std::size_t Deliveries::unacknowledged(OwnerId to) const {
   const auto found = peers_.find(to);
   if (found == peers_.end()) return 0;
-  auto packages = found->second.serial_of.size();
+  auto packages = found->second.unacknowledged;
   for (const auto& waiting : found->second.waiting) packages += waiting.fragments - waiting.next;
   return packages;
 }
@@ -279,9 +304,10 @@ void Deliveries::drop_rest(Peer& peer, const MessagePtr& message) {
 void Deliveries::acknowledge(OwnerId source, std::uint32_t ack_id) {
   const auto found = peers_.find(source);
   if (found == peers_.end()) return;
-  found->second.acks.push_back(ack_id);
-  if (found->second.acks.size() >= kMaxAcks) return flush(source, found->second);
-  acks_.advance_to(scheduler_.now() + kAckDelay);
+  auto& acks = found->second.acks;
+  acks.push_back(ack_id);
+  if (acks.size() >= kMaxAcks) return flush(source, found->second);
+  if (acks.size() == 1) acks_.advance_to(scheduler_.now() + kAckDelay);
 }
 
 bool Deliveries::is_new(OwnerId source, std::uint32_t ack_id) {

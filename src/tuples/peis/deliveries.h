@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "base/deadline.h"
@@ -113,9 +112,10 @@ class Deliveries {
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
     std::deque<Sent> sent;
-    std::uint64_t first = 0;    ///< serial number of sent.front()
-    std::uint64_t to_emit = 0;  ///< serial number of the first package that no link took
-    std::unordered_map<std::uint32_t, std::uint64_t> serial_of;  ///< by ack id
+    std::uint64_t first = 0;         ///< serial number of sent.front()
+    std::uint64_t to_emit = 0;       ///< serial number of the first package that no link took
+    std::size_t unacknowledged = 0;  ///< of those sent
+    std::uint64_t next_ack = 0;      ///< serial number behind that of the last acknowledged package
     std::uint16_t last_long = 0;
     bool refused = false;  ///< send() gave kBusy
     std::vector<std::uint32_t> acks;
@@ -126,6 +126,7 @@ class Deliveries {
     Outcome outcome;
   };
   static constexpr std::size_t kSeenOfOurs = 2 * kOfOurs.packages;
+  static constexpr std::size_t kMaxSpare = 512;
 
   bool has_room(const Peer& peer) const { return peer.sent.size() < peer.packages; }
   void enqueue(OwnerId to, Peer& peer, Port port, ByteView body, MessagePtr message, std::uint16_t number,
@@ -133,8 +134,9 @@ class Deliveries {
   void fill(OwnerId to, Peer& peer);
   void emit(OwnerId to, Peer& peer);
   void advance(OwnerId to, Peer& peer);
-  bool is_late(const Sent& sent) const;
+  static bool is_late(const Sent& sent, SteadyTime now);
   void adapt(Peer& peer, std::size_t settled, bool late);
+  static Sent* find(Peer& peer, std::uint32_t ack_id);
   void settle(Peer& peer, Sent& sent);
   void end(const MessagePtr& message, Outcome outcome);
   void drop_rest(Peer& peer, const MessagePtr& message);
@@ -150,7 +152,8 @@ class Deliveries {
   Counters& counters_;
   Calls calls_;
   std::map<OwnerId, Peer> peers_;
-  std::size_t bytes_ = 0;  ///< of all packages and waiting messages
+  std::size_t bytes_ = 0;     ///< of all packages and waiting messages
+  std::vector<Bytes> spare_;  ///< buffers of packages that are over
   std::vector<Ended> ended_;
   std::vector<OwnerId> ready_;
   base::Deadline resends_, acks_;

@@ -57,7 +57,8 @@ void OwnSession::publish(const TupleSet& set) {
   out.data = value.data;
   out.sequence = static_cast<std::uint32_t>(tuple.sequence - 1) & kMaxId;
   out.annex = to_annex(PushAnnex{tuple.sequence, EventKind::kSet, tuple.media_type.empty()});
-  send(Port::kPush, write_push(out));
+  write_push_into(out, body_);
+  send(Port::kPush, body_);
 }
 
 /// As a delete of kernels; the annex says whether the tuple expired.
@@ -74,7 +75,8 @@ void OwnSession::publish(const TupleGone& gone) {
   out.data = kNothing;
   out.sequence = static_cast<std::uint32_t>(gone.sequence) & kMaxId;
   out.annex = to_annex(PushAnnex{gone.sequence, gone.how, false});
-  send(Port::kPush, write_push(out));
+  write_push_into(out, body_);
+  send(Port::kPush, body_);
 }
 
 void OwnSession::publish(const SnapshotEnd& end) {
@@ -143,8 +145,7 @@ void OwnSession::reply(const Reply& reply) {
 }
 
 void OwnSession::describe(const std::string& summary) {
-  const auto bytes = base::as_bytes(summary);
-  send(Port::kSummary, Bytes(bytes.begin(), bytes.end()));
+  send(Port::kSummary, base::as_bytes(summary));
 }
 
 void OwnSession::receive(Port port, ByteView body) {

@@ -38,6 +38,7 @@ class OwnSession final : public Session {
   void on_reply(ByteView body);
   void on_control(ByteView body);
 
+  Bytes body_;                                     ///< of the last tuple that was published
   std::map<std::uint32_t, std::string> patterns_;  ///< of the peer, by id
 };
 

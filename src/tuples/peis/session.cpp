@@ -6,20 +6,19 @@
 
 namespace rubicon::tuples::peis {
 
-void Session::send(Port port, Bytes body, Done done, SteadyTime ends) {
-  Waiting message{port, std::move(body), std::move(done), ends};
-  if (waiting_.empty() && try_send(message)) return;
-  waiting_bytes_ += message.body.size();
-  waiting_.push_back(std::move(message));
+void Session::send(Port port, ByteView body, Done done, SteadyTime ends) {
+  if (waiting_.empty() && try_send(port, body, done)) return;
+  waiting_bytes_ += body.size();
+  waiting_.push_back({port, Bytes(body.begin(), body.end()), std::move(done), ends});
 }
 
 /// False: no room.
-bool Session::try_send(const Waiting& message) {
-  const auto sent = context_.node->send(peer_, message.port, message.body, message.done);
+bool Session::try_send(Port port, ByteView body, const Done& done) {
+  const auto sent = context_.node->send(peer_, port, body, done);
   if (sent) return true;
   if (sent.error().code == ErrorCode::kBusy) return false;
   context_.log.debug("send", sent.error().text);
-  if (message.done) context_.scheduler.post([done = message.done] { done(Outcome::kHostGone); });
+  if (done) context_.scheduler.post([done] { done(Outcome::kHostGone); });
   return true;
 }
 
@@ -30,7 +29,7 @@ void Session::ready() {
     const bool limited = next.ends != SteadyTime::max();
     if (limited && next.ends > now) restamp(next.body, next.ends - now);
     const bool is_over = limited && next.ends <= now;
-    if (!is_over && !try_send(next)) return;
+    if (!is_over && !try_send(next.port, next.body, next.done)) return;
     if (is_over && next.done) context_.scheduler.post([done = next.done] { done(Outcome::kGivenUp); });
     waiting_bytes_ -= next.body.size();
     waiting_.pop_front();

@@ -73,7 +73,7 @@ class Session {
 
  protected:
   /// Sends a message, after those that wait. After `ends` it is not sent any more: kGivenUp.
-  void send(Port port, Bytes body, Done done = {}, SteadyTime ends = SteadyTime::max());
+  void send(Port port, ByteView body, Done done = {}, SteadyTime ends = SteadyTime::max());
   bool has_room(std::size_t bytes) const { return waiting_bytes_ + bytes <= kMaxWaiting; }
   /// Called before a message that had to wait is sent.
   virtual void restamp(Bytes& body, Duration remaining);
@@ -96,7 +96,7 @@ class Session {
     SteadyTime ends{};
   };
 
-  bool try_send(const Waiting& message);
+  bool try_send(Port port, ByteView body, const Done& done);
 
   std::deque<Waiting> waiting_;
   std::size_t waiting_bytes_ = 0;

@@ -176,14 +176,13 @@ void append_fixed(Bytes& out, const NetworkTuple& tuple, std::uint32_t is_new, D
   put_u32(field, 220, tuple.appends);
 }
 
-Bytes write_whole(const NetworkTuple& tuple, DataFlag flag) {
+void write_whole(const NetworkTuple& tuple, DataFlag flag, Bytes& out) {
   RUBICON_ASSERT(check_concrete(tuple).has_value());
-  Bytes out;
+  out.clear();
   out.reserve(kNetworkTupleSize + tuple.media_type.size() + tuple.data->size());
   append_fixed(out, tuple, 1, flag);
   append_text(out, tuple.media_type);
   append_text(out, *tuple.data);
-  return out;
 }
 
 void append_difference_length(Bytes& out, std::string_view difference) {
@@ -233,8 +232,14 @@ Result<NetworkTuple> read_push(ByteView body) {
 }
 
 Bytes write_push(const NetworkTuple& tuple) {
+  Bytes out;
+  write_push_into(tuple, out);
+  return out;
+}
+
+void write_push_into(const NetworkTuple& tuple, Bytes& out) {
   RUBICON_ASSERT(tuple.write_time && tuple.sequence);
-  return write_whole(tuple, DataFlag::kLittleEndian);
+  write_whole(tuple, DataFlag::kLittleEndian, out);
 }
 
 Result<NetworkTuple> read_set_remote(ByteView body) {
@@ -242,7 +247,9 @@ Result<NetworkTuple> read_set_remote(ByteView body) {
 }
 
 Bytes write_set_remote(const NetworkTuple& tuple) {
-  return write_whole(tuple, DataFlag::kBigEndian);
+  Bytes out;
+  write_whole(tuple, DataFlag::kBigEndian, out);
+  return out;
 }
 
 Result<Subscribe> read_subscribe(ByteView body) {

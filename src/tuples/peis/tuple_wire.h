@@ -55,6 +55,8 @@ Result<void> check_concrete(const NetworkTuple& tuple);
 /// PUSH_TUPLE, from the owner to a subscriber. Concrete, with write time and sequence.
 Result<NetworkTuple> read_push(ByteView body);
 Bytes write_push(const NetworkTuple& tuple);
+/// The same in the place of what `out` holds.
+void write_push_into(const NetworkTuple& tuple, Bytes& out);
 
 /// SET_REMOTE, from a writer to the owner. Concrete. Kernels take over a sequence other than 0: always write 0
 /// (section 6.1, 9).

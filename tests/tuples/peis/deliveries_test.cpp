@@ -80,6 +80,19 @@ TEST_F(PeisDeliveries, IdsStayInRangeAndAreNeverZero) {
   }
 }
 
+TEST_F(PeisDeliveries, AcknowledgementsCountInAnyOrderAndOnce) {
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(send("x"));  // the ids begin again among these
+  for (const std::size_t index : {7u, 2u, 3u, 2u, 0u, 6u, 1u, 5u}) acknowledge(index);
+  deliveries.acknowledged(kHost, Acks{{0, 0xffffffff, kMaxId, 4711}});
+  EXPECT_EQ(deliveries.unacknowledged(kHost), 1u);
+  acknowledge(4);
+  acknowledge(4);
+  EXPECT_EQ(deliveries.unacknowledged(kHost), 0u);
+  EXPECT_THAT(outcomes, SizeIs(8));
+  time.run_for(60s);
+  EXPECT_THAT(out, SizeIs(8)) << "nothing is sent again";
+}
+
 TEST_F(PeisDeliveries, AFullLinkIsNotAskedForMoreAndGetsTheRestInOrder) {
   ASSERT_TRUE(send("a"));
   answer = Emitted::kFull;

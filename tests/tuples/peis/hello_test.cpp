@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <deque>
+#include <random>
+
 #include "tuples/peis/identity.h"
 #include "tuples/peis/seen_ids.h"
 
@@ -47,6 +51,22 @@ TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
   EXPECT_TRUE(seen.add(1)) << "forgotten";
   EXPECT_FALSE(seen.add(3));
   EXPECT_EQ(seen.size(), 3u);
+}
+
+TEST(PeisSeenIds, AnyIdsInAnyOrderAreKnownAsLongAsTheyAreAmongTheLast) {
+  constexpr std::size_t kCapacity = 100;
+  SeenIds seen(kCapacity);
+  std::deque<std::uint64_t> last;
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    const auto id = i % 3 == 0 ? random() >> 1 : random() % 150;
+    const bool is_new = std::find(last.begin(), last.end(), id) == last.end();
+    ASSERT_EQ(seen.contains(id), !is_new) << i;
+    ASSERT_EQ(seen.add(id), is_new) << i;
+    if (is_new) last.push_back(id);
+    if (last.size() > kCapacity) last.pop_front();
+  }
+  for (const auto id : last) EXPECT_TRUE(seen.contains(id));
 }
 
 }  // namespace
