@@ -93,8 +93,8 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; what opens
-/// both; KNX Secure, which has keys; KNX projects, which are archives.
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; what
+/// opens both; KNX Secure, which has keys; KNX projects, which are archives.
 const Names kRooms{"tuples/dds", "tuples/peis", "tuples/engines", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
