@@ -62,7 +62,7 @@ bool Carrier::hides(std::size_t engine, const PeerIdentity& who, PeerEvent event
 }
 
 void Carrier::warn_of_carriers(OwnerId id, const Known& known) {
-  if (rules_.keys_of(id).empty()) return;
+  if (!rules_.carries_any_of(id)) return;
   for (std::size_t engine = 0; engine < known.at.size(); ++engine) {
     const auto& one = known.at[engine];
     const auto carrier = one ? carrier_of(one->identity.host) : model::kNoOwner;
@@ -99,7 +99,7 @@ const Carrier::Meeting* Carrier::origin_of(const Known& known) const {
 }
 
 bool Carrier::is_wanted(OwnerId id, const StandInPort* present) const {
-  if (!rules_.keys_of(id).empty() || sets_.has(id)) return true;
+  if (rules_.carries_any_of(id) || sets_.has(id)) return true;
   if (present && scheduler_.now() < present->used_until) return true;
   const auto first = passages_.lower_bound({id, OwnerId{}});
   return first != passages_.end() && first->first.first == id;
@@ -119,6 +119,7 @@ void Carrier::review(OwnerId id) {
     present = nullptr;
   }
   if (!known.at[0] && !known.at[1]) return void(known_.erase(found));
+  if (present && present->used_until > scheduler_.now()) review_at(present->used_until, id);
   if (!origin || present || !is_wanted(id, nullptr)) return;
   const auto ready = std::max(known.changed + kSettle, known.held);
   if (ready > scheduler_.now()) return review_at(ready, id);

@@ -93,6 +93,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   void drop_passage(OwnerId reader, OwnerId owner);
   void drop_passages_of(OwnerId owner);
   void released(OwnerId reader);
+  void flush_soon(const PassageKey& passage);
   void flush();
   Result<void> check(StandInPort& owner, const RemoteSet& set) const;
   void forward(std::uint64_t number);
@@ -114,6 +115,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   std::set<OwnerId> excess_;  ///< without a stand-in because of the bound
   bool excess_logged_ = false;
   std::map<PassageKey, Passage> passages_;
+  std::set<PassageKey> unsent_;  ///< those with changes that wait
   ForwardedSets sets_;
   base::Deadline next_review_{scheduler_, [this] { review_due(); }};
   base::Deadline next_set_{scheduler_, [this] { sets_due(); }};

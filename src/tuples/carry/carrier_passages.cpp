@@ -68,7 +68,7 @@ void Carrier::on_subscribe(OwnerId id, OwnerId subscriber, const SubscriptionSpe
   if (!passage(*owner, subscriber).subscribe(spec))
     log_.warning(fmt::format("subscriptions {}", number(subscriber)),
                  fmt::format("a subscription of component {} is ignored: too many, or no pattern", number(subscriber)));
-  flush_soon_.request();
+  flush_soon({subscriber, id});
   review(subscriber);
 }
 
@@ -106,13 +106,20 @@ void Carrier::on_changes(OwnerId id, OwnerId owner, std::span<const Change> chan
   const auto found = passages_.find({id, owner});
   if (found == passages_.end()) return;
   found->second.on_changes(changes);
+  flush_soon(found->first);
+}
+
+void Carrier::flush_soon(const PassageKey& passage) {
+  unsent_.insert(passage);
   flush_soon_.request();
 }
 
 void Carrier::flush() {
-  bool all = true;
-  for (auto& one : passages_) all &= one.second.flush();
-  if (!all) retry_.advance_to(scheduler_.now() + kRetry);
+  std::erase_if(unsent_, [this](const PassageKey& key) {
+    const auto found = passages_.find(key);
+    return found == passages_.end() || found->second.flush();
+  });
+  if (!unsent_.empty()) retry_.advance_to(scheduler_.now() + kRetry);
 }
 
 Result<void> Carrier::check(StandInPort& owner, const RemoteSet& set) const {
@@ -148,7 +155,7 @@ void Carrier::on_remote_set(OwnerId id, const RemoteSet& set) {
 void Carrier::forward(std::uint64_t number) {
   auto& request = *sets_.find(number);
   auto* reader = find(request.reader);
-  if (!reader || !reader->sees(request.owner) || sets_.waiting(request.owner, request.reader).front() != number) return;
+  if (!reader || !reader->sees(request.owner) || sets_.first_waiting(request.owner, request.reader) != number) return;
   auto& set = *request.waiting;
   if (set.time_to_live > Duration(0))
     set.time_to_live = std::max<Duration>(request.due - scheduler_.now(), Duration(1));
@@ -160,8 +167,9 @@ void Carrier::forward(std::uint64_t number) {
 }
 
 void Carrier::forward_waiting(OwnerId owner, OwnerId reader) {
-  for (const auto number : sets_.waiting(owner, reader)) {
-    if (sets_.find(number)) forward(number);
+  while (const auto number = sets_.first_waiting(owner, reader)) {
+    forward(number);
+    if (sets_.first_waiting(owner, reader) == number) return;
   }
 }
 

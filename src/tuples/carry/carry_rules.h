@@ -17,6 +17,7 @@ struct CarryRules {
   std::size_t most = 1000;            ///< stand-ins at a time
 
   bool empty() const { return ids.empty() && patterns.empty(); }
+  bool carries_any_of(OwnerId id) const { return !patterns.empty() || ids.contains(id); }
   /// Patterns of the keys that are carried of this component.
   std::vector<std::string> keys_of(OwnerId id) const;
   bool carries(OwnerId id, std::string_view key) const;

@@ -12,6 +12,8 @@ std::uint64_t ForwardedSets::add(OwnerId owner, const RemoteSet& set, SteadyTime
   auto& request = requests_[last_] = {owner, set.from, set.request, now + lives, set};
   request.waiting->request = last_;
   request.waiting->owner = owner;
+  waiting_[{owner, set.from}].insert(last_);
+  ++of_reader_[set.from];
   waiting_bytes_ += set.value.size();
   return last_;
 }
@@ -23,27 +25,27 @@ ForwardedSets::Request* ForwardedSets::find(std::uint64_t number) {
 
 void ForwardedSets::sent(Request& request) {
   if (!request.waiting) return;
+  const Way way{request.owner, request.reader};
+  auto& waits = waiting_[way];
+  waits.erase(request.waiting->request);
+  if (waits.empty()) waiting_.erase(way);
   waiting_bytes_ -= request.waiting->value.size();
   request.waiting.reset();
 }
 
 std::optional<ForwardedSets::Request> ForwardedSets::take(std::uint64_t number) {
-  auto node = requests_.extract(number);
-  if (node.empty()) return {};
-  if (node.mapped().waiting) waiting_bytes_ -= node.mapped().waiting->value.size();
-  return std::move(node.mapped());
+  const auto found = requests_.find(number);
+  if (found == requests_.end()) return {};
+  auto taken = found->second;
+  sent(found->second);
+  requests_.erase(found);
+  if (--of_reader_[taken.reader] == 0) of_reader_.erase(taken.reader);
+  return taken;
 }
 
-std::vector<std::uint64_t> ForwardedSets::waiting(OwnerId owner, OwnerId reader) const {
-  std::vector<std::uint64_t> numbers;
-  for (const auto& [number, request] : requests_) {
-    if (request.waiting && request.owner == owner && request.reader == reader) numbers.push_back(number);
-  }
-  return numbers;
-}
-
-bool ForwardedSets::has(OwnerId reader) const {
-  return std::any_of(requests_.begin(), requests_.end(), [&](const auto& one) { return one.second.reader == reader; });
+std::uint64_t ForwardedSets::first_waiting(OwnerId owner, OwnerId reader) const {
+  const auto found = waiting_.find({owner, reader});
+  return found == waiting_.end() ? 0 : *found->second.begin();
 }
 
 std::vector<ForwardedSets::Request> ForwardedSets::take_due(SteadyTime now) {

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "base/scheduler.h"
@@ -33,16 +35,20 @@ class ForwardedSets {
   void sent(Request& request);
   /// Ends it: the request that was answered.
   std::optional<Request> take(std::uint64_t number);
-  /// Numbers of those that wait, in their order.
-  std::vector<std::uint64_t> waiting(OwnerId owner, OwnerId reader) const;
-  bool has(OwnerId reader) const;
+  /// The first one that waits; 0 = none.
+  std::uint64_t first_waiting(OwnerId owner, OwnerId reader) const;
+  bool has(OwnerId reader) const { return of_reader_.contains(reader); }
   /// Ends those that are due, or that concern a component.
   std::vector<Request> take_due(SteadyTime now);
   void forget(OwnerId component);
   SteadyTime next_due() const;
 
  private:
+  using Way = std::pair<OwnerId, OwnerId>;  ///< owner, reader
+
   std::map<std::uint64_t, Request> requests_;
+  std::map<Way, std::set<std::uint64_t>> waiting_;
+  std::map<OwnerId, std::size_t> of_reader_;
   std::uint64_t last_ = 0;
   std::size_t waiting_bytes_ = 0;
 };

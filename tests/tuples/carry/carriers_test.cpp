@@ -158,6 +158,20 @@ TEST_F(Carrying, ARestartOfTheReaderLeavesNothingBehind) {
   EXPECT_THAT(home->space.peers(), ElementsAre(OwnerId(1)));
 }
 
+TEST_F(Carrying, AStandInThatOnlyCommandedEndsSomeTimeAfterItsLastUse) {
+  const auto island = carry({"7"});
+  const auto home = join<Home>(dds, 7);
+  const auto reader = join(peis, 8);
+  settle();
+  for (int set = 0; set < 3; ++set) {
+    EXPECT_EQ(reader->set(time, 7, "hall.lamp", "on").verdict, Verdict::kApplied);
+    time.run_for(Carrier::kLinger - 1s);
+    EXPECT_EQ(island->carrier.stand_ins(), 2U);
+  }
+  time.run_for(2s);
+  EXPECT_EQ(island->carrier.stand_ins(), 1U);
+}
+
 TEST_F(Carrying, HostsOfStandInsHaveAMark) {
   EXPECT_EQ(marked_host("abc", OwnerId(65'532)), "abc~65532");
   EXPECT_EQ(marked_host(std::string(80, 'h'), OwnerId(1)).size(), 64U);
