@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/island_look.h"
+#include "apps/rubicon/peis_findings.h"
 #include "apps/rubicon/secure_findings.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
@@ -31,6 +33,11 @@ class Doctor {
     interfaces_ = transport::interfaces();
     add(check_interfaces(options_, interfaces_));
     look_at_udp();
+    return uses(options_, client::Engine::kDds) ? examine_dds() : examine_peis();
+  }
+
+ private:
+  const Findings& examine_dds() {
     const auto here = processes_by_domain(bound_ports());
     const auto ours = here.find(options_.domain);
     const auto processes = ours == here.end() ? 0 : ours->second;
@@ -49,7 +56,12 @@ class Doctor {
     return findings_;
   }
 
- private:
+  /// An ecology without an island is nothing wrong there.
+  const Findings& examine_peis() {
+    if (!has_problem("interface")) look_inside(0);
+    return findings_;
+  }
+
   void add(Findings more) {
     for (auto& one : more) findings_.push_back(std::move(one));
   }
@@ -80,15 +92,18 @@ class Doctor {
     auto opened = Client::open(options_);
     if (!opened) {
       if (!has_problem())
-        add({{"engine", Grade::kProblem, opened.error().text, "the text is that of the system or of Cyclone DDS"}});
+        add({{"engine", Grade::kProblem, opened.error().text, "the text is that of the system or of the engine"}});
       return;
     }
     auto& client = **opened;
     const auto islands = cli::look_at_islands(client, length_, settings_.patience);
     islands_ = islands.size();
     const auto seen = client.component_starts();
-    add(check_versions(seen, Client::protocol_version()));
-    add(check_twins(seen));
+    if (uses(options_, client::Engine::kDds)) {
+      add(check_versions(seen, Client::protocol_version()));
+      add(check_twins(seen));
+    }
+    if (const auto view = client.peis_view()) look_at_peis(client, *view);
     for (const auto& island : islands) examine(island);
     const auto present =
         static_cast<unsigned>(std::count_if(seen.begin(), seen.end(), [](const auto& one) { return one.present; }));
@@ -102,6 +117,23 @@ class Doctor {
       add({{"complaint", Grade::kNote, text, "reported during the check; " + page("errors.md")}});
   }
 
+  void look_at_peis(Client& client, const client::PeisView& view) {
+    const auto components = client.components();
+    add({check_peis_port(view, options_)});
+    // Components on DDS say nothing about PEIS.
+    if (!uses(options_, client::Engine::kDds)) add({check_peis_components(components, options_)});
+    add(check_peis_troubles(view, options_, components));
+    std::set<OwnerId> present{client.id()};
+    std::vector<client::Tuple> of_kernels;
+    for (const auto& one : components) {
+      present.insert(one.id);
+      if (!is_kernel(one)) continue;
+      auto some = client.read({one.id, "**"}, settings_.patience);
+      std::move(some.begin(), some.end(), std::back_inserter(of_kernels));
+    }
+    add(check_peis_ids(of_kernels, present));
+  }
+
   void examine(const IslandSeen& seen) {
     const auto name = name_of(seen.island);
     if (!seen.answers)
@@ -112,6 +144,7 @@ class Doctor {
     add(check_lines(seen, now));
     add(check_devices(seen));
     add(check_losses(seen));
+    add(check_peis_counters(seen));
     add(check_secure(seen));
     add(check_disks(seen));
     add(check_history(seen));
@@ -215,7 +248,8 @@ void add_doctor(Cli& cli) {
        "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
        "  rubicon doctor --json\n"
        "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
-       "other domains, duplicate ids and protocol versions; and of each island, twice, its lines,\n"
+       "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
+       "components, ids that two programs use or that no component has; and of each island, twice, its lines,\n"
        "devices, losses, KNX Secure, disks, history, clock, inbox, and settings of servers behind networks.\n"},
       [length](const Settings& settings) {
         return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));

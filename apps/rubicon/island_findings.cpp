@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/rubicon/peis_findings.h"
 #include "apps/rubicon/secure_findings.h"
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
@@ -69,7 +70,7 @@ Findings check_counters(const std::string& who, const Counters* before, const Co
   const auto growth = before ? growth_of(*before, losses) : Counters();
   const auto* still = before ? ", unchanged during the check" : "; first value unknown";
   for (const auto& [name, count] : losses) {
-    if (is_secure_counter(name)) continue;
+    if (is_secure_counter(name) || is_peis_counter(name)) continue;
     const auto grown = growth.find(name);
     const bool grows = grown != growth.end();
     all.push_back({kLoss, grows ? Grade::kProblem : Grade::kNote,

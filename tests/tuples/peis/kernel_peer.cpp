@@ -16,10 +16,10 @@ void accepted(const Result<void>& sent) {
 
 }  // namespace
 
-KernelPeer::KernelPeer(PeisWorld& world, std::uint32_t id, std::uint16_t port)
-    : magic(0x100000 + id), world_(world), id_(OwnerId{id}), port_(port), random_(id) {
-  next_routing_ = world.time.now() + 10s;
-  next_connect_ = world.time.now() + 2s;
+KernelPeer::KernelPeer(Scheduler& scheduler, transport::Transports& transports, std::uint32_t id, std::uint16_t port)
+    : magic(0x100000 + id), scheduler_(scheduler), transports_(transports), id_(OwnerId{id}), port_(port), random_(id) {
+  next_routing_ = scheduler.now() + 10s;
+  next_connect_ = scheduler.now() + 2s;
   tick();
 }
 KernelPeer::~KernelPeer() = default;
@@ -35,7 +35,7 @@ OwnerId KernelPeer::cluster() const {
 }
 
 void KernelPeer::listen() {
-  listener_ = std::move(*world_.machine.listen_tcp({"127.0.0.1", port_}, [this](auto stream) {
+  listener_ = std::move(*transports_.listen_tcp({"127.0.0.1", port_}, [this](auto stream) {
     const auto id = ++last_link_;
     links_[id].stream = std::move(stream);
     links_[id].accepted = true;
@@ -53,11 +53,11 @@ void KernelPeer::announce() {
     const auto heard = read_announcement(bytes);
     if (!heard || heard->network != network || heard->host.id == id_) return;
     known_[heard->host.id] = heard->host;
-    if (heard->host.host_name == host_name && heard->host.id < id_) next_announcement_ = world_.time.now() + 3s;
+    if (heard->host.host_name == host_name && heard->host.id < id_) next_announcement_ = scheduler_.now() + 3s;
   };
-  socket_ = std::move(*world_.machine.open_udp(options, std::move(calls)));
+  socket_ = std::move(*transports_.open_udp(options, std::move(calls)));
   announces_ = true;
-  next_announcement_ = world_.time.now() + 3s;
+  next_announcement_ = scheduler_.now() + 3s;
 }
 
 void KernelPeer::connect(std::uint16_t port, std::uint32_t flags) {
@@ -71,7 +71,7 @@ void KernelPeer::connect(std::uint16_t port, std::uint32_t flags) {
     begin(id);
   };
   auto& link = links_[id];
-  link.stream = std::move(*world_.machine.open_tcp({{"127.0.0.1", port}}, std::move(events)));
+  link.stream = std::move(*transports_.open_tcp({{"127.0.0.1", port}}, std::move(events)));
 }
 
 transport::TcpCalls KernelPeer::calls(std::uint64_t id) {
@@ -123,13 +123,13 @@ void KernelPeer::take_packages(std::uint64_t id, std::size_t most) {
 
 void KernelPeer::take(std::uint64_t id, const Package& package) {
   const auto& h = package.header;
-  received.push_back({world_.time.now(), h, std::string(base::as_text(package.body))});
+  received.push_back({scheduler_.now(), h, std::string(base::as_text(package.body))});
   if (h.routing == Routing::kLink) links_.at(id).peer = h.source;
   if (h.routing == Routing::kDirect && h.destination != id_) return;
   if (h.wants_ack() && acknowledges) {
     acks_[h.source].push_back(h.ack_id);
     const auto wait = acks_[h.source].size() >= kMaxAcks ? Duration(0) : Duration(200ms);
-    next_ack_ = std::min(next_ack_ == SteadyTime{} ? SteadyTime::max() : next_ack_, world_.time.now() + wait);
+    next_ack_ = std::min(next_ack_ == SteadyTime{} ? SteadyTime::max() : next_ack_, scheduler_.now() + wait);
   }
   if (!seen_.insert(h.ack_id).second) return;
   switch (h.port) {
@@ -158,7 +158,9 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
       std::erase_if(links_, [&](const auto& item) { return item.second.peer == dead.id; });
       return;
     }
-    default: messages.push_back(received.back());
+    default:
+      messages.push_back(received.back());
+      if (on_message) on_message(Received(messages.back()));
   }
 }
 
@@ -218,7 +220,7 @@ void KernelPeer::send(std::uint32_t to, Port port, const std::string& body) {
   package.ack_id = random_id();
   package.flags = kFlagWantsAck;
   const auto bytes = base::as_bytes(body);
-  unacknowledged_.push_back({package, Bytes(bytes.begin(), bytes.end()), 0, world_.time.now() + kResendStep});
+  unacknowledged_.push_back({package, Bytes(bytes.begin(), bytes.end()), 0, scheduler_.now() + kResendStep});
   route(package, bytes);
 }
 
@@ -235,8 +237,8 @@ void KernelPeer::send_routing() {
 }
 
 void KernelPeer::tick() {
-  timer_ = world_.time.after(10ms, [this] { tick(); });
-  const auto now = world_.time.now();
+  timer_ = scheduler_.after(10ms, [this] { tick(); });
+  const auto now = scheduler_.now();
   std::erase_if(links_, [](const auto& item) { return item.second.failures >= 2; });
   std::vector<std::uint64_t> all;
   for (const auto& [id, link] : links_) all.push_back(id);

@@ -25,7 +25,10 @@ class KernelPeer {
     std::string body;
   };
 
-  KernelPeer(PeisWorld& world, std::uint32_t id, std::uint16_t port);
+  KernelPeer(PeisWorld& world, std::uint32_t id, std::uint16_t port)
+      : KernelPeer(world.time, world.machine, id, port) {}
+  /// With these sockets, which may be those of the machine.
+  KernelPeer(Scheduler& scheduler, transport::Transports& transports, std::uint32_t id, std::uint16_t port);
   ~KernelPeer();
 
   std::uint32_t magic;
@@ -59,10 +62,11 @@ class KernelPeer {
   bool routable(std::uint32_t id) const { return routes_.contains(OwnerId{id}); }
   HostRecord record() const;
 
-  std::vector<Received> received;         ///< all packages, lost ones apart
-  std::vector<Received> messages;         ///< to it, for the first time, not of the node level
-  std::vector<ConnectMessage> greetings;  ///< connect messages that came
-  std::set<std::uint32_t> given_up;       ///< destinations
+  std::vector<Received> received;                   ///< all packages, lost ones apart
+  std::vector<Received> messages;                   ///< to it, for the first time, not of the node level
+  std::function<void(const Received&)> on_message;  ///< for each of them
+  std::vector<ConnectMessage> greetings;            ///< connect messages that came
+  std::set<std::uint32_t> given_up;                 ///< destinations
   std::vector<std::string> texts() const;
   std::vector<Received> of(Port port) const;
 
@@ -101,7 +105,8 @@ class KernelPeer {
   std::uint32_t random_id() { return static_cast<std::uint32_t>(random_() % kMaxId) + 1; }
   bool loses() { return loss > 0 && static_cast<double>(random_() % 10000) < loss * 10000; }
 
-  PeisWorld& world_;
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
   OwnerId id_;
   std::uint16_t port_;
   std::mt19937 random_;
