@@ -12,6 +12,9 @@ using namespace std::chrono_literals;
 
 constexpr Duration kPeriod = 1s;
 constexpr Duration kSilence = 3s;  ///< without the other announcer before this one takes over
+/// Kernels print a warning for each announcement of a higher id: those leave it to others on their host.
+constexpr std::uint32_t kMostWelcomeId = 65535;
+constexpr Duration kLongSilence = 5s;
 constexpr Duration kSoon = 200ms;  ///< between announcements out of turn
 /// Components that start together do not all announce: the lowest ids are first.
 constexpr Duration kSpread = 50ms;
@@ -74,7 +77,7 @@ void Announcer::received(ByteView datagram) {
   const auto own = calls_.record();
   if (announcement->host == own) return;
   if (announcement->host.host_name == own.host_name && announcement->host.id < own.id)
-    silent_until_ = scheduler_.now() + kSilence;
+    silent_until_ = scheduler_.now() + (number(own.id) > kMostWelcomeId ? kLongSilence : kSilence);
   calls_.heard(announcement->host);
 }
 

@@ -55,7 +55,9 @@ void Node::Impl::announced(const HostRecord& record) {
     troubles.note(TroubleKind::kSharedId, record.id, record.full_name, "it announces itself after another start");
   if (!hosts.learn(record, RecordSource::kAnnounced) || routes.find(record.id)) return;
   const auto own = routes.cluster();
-  dialer.meet(record.id, record.cluster <= own, announcer->is_active() || routes.all().empty());
+  // It cannot hear a component that leaves announcing to a kernel: by way of kernels the route here takes up to 10 s.
+  const bool is_ours_to_connect = record.cluster <= own || !announcer->is_active();
+  dialer.meet(record.id, is_ours_to_connect, announcer->is_active() || routes.all().empty());
   if (record.cluster != own) announcer->announce();
 }
 
@@ -77,20 +79,22 @@ void Node::Impl::welcome(OwnerId host) {
   deliveries.open(host, hosts.is_ours(host));
   const auto sent = deliveries.send(host, Port::kHello, encode(options.hello), {});
   if (!sent) log.debug("hello", sent.error().text);
+  // A kernel on the way lets others know this one only with its next routing, up to 10 s later.
+  const auto* route = routes.find(host);
+  if (route && !route->direct && !hosts.is_ours(route->via)) dialer.prefer_direct(host);
 }
 
 /// This node had deleted the host's subscriptions. One of ours is asked to send them again; a kernel does so when it
 /// meets a host that had left.
 void Node::Impl::returned(const Identity& host) {
-  if (host.hello) {
-    const auto sent = deliveries.send(host.id, Port::kDeadHost, write(DeadHost{host.id, DeathReason::kReborn}), {});
+  const auto tell = [&](const DeadHost& dead) {
+    const auto sent = deliveries.send(host.id, Port::kDeadHost, write(dead), {});
     if (!sent) log.debug("returned", sent.error().text);
-    return;
-  }
+  };
+  if (host.hello) return tell({host.id, DeathReason::kReborn});
   const auto* route = routes.find(host.id);
-  const bool is_neighbour = route && route->direct;
+  if (!route || !route->direct) return tell({options.id, DeathReason::kLost});
   send_direct(host.id, Port::kDeadHost, write(DeadHost{options.id, DeathReason::kLost}));
-  if (!is_neighbour) return;
   std::vector<LinkId> all;
   for (const auto& [id, link] : links) {
     if (link.peer == host.id) all.push_back(id);

@@ -242,6 +242,8 @@ void Node::Impl::update() {
 
 void Node::Impl::send_routing(NodeLink& link) {
   auto entries = routes.entries_for(link.id, scheduler.now());
+  // Before its record is here: what is known is a former start, and a kernel would take the route to that as its own.
+  if (!link.is_route()) std::erase_if(entries, [&](const RouteEntry& entry) { return entry.id == link.peer; });
   const auto connections = static_cast<std::uint8_t>(std::min<std::size_t>(links.size(), 254));
   entries.insert(entries.begin(), {options.id, sequence, options.magic, 0, connections});
   const auto pages = (entries.size() + kMaxRoutesOfPage - 1) / kMaxRoutesOfPage;

@@ -192,7 +192,8 @@ bool Node::Impl::take_death(NodeLink& link, const PackageHeader& header, const D
   }
   const auto* route = routes.find(dead.id);
   if (from != dead.id || dead.reason != DeathReason::kLost) return ++counters.forged_deaths, false;
-  if (!route || route->link != link.id) return ++counters.forged_deaths, route == nullptr;
+  if (!route) return true;
+  if (route->link != link.id) return ++counters.forged_deaths, false;
   leave_host(dead.id);
   return true;
 }

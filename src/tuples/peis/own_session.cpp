@@ -199,7 +199,7 @@ void OwnSession::on_subscribe(ByteView body) {
   const auto read = read_subscribe(body);
   if (!read) return bad(read.error());
   const auto annex = read_subscribe_annex(read->prototype.annex);
-  if (!annex) return bad({ErrorCode::kInvalid, "SUBSCRIBE: no annex, which components of ours send"});
+  if (!annex) return;  // it has no hello of this component yet, and subscribes again when it has
   if (patterns_.size() < kMaxPatterns || patterns_.contains(annex->id)) patterns_[annex->id] = read->prototype.key;
   context_.listener->on_subscribe(peer_,
                                   {annex->id, {read->prototype.owner, std::string(read->prototype.key)}, annex->flow});

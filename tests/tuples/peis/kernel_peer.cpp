@@ -92,10 +92,7 @@ void KernelPeer::begin(std::uint64_t id) {
   link.greeted = true;
   const auto own = peis::write(HostRecordMessage{record(), false});
   write(link, header(Routing::kLink, Port::kHostInfo), own);
-  RoutingPage page;
-  page.sequence = sequence_;
-  page.entries.push_back({id_, sequence_, magic, 0, 1});
-  if (sends_routing) write(link, header(Routing::kLink, Port::kRouting), peis::write(page));
+  if (sends_routing) write(link, header(Routing::kLink, Port::kRouting), peis::write(routing_page()));
   write(link, header(Routing::kBroadcast, Port::kHostInfo), own);
 }
 
@@ -117,7 +114,8 @@ void KernelPeer::take_packages(std::uint64_t id, std::size_t most) {
   for (std::size_t i = 0; i < most && links_.contains(id); ++i) {
     const auto package = links_.at(id).packages.next();
     if (!package || !*package) return;
-    if (!loses()) take(id, **package);
+    const bool is_lost = (*package)->header.port == Port::kDeadHost && lost_deaths > 0 && lost_deaths-- > 0;
+    if (!is_lost && !loses()) take(id, **package);
   }
 }
 
@@ -125,7 +123,10 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
   const auto& h = package.header;
   received.push_back({scheduler_.now(), h, std::string(base::as_text(package.body))});
   if (h.routing == Routing::kLink) links_.at(id).peer = h.source;
-  if (h.routing == Routing::kDirect && h.destination != id_) return;
+  if (h.routing == Routing::kDirect && h.destination != id_) {
+    if (h.port == Port::kQueryHost) answer_for(h.destination, *read_query_host(package.body));
+    return;
+  }
   if (h.wants_ack() && acknowledges) {
     acks_[h.source].push_back(h.ack_id);
     const auto wait = acks_[h.source].size() >= kMaxAcks ? Duration(0) : Duration(200ms);
@@ -162,6 +163,14 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
       messages.push_back(received.back());
       if (on_message) on_message(Received(messages.back()));
   }
+}
+
+/// A kernel on the way answers from what it knows (section 6.4, 30). It passes on nothing else here.
+void KernelPeer::answer_for(OwnerId host, const QueryHost& query) {
+  const auto known = known_.find(host);
+  if (known == known_.end() || query.magic != kAnyId) return;
+  const auto answer = peis::write(HostRecordMessage{known->second, true});
+  send(number(query.asker), Port::kHostInfo, std::string(base::as_text(answer)));
 }
 
 /// Best = largest sequence - metric; no split horizon.
@@ -224,13 +233,19 @@ void KernelPeer::send(std::uint32_t to, Port port, const std::string& body) {
   route(package, bytes);
 }
 
-void KernelPeer::send_routing() {
-  if (!sends_routing) return;
+RoutingPage KernelPeer::routing_page() const {
   RoutingPage page;
-  page.sequence = ++sequence_;
+  page.sequence = sequence_;
   page.entries.push_back({id_, sequence_, magic, 0, static_cast<std::uint8_t>(links_.size())});
   for (const auto& [id, known] : routes_)
     page.entries.push_back({id, known.sequence, known.magic, static_cast<std::uint8_t>(known.hops), 1});
+  return page;
+}
+
+void KernelPeer::send_routing() {
+  if (!sends_routing) return;
+  ++sequence_;
+  const auto page = routing_page();
   for (auto& [id, link] : links_) {
     if (link.greeted) write(link, header(Routing::kLink, Port::kRouting), peis::write(page));
   }

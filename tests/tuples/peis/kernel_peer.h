@@ -34,7 +34,8 @@ class KernelPeer {
   std::uint32_t magic;
   std::string host_name = "hostx";
   std::string network = "default";
-  double loss = 0;  ///< probability that a package is lost, in each direction
+  double loss = 0;      ///< probability that a package is lost, in each direction
+  int lost_deaths = 0;  ///< DEAD_HOST packages that get lost on their way here
   bool acknowledges = true;
   std::size_t each_step = 0;  ///< packages of a connection that a step of 10 ms takes, 9 as shipped; 0 = all at once
   bool sends_routing = true;
@@ -99,6 +100,8 @@ class KernelPeer {
   void take_routing(std::uint64_t id, const RoutingPage& page);
   void write(Link& link, PackageHeader header, ByteView body);
   void route(const PackageHeader& header, ByteView body);
+  void answer_for(OwnerId host, const QueryHost& query);
+  RoutingPage routing_page() const;
   void send_routing();
   void tick();
   OwnerId cluster() const;

@@ -241,6 +241,19 @@ TEST_F(NodeFaults, AKernelThatComesBackAfterItWasLostIsMadeToForgetUsSoThatItSub
   EXPECT_THAT(own.events_of(101), SizeIs(3)) << "once";
 }
 
+TEST_F(NodeFaults, ARestartedKernelGetsNoRouteToItsFormerStart) {
+  join();
+  const auto former = kernel.magic++;
+  kernel.received.clear();
+  kernel.connect(own.node->local().port);
+  world.run(15s);
+  const auto pages = kernel.of(Port::kRouting);
+  EXPECT_FALSE(pages.empty());
+  for (const auto& package : pages) {
+    for (const auto& entry : read_routing_page(base::as_bytes(package.body))->entries) EXPECT_NE(entry.magic, former);
+  }
+}
+
 TEST_F(NodeFaults, ASilentConnectionEndsAfterThirtySeconds) {
   kernel.sends_routing = false;
   join();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <set>
 
 #include "tuples/peis/kernel_peer.h"
 
@@ -50,6 +51,31 @@ TEST_F(NodeForward, MessagesPassWithOneMoreHopAndTheirAcks) {
   world.run(15s);
   EXPECT_THAT(one.given_up, IsEmpty());
   EXPECT_THAT(own.messages, IsEmpty()) << "it was not for us";
+}
+
+TEST_F(NodeForward, AKernelBehindUsThatComesBackIsMadeToForgetAlsoIfAPackageGetsLost) {
+  OwnNode far(world, 200);
+  far.options.multicast = false;
+  far.options.connect = {transport::to_string(own.node->local())};
+  ASSERT_TRUE(far.open());
+  world.run(3s);
+  ASSERT_TRUE(far.sees(101));
+  own.node.reset();
+  world.run(30s);
+  ASSERT_FALSE(far.sees(101));
+  one.lost_deaths = 1;
+  ++own.options.magic;
+  ASSERT_TRUE(own.open());
+  one.connect(own.node->local().port);
+  one.received.clear();
+  world.run(20s);
+  EXPECT_TRUE(far.sees(101));
+  std::set<std::uint32_t> deaths;  // acknowledged only when the kernel has a route again
+  for (const auto& package : one.of(Port::kDeadHost)) {
+    deaths.insert(package.header.ack_id);
+    EXPECT_EQ(*read_dead_host(base::as_bytes(package.body)), (DeadHost{OwnerId{200}, DeathReason::kLost}));
+  }
+  EXPECT_THAT(deaths, SizeIs(1));
 }
 
 TEST_F(NodeForward, WithLossInEachLinkAllArrives) {

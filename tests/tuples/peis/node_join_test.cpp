@@ -97,6 +97,32 @@ TEST_F(NodeJoin, OnlyTheLowestIdOfAHostAnnounces) {
   EXPECT_EQ(number(read_announcement(world.net.sent().back().bytes)->host.id), 200u) << "takes over after 3 s";
 }
 
+TEST_F(NodeJoin, AnIdThatKernelsWarnOfLeavesAnnouncingToTheOthersOfItsHost) {
+  open(true);
+  OwnNode lower(world, 50), tool(world, 70000);
+  ASSERT_TRUE(lower.open());
+  ASSERT_TRUE(tool.open());
+  world.run(5s);
+  lower.node.reset();
+  const auto before = world.net.sent().size();
+  world.run(20s);
+  std::set<std::uint32_t> senders;
+  for (auto i = before; i < world.net.sent().size(); ++i)
+    senders.insert(number(read_announcement(world.net.sent()[i].bytes)->host.id));
+  EXPECT_THAT(senders, ElementsAre(200));
+}
+
+TEST_F(NodeJoin, ANewComponentIsConnectedToSoonThoughAKernelAnnouncesForItsHost) {
+  kernel.announce();
+  open(true);
+  world.run(8s);
+  ASSERT_TRUE(own.sees(101));
+  OwnNode tool(world, 70000);
+  ASSERT_TRUE(tool.open());
+  EXPECT_LE(world.until([&] { return tool.sees(200) && own.sees(70000); }, 20s), 1600ms);
+  EXPECT_THAT(tool.events_of(200), ElementsAre(HostEvent::kUp)) << "with its hello, not as a kernel before";
+}
+
 TEST_F(NodeJoin, AConfiguredKernelIsConnectedToAndAgainAfterABreak) {
   own.options.connect = {"127.0.0.1:9000"};
   open();
