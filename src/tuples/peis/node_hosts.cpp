@@ -72,6 +72,8 @@ void Node::Impl::id_taken(const Identity& other) {
 void Node::Impl::happened(HostEvent event, const Identity& host) {
   if (event == HostEvent::kBack) deliveries.send_again(host.id);
   calls.host(event, host);
+  // What it sent before its hello, which was lost and sent again, was taken for that of a kernel.
+  if (event == HostEvent::kHello) returned(host);
 }
 
 /// Hello is the first that it gets.

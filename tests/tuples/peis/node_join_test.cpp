@@ -73,6 +73,23 @@ TEST_F(NodeJoin, AnAnnouncedKernelIsConnectedToByForceOfItsCluster) {
   EXPECT_EQ(kernel.greetings[0], (ConnectMessage{OwnerId{200}, kForcedByCluster, "default"}));
 }
 
+TEST_F(NodeJoin, AComponentWhoseHelloComesLateIsAskedToSendAllAgain) {
+  kernel.announce();
+  open(true);
+  world.until([&] { return own.sees(101); }, 10s);
+  world.run(5s);
+  ASSERT_THAT(kernel.of(Port::kDeadHost), testing::IsEmpty());
+  kernel.send(200, Port::kHello, std::string(base::as_text(encode(Hello{1, 2s, 1234, "host"}))));
+  world.run(1s);
+  EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp, HostEvent::kHello));
+  EXPECT_THAT(std::count_if(kernel.received.begin(), kernel.received.end(),
+                            [](const auto& package) {
+                              return package.header.port == Port::kDeadHost &&
+                                     package.header.routing == Routing::kDirect;
+                            }),
+              1);
+}
+
 TEST_F(NodeJoin, AKernelHearsOurAnnouncementAtOnceAndConnects) {
   kernel.announce();
   open(true);
