@@ -23,6 +23,11 @@ class KernelTuples {
     WallTime written{};
   };
 
+  /// Their keys, as in kernel.all-keys.
+  static constexpr std::string_view kNames =
+      "kernel.id kernel.name kernel.hostname kernel.user kernel.version kernel.do-quit kernel.all-keys "
+      "kernel.subscribers kernel.traffic kernel.step-time kernel.connections kernel.routingTable";
+
   /// Whether the key, in any case, is one of these.
   static bool owns(std::string_view key);
 

@@ -49,10 +49,10 @@ void OwnKeys::each(std::string_view pattern, const std::function<void(const std:
   }
 }
 
-std::string OwnKeys::list(std::size_t limit) const {
-  std::string text = "(";
+std::string OwnKeys::list(std::string_view first, std::size_t limit) const {
+  auto text = "(" + std::string(first);
   for (const auto& [key, entry] : entries_) {
-    if (!entry.present) continue;
+    if (!entry.present || !check_peis_key(entry.spelling)) continue;
     if (text.size() + entry.spelling.size() + 2 > limit) break;
     if (text.size() > 1) text += ' ';
     text += entry.spelling;

@@ -32,8 +32,8 @@ class OwnKeys {
   std::size_t size() const { return present_; }
   /// Whether a present key has capital letters.
   bool has_capitals() const { return capitals_ > 0; }
-  /// `(k1 k2 ...)`, as in kernel.all-keys, of whole keys up to `limit` bytes.
-  std::string list(std::size_t limit) const;
+  /// `(first k1 k2 ...)`, as in kernel.all-keys: `first` and whole keys that kernels can have, up to `limit` bytes.
+  std::string list(std::string_view first, std::size_t limit) const;
 
   /// The number for a version of a tuple that add() accepted: equal for equal versions, else higher than before.
   std::uint32_t number_of(const TupleView& tuple);

@@ -41,7 +41,7 @@ void Presence::set_tuple(std::string_view key, std::string value) {
 void Presence::refresh() {
   refresh_ = context_.scheduler.after(kRefresh, [this] { refresh(); });
   if (refreshes_ == 0 || std::exchange(keys_changed_, false))
-    set_tuple("kernel.all-keys", view_.keys.list(kLongestText));
+    set_tuple("kernel.all-keys", view_.keys.list(KernelTuples::kNames, kLongestText));
   set_tuple("kernel.subscribers", subscribers_text());
   if (refreshes_ % kTrafficEach == 0) {
     const auto links = node_->links();

@@ -114,11 +114,12 @@ TEST(PeisOwnKeys, AKeyThatIsGoneIsForgottenLater) {
 
 TEST(PeisOwnKeys, AreListedUpToALimit) {
   OwnKeys keys;
-  EXPECT_EQ(keys.list(100), "()");
+  EXPECT_EQ(keys.list({}, 100), "()");
   for (const auto* key : {"b", "A", "c"}) ASSERT_TRUE(keys.add(key));
   EXPECT_FALSE(keys.add("B"));
-  EXPECT_EQ(keys.list(100), "(A b c)");
-  EXPECT_EQ(keys.list(6), "(A b)");
+  EXPECT_EQ(keys.list({}, 100), "(A b c)");
+  EXPECT_EQ(keys.list({}, 6), "(A b)");
+  EXPECT_EQ(keys.list("first", 100), "(first A b c)");
   EXPECT_EQ(*keys.spelling("a"), "A");
   EXPECT_EQ(keys.spelling("d"), nullptr);
 }
