@@ -199,6 +199,15 @@ TEST(CliSettings, SaysWhereItLooks) {
   EXPECT_EQ(place_text(options), "domain 3 on eth0, eth1, tag home, peers 10.0.0.2");
   options.tcp = true;
   EXPECT_EQ(place_options(options), "--domain 3 --interfaces eth0,eth1 --tcp --tag home --peers 10.0.0.2");
+  options.engines.push_back(client::Engine::kPeis);
+  options.peis = {"lab", 8000, {"tcp://robot:8000"}, false};
+  EXPECT_EQ(place_text(options),
+            "domain 3 and PEIS network lab on eth0, eth1 over TCP, tag home, peers 10.0.0.2, connect tcp://robot:8000");
+  options.engines = {client::Engine::kPeis};
+  EXPECT_EQ(place_text(options), "PEIS network lab on eth0, eth1, connect tcp://robot:8000");
+  EXPECT_EQ(
+      place_options(options),
+      "--engine peis --peis-network lab --peis-connect tcp://robot:8000 --peis-multicast no --interfaces eth0,eth1");
 }
 
 TEST(CliSettings, ASpanNeedsItsUnit) {
