@@ -38,7 +38,7 @@ class Writer {
     return {{"sets", sets_},
             {"sets_per_second", static_cast<double>(sets_) / seconds_between(begin_, end_)},
             {"processor_us_per_set", processor_ / static_cast<double>(sets_) * 1e6},
-            {"merged", node_.space().stats().merged},
+            {"merged", node_.space().stats().merged - merged_before_},
             {"grown_mb", rounded(std::max(0.0, most_mb_ - before_mb_), 1)},
             {"longest_turn_ms", rounded(longest_ * 1e3, 2)},
             {"sequences", sequences}};
@@ -48,6 +48,7 @@ class Writer {
   void begin() {
     if (begin_ != SteadyTime{}) return;
     before_mb_ = resident_mb();
+    merged_before_ = node_.space().stats().merged;  // repeated snapshots
     begin_ = last_ = node_.scheduler().now();
     processor_ = -own_processor_seconds();
     step();
@@ -77,7 +78,7 @@ class Writer {
   double seconds_;
   bool flat_out_;
   std::vector<tuples::TupleRef> tuples_;
-  std::uint64_t sets_ = 0;
+  std::uint64_t sets_ = 0, merged_before_ = 0;
   SteadyTime begin_{}, end_{}, last_{};
   double before_mb_ = 0, most_mb_ = 0, longest_ = 0, processor_ = 0;
   base::Timer timer_;
