@@ -1,4 +1,5 @@
 #include "tuples/carry/carrying.h"
+#include "tuples/host_policy.h"
 
 namespace rubicon::tuples::carry {
 namespace {
@@ -170,6 +171,16 @@ TEST_F(Carrying, AStandInThatOnlyCommandedEndsSomeTimeAfterItsLastUse) {
   }
   time.run_for(2s);
   EXPECT_EQ(island->carrier.stand_ins(), 1U);
+}
+
+TEST_F(Carrying, AStandInHasTheRightsOfTheHostOfItsComponent) {
+  HostPolicy policy(OwnerId(7), "here", false, Log(log, "tuples"));
+  RemoteSet set;
+  set.from = OwnerId(8);
+  policy.peer_up({OwnerId(8), 1, marked_host("here", OwnerId(1))});
+  EXPECT_TRUE(policy.may_set(set));
+  policy.peer_up({OwnerId(8), 1, marked_host("there", OwnerId(1))});
+  EXPECT_EQ(policy.may_set(set).error().code, ErrorCode::kRefused) << "also if the carrier is here";
 }
 
 TEST_F(Carrying, HostsOfStandInsHaveAMark) {
