@@ -65,6 +65,10 @@ TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon doctor", 1, "problem  loss  one\nproblem  line  two\n"), "ended with 1");
   EXPECT_EQ(of("rubicon doctor", 1, "a loss\n"), "ended with 1");
   EXPECT_EQ(of("rubicon doctor --interfaces eth0", 1), "");
+  EXPECT_EQ(of("rubicon --engine peis doctor", 1), "");
+  EXPECT_EQ(of("rubicon --engine peis ls '101:**'", 8), "");
+  EXPECT_EQ(of("rubicon --engine peis ls '101:**'", 0), "ended with 0") << "where no kernel is";
+  EXPECT_EQ(of("rubicon --engine peis watch '101:**'", 0), "");
   EXPECT_EQ(of("rubicon doctor --interfaces eth0", 0), "ended with 0");
 }
 
