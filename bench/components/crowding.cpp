@@ -17,7 +17,9 @@ Json one_of_many(const Meeting& meeting, const Json& options) {
   const std::size_t others = options.at("count").get<std::size_t>() - 1;
   Node node(OwnerId(kFirstOfMany + options.at("number").get<std::uint32_t>()), meeting);
   double seen = 0;
-  const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent) {
+  int lost = 0;
+  const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent event) {
+    lost += event == tuples::PeerEvent::kLost;
     if (seen == 0 && node.space().peers().size() == others) seen = wall_seconds() - begin;
   });
   base::Timer timer;
@@ -31,7 +33,7 @@ Json one_of_many(const Meeting& meeting, const Json& options) {
   until(settled + idle);
   const auto percent = (own_processor_seconds() - used) / (wall_seconds() - since) * 100;
   until(settled + idle + 1);
-  return {{"seen_s", seen}, {"idle_percent", percent}};
+  return {{"seen_s", seen}, {"idle_percent", percent}, {"lost_peers", lost}};
 }
 
 }  // namespace rubicon::bench
