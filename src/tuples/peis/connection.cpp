@@ -204,7 +204,8 @@ void Connection::check_silence() {
 void Connection::check_quiet() {
   if (state_ != State::kOpen) return;
   quiet_.set(quiet_limit_);
-  if (std::exchange(out_when_checked_, bytes_out_ + block_.size()) == bytes_out_ + block_.size()) calls_.quiet();
+  if (out_when_checked_ == bytes_out_ + block_.size()) calls_.quiet();
+  out_when_checked_ = bytes_out_ + block_.size();
 }
 
 void Connection::widen(Duration lease, Duration own_lease) {

@@ -84,7 +84,7 @@ struct Node::Impl {
   bool take(NodeLink& link, const Package& package);
   bool take_node_message(NodeLink& link, const Package& package);
   void take_message(const Package& package);
-  void take_hello(NodeLink& link, const Package& package);
+  void take_hello(const Package& package);
   void take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message);
   bool take_death(NodeLink& link, const PackageHeader& header, const DeadHost& dead);
   void answer_query(const QueryHost& query);

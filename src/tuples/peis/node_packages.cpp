@@ -91,7 +91,7 @@ void Node::Impl::forward(NodeLink& from, const Package& package) {
 /// Whether others should have it too.
 bool Node::Impl::take(NodeLink& link, const Package& package) {
   const auto& header = package.header;
-  if (header.port == Port::kHello) return take_hello(link, package), true;
+  if (header.port == Port::kHello) return take_hello(package), true;
   if (!is_of_node(header.port)) return take_message(package), true;
   if (header.fragments > 0) return false;
   if (header.routing == Routing::kDirect && header.wants_ack() && deliveries.is_open(header.source)) {
@@ -152,20 +152,17 @@ void Node::Impl::take_message(const Package& package) {
 }
 
 /// An empty one is a sign of life.
-void Node::Impl::take_hello(NodeLink& link, const Package& package) {
+void Node::Impl::take_hello(const Package& package) {
   const auto& header = package.header;
   if (header.routing != Routing::kDirect || package.body.empty()) return;
   const auto hello = decode_hello(package.body);
   if (!hello) return void(++counters.bad_bodies);
   const auto from = header.source;
-  const auto id = link.id;
-  const bool is_neighbour = link.peer == from;
   deliveries.widen(from);
   hosts.hello(from, *hello);
   if (!deliveries.is_open(from)) return;  // its record has not come; hello is sent again
   deliveries.acknowledge(from, header.ack_id);
-  if (!is_neighbour || !this->link(id)) return;
-  widen_links(from);
+  widen_links(from);  // also if hello took another way, which it was sent on before there was a direct one
   drop_duplicates(from);
 }
 

@@ -55,6 +55,24 @@ TEST_F(NodesOfOurs, TwoMeetInAMomentAndSayHelloFirst) {
   EXPECT_TRUE(one.node->links()[0].ours);
 }
 
+/// Each side closes a connection that is silent for the lease of the other one: both must know.
+TEST_F(NodesOfOurs, AHelloThatTookAnotherWayCountsForTheDirectConnection) {
+  auto& one = add(1);
+  ASSERT_TRUE(one.open());
+  KernelPeer direct(world, 102, 9000), way(world, 103, 9001);
+  direct.connect(one.node->local().port);
+  way.connect(one.node->local().port);
+  world.run(2s);
+  auto header = way.header(Routing::kDirect, Port::kHello, 1);
+  header.source = OwnerId{102};
+  way.send_raw(header, encode(one.options.hello));
+  world.run(100ms);
+  for (const auto& link : one.node->links()) EXPECT_EQ(link.ours, link.peer == OwnerId{102}) << number(link.peer);
+  const auto before = direct.of(Port::kHello).size();
+  world.run(1900ms);
+  EXPECT_GT(direct.of(Port::kHello).size(), before) << "a sign of life before the lease of 2 s is over";
+}
+
 TEST_F(NodesOfOurs, ThirtyStartedTogetherSeeEachOtherWithinEightSeconds) {
   for (std::uint32_t id = 1; id <= 30; ++id) ASSERT_TRUE(add(id).open());
   const auto took = world.until([&] { return all_see_all(); }, 20s);
