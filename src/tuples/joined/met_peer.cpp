@@ -84,10 +84,9 @@ std::optional<std::size_t> MetPeer::rival_of(std::size_t engine) const {
 }
 
 bool MetPeer::begin_stream(std::size_t engine, const Restart& restart) {
-  const auto* meeting = at(engine);
-  const bool later =
-      !stream_ || stream_->engine == engine || restart.since == WallTime{} || restart.since > stream_->since;
-  if (later) stream_ = {engine, meeting->identity.incarnation, restart.since};
+  if (restart.since == WallTime{}) return counts(engine);
+  const bool later = !stream_ || stream_->engine == engine || restart.since > stream_->since;
+  if (later) stream_ = {engine, at(engine)->identity.incarnation, restart.since};
   return later;
 }
 

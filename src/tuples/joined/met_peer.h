@@ -48,7 +48,8 @@ class MetPeer {
   /// Another engine that met a different component.
   std::optional<std::size_t> rival_of(std::size_t engine) const;
 
-  /// Takes note that a stream begins. False: an earlier stream, which another one replaced.
+  /// Takes note that a stream begins. False: an earlier stream, which another one replaced. A beginning without a time
+  /// is one that the engine itself notices (its connection is back): it never takes over from another engine.
   bool begin_stream(std::size_t engine, const Restart& restart);
   /// Whether changes that this engine brings count.
   bool counts(std::size_t engine) const { return !stream_ || stream_->engine == engine; }

@@ -137,6 +137,24 @@ TEST_F(PlayedEngines, FollowTheLatestStreamWhateverOrderTheBeginningsArriveIn) {
   EXPECT_THAT(seen.take(), ElementsAre("x=right"));
 }
 
+TEST_F(PlayedEngines, StayWithTheStreamWhenAnotherEngineHasItsConnectionBack) {
+  dds.far->on_peer(who, PeerEvent::kUp);
+  peis.far->on_peer(who, PeerEvent::kUp);
+  peis.receive({Restart{}});  // before any stream began
+  dds.set("x", "1", 1);
+  dds.receive({restart(1)});
+  dds.set("x", "2", 2);
+  peis.receive({Restart{}});
+  dds.set("x", "3", 3);
+  time.run_ready();
+  EXPECT_THAT(seen.take(), ElementsAre("x=1", "x=2", "x=3"));
+  dds.receive({Restart{}});
+  peis.receive({restart(1)});
+  peis.set("x", "late", 4);
+  time.run_ready();
+  EXPECT_THAT(seen.take(), IsEmpty());
+}
+
 TEST_F(PlayedEngines, FollowARestartAtOnceAlthoughOneStillSeesTheEarlierStart) {
   dds.far->on_peer(who, PeerEvent::kUp);
   peis.far->on_peer(who, PeerEvent::kUp);
