@@ -75,7 +75,7 @@ TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
-      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"},
+      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds, peis"},
       {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine: 'dds' is listed twice"},
       {"{engine: []}", "tuples.engine: expected one of: memory, dds, peis"},
       {"{engine: [memory, peis]}", "tuples.engine: memory cannot be combined"},

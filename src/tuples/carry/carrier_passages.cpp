@@ -27,7 +27,7 @@ Passage& Carrier::passage(StandInPort& owner, OwnerId reader) {
   const PassageKey key{reader, owner.component.id};
   if (const auto found = passages_.find(key); found != passages_.end()) return found->second;
   const auto id = owner.component.id;
-  auto& made = passages_.try_emplace(key, id, reader, owner.link(), rules_.keys_of(id)).first->second;
+  auto& made = passages_.try_emplace(key, id, reader, owner, rules_.keys_of(id)).first->second;
   if (auto* stand_in = find(reader); stand_in && stand_in->engine != owner.engine) made.open(*stand_in);
   if (owner.is_observed && is_kernel(reader)) made.observe();
   return made;
@@ -159,8 +159,10 @@ void Carrier::forward(std::uint64_t number) {
   auto& set = *request.waiting;
   if (set.time_to_live > Duration(0))
     set.time_to_live = std::max<Duration>(request.due - scheduler_.now(), Duration(1));
+  auto& last = reader->last_requests[request.owner];
+  set.request = sets_.wire_number(request, last);
   const auto given = reader->link().remote_set(set);
-  if (given) return sets_.sent(request);
+  if (given) return sets_.sent(request, last = set.request);
   if (given.error().code == ErrorCode::kNotFound) return;
   const auto verdict = Verdict::kRefused;
   answer(*sets_.take(number), {{}, 0, verdict, given.error().code, given.error().text});
@@ -174,9 +176,9 @@ void Carrier::forward_waiting(OwnerId owner, OwnerId reader) {
 }
 
 void Carrier::on_reply(OwnerId id, const Reply& reply) {
-  const auto* asked = sets_.find(reply.request);
-  if (!asked || asked->reader != id) return;
-  answer(*sets_.take(reply.request), reply);
+  const auto asked = sets_.answered(id, reply.request);
+  if (asked == 0) return;
+  answer(*sets_.take(asked), reply);
   released(id);
 }
 

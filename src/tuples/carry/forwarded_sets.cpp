@@ -9,8 +9,7 @@ std::uint64_t ForwardedSets::add(OwnerId owner, const RemoteSet& set, SteadyTime
   if (requests_.size() >= kMax || waiting_bytes_ + set.value.size() > kMaxWaitingBytes) return 0;
   last_ = std::max(static_cast<std::uint64_t>(wall.time_since_epoch().count()), last_ + 1);
   const auto lives = set.time_to_live > Duration(0) ? std::min(set.time_to_live, kLongest) : kLongest;
-  auto& request = requests_[last_] = {owner, set.from, set.request, now + lives, set};
-  request.waiting->request = last_;
+  auto& request = requests_[last_] = {owner, set.from, last_, set.request, 0, now + lives, set};
   request.waiting->owner = owner;
   waiting_[{owner, set.from}].insert(last_);
   ++of_reader_[set.from];
@@ -23,11 +22,27 @@ ForwardedSets::Request* ForwardedSets::find(std::uint64_t number) {
   return found == requests_.end() ? nullptr : &found->second;
 }
 
-void ForwardedSets::sent(Request& request) {
+std::uint64_t ForwardedSets::wire_number(const Request& request, std::uint64_t last) const {
+  const bool is_free = request.original > last && !of_wire_.contains({request.reader, request.original});
+  return is_free ? request.original : std::max(request.number, last + 1);
+}
+
+std::uint64_t ForwardedSets::answered(OwnerId reader, std::uint64_t wire) const {
+  const auto found = of_wire_.find({reader, wire});
+  return found == of_wire_.end() ? 0 : found->second;
+}
+
+void ForwardedSets::sent(Request& request, std::uint64_t wire) {
+  stop_waiting(request);
+  request.wire = wire;
+  of_wire_[{request.reader, wire}] = request.number;
+}
+
+void ForwardedSets::stop_waiting(Request& request) {
   if (!request.waiting) return;
   const Way way{request.owner, request.reader};
   auto& waits = waiting_[way];
-  waits.erase(request.waiting->request);
+  waits.erase(request.number);
   if (waits.empty()) waiting_.erase(way);
   waiting_bytes_ -= request.waiting->value.size();
   request.waiting.reset();
@@ -37,7 +52,8 @@ std::optional<ForwardedSets::Request> ForwardedSets::take(std::uint64_t number) 
   const auto found = requests_.find(number);
   if (found == requests_.end()) return {};
   auto taken = found->second;
-  sent(found->second);
+  stop_waiting(found->second);
+  of_wire_.erase({taken.reader, taken.wire});
   requests_.erase(found);
   if (--of_reader_[taken.reader] == 0) of_reader_.erase(taken.reader);
   return taken;

@@ -12,8 +12,8 @@
 
 namespace rubicon::tuples::carry {
 
-/// The remote sets that pass from one engine to the other. Each gets a number of the carrier's own, which rises over
-/// restarts of all that take part: owners drop a number that they saw before.
+/// The remote sets that pass from one engine to the other. The carrier knows each by a number of its own, which rises
+/// over restarts of all that take part.
 class ForwardedSets {
  public:
   static constexpr std::size_t kMax = 10'000, kMaxWaitingBytes = 32 * 1024 * 1024;
@@ -22,7 +22,9 @@ class ForwardedSets {
 
   struct Request {
     OwnerId owner{}, reader{};
+    std::uint64_t number = 0;
     std::uint64_t original = 0;  ///< number that the reader gave it
+    std::uint64_t wire = 0;      ///< number that it has at the owner; 0 = not sent
     SteadyTime due{};            ///< an answer after this is not wanted
     std::optional<RemoteSet> waiting{};
   };
@@ -31,8 +33,13 @@ class ForwardedSets {
   std::uint64_t add(OwnerId owner, const RemoteSet& set, SteadyTime now, WallTime wall);
   /// Null: no such request.
   Request* find(std::uint64_t number);
-  /// It was sent: only its answer matters.
-  void sent(Request& request);
+  /// The number for the owner, who shows it with the outcome: that of the reader, but for one that the owner would take
+  /// for a repetition because it is not above `last`, or that another request of the reader has.
+  std::uint64_t wire_number(const Request& request, std::uint64_t last) const;
+  /// The number of the request that a reply to the stand-in of the reader answers; 0 = none.
+  std::uint64_t answered(OwnerId reader, std::uint64_t wire) const;
+  /// It was sent, with that number: only its answer matters.
+  void sent(Request& request, std::uint64_t wire);
   /// Ends it: the request that was answered.
   std::optional<Request> take(std::uint64_t number);
   /// The first one that waits; 0 = none.
@@ -44,11 +51,14 @@ class ForwardedSets {
   SteadyTime next_due() const;
 
  private:
+  void stop_waiting(Request& request);
+
   using Way = std::pair<OwnerId, OwnerId>;  ///< owner, reader
 
   std::map<std::uint64_t, Request> requests_;
   std::map<Way, std::set<std::uint64_t>> waiting_;
   std::map<OwnerId, std::size_t> of_reader_;
+  std::map<std::pair<OwnerId, std::uint64_t>, std::uint64_t> of_wire_;  ///< by reader and its number at the owner
   std::uint64_t last_ = 0;
   std::size_t waiting_bytes_ = 0;
 };

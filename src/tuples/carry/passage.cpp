@@ -81,6 +81,7 @@ void Passage::close(bool withdraws) {
 /// Repeats it, so that the owner sends its snapshot again, if it was sent before.
 void Passage::send(Subscription& subscription) {
   if (!to_owner_) return;
+  if (subscription.spec.id == kObserver) fresh_.clear();
   if (subscription.wires.empty()) {
     for (const auto& keys : subscription.keys) {
       const auto wire = to_owner_->new_subscription();
@@ -114,13 +115,49 @@ void Passage::on_changes(std::span<const Change> changes) {
     if (const auto* end = std::get_if<SnapshotEnd>(&change)) {
       end_snapshot(end->subscription);
     } else if (const auto* set = std::get_if<TupleSet>(&change)) {
-      if (is_carried(set->tuple.key)) enqueue(change);
+      on_carried(change, set->tuple.key);
     } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
-      if (is_carried(gone->key)) enqueue(change);
+      on_carried(change, gone->key);
     } else {
       restart(change);
     }
   }
+}
+
+/// Of what the link observes the reader gets only what it subscribed to.
+void Passage::on_carried(const Change& change, std::string_view key) {
+  if (!is_carried(key)) return;
+  const bool observed = subscriptions_.contains(kObserver);
+  if (observed) show_to_link(change, key);
+  if (!observed || is_read(key)) enqueue(change);
+}
+
+bool Passage::is_read(std::string_view key) const {
+  return std::any_of(subscriptions_.begin(), subscriptions_.end(), [&](const auto& one) {
+    return one.first != kObserver && one.second.spec.pattern.matches(owner_, key);
+  });
+}
+
+/// Before the reader gets it: the link numbers tuples by the keys that it knows.
+void Passage::show_to_link(const Change& change, std::string_view key) {
+  if (std::holds_alternative<TupleSet>(change)) {
+    if (!subscriptions_.at(kObserver).awaited.empty()) fresh_.emplace(key);
+    to_reader_.observed.emplace(key);
+  } else if (const auto known = to_reader_.observed.find(key); known != to_reader_.observed.end()) {
+    to_reader_.observed.erase(known);
+  }
+  to_reader_.link().publish(kLinkItself, {&change, 1});
+}
+
+/// What the link knows and the snapshot lacks was deleted while nobody observed.
+void Passage::end_observed_snapshot() {
+  std::erase_if(to_reader_.observed, [&](const std::string& key) {
+    if (fresh_.contains(key)) return false;
+    const Change gone = TupleGone{EventKind::kDeleted, key, 0};
+    to_reader_.link().publish(kLinkItself, {&gone, 1});
+    return true;
+  });
+  fresh_.clear();
 }
 
 /// What follows replaces what waits, but for snapshots that the owner knows nothing of.
@@ -133,6 +170,10 @@ void Passage::restart(const Change& change) {
       ends.push_back(end->subscription);
   }
   drop_waiting();
+  fresh_.clear();
+  for (auto& one : subscriptions_) {
+    for (const auto& wire : one.second.wires) one.second.awaited.insert(wire.first);
+  }
   enqueue(change);
   for (const auto id : ends) enqueue(SnapshotEnd{id});
 }
@@ -142,7 +183,8 @@ void Passage::end_snapshot(std::uint32_t wire) {
   const auto found = of_wire_.find(wire);
   if (found == of_wire_.end()) return;
   auto& subscription = subscriptions_.at(found->second);
-  if (subscription.awaited.erase(wire) == 0 || !subscription.awaited.empty() || found->second == kObserver) return;
+  if (subscription.awaited.erase(wire) == 0 || !subscription.awaited.empty()) return;
+  if (found->second == kObserver) return end_observed_snapshot();
   enqueue(SnapshotEnd{found->second});
 }
 
@@ -173,13 +215,11 @@ void Passage::drop_waiting() {
 }
 
 bool Passage::flush() {
-  const bool observed = subscriptions_.contains(kObserver);
   std::vector<Change> frame;
   while (!waiting_.empty()) {
     frame.clear();
     for (std::size_t at = 0; at < std::min(waiting_.size(), kMaxFrame); ++at) frame.push_back(waiting_[at].view());
-    if (observed) to_reader_.publish(kLinkItself, frame);  // keys first: the link numbers its tuples by them
-    if (!to_reader_.publish(reader_, frame)) return false;
+    if (!to_reader_.link().publish(reader_, frame)) return false;
     for (std::size_t sent = 0; sent < frame.size(); ++sent, ++first_) {
       const auto& front = waiting_.front();
       bytes_ -= size_of(front);
@@ -193,7 +233,7 @@ bool Passage::flush() {
 
 bool Passage::ask_again() {
   const Change restart = Restart{};
-  if (!to_reader_.publish(reader_, {&restart, 1})) return false;
+  if (!to_reader_.link().publish(reader_, {&restart, 1})) return false;
   lost_ = false;
   for (auto& [id, subscription] : subscriptions_) {
     end_if_empty(subscription);

@@ -19,8 +19,8 @@ class Passage {
   /// Changes that wait for the reader. Beyond them all are dropped, and the owner is asked for a snapshot.
   static constexpr std::size_t kMaxWaiting = 100'000, kMaxWaitingBytes = 32 * 1024 * 1024;
 
-  /// `to_reader` is the link of the owner's stand-in, which outlives it; `keys`: the patterns that are carried.
-  Passage(OwnerId owner, OwnerId reader, Link& to_reader, std::vector<std::string> keys)
+  /// `to_reader` is the owner's stand-in, which outlives it; `keys`: the patterns that are carried.
+  Passage(OwnerId owner, OwnerId reader, StandInPort& to_reader, std::vector<std::string> keys)
       : owner_(owner), reader_(reader), to_reader_(to_reader), keys_(std::move(keys)) {}
 
   /// False: beyond the bound, or a pattern that is none.
@@ -57,12 +57,16 @@ class Passage {
   void restart(const Change& change);
   void end_snapshot(std::uint32_t wire);
   bool is_carried(std::string_view key) const;
+  void on_carried(const Change& change, std::string_view key);
+  bool is_read(std::string_view key) const;
+  void show_to_link(const Change& change, std::string_view key);
+  void end_observed_snapshot();
   void enqueue(const Change& change);
   void drop_waiting();
   bool ask_again();
 
   OwnerId owner_, reader_;
-  Link& to_reader_;
+  StandInPort& to_reader_;
   std::vector<std::string> keys_;
   StandInPort* to_owner_ = nullptr;
   std::map<std::uint32_t, Subscription> subscriptions_;  ///< by id of the reader
@@ -71,7 +75,8 @@ class Passage {
   std::map<std::string, std::uint64_t> place_;  ///< of the change of a key, counted from the first one ever
   std::uint64_t first_ = 0;                     ///< place of the front
   std::size_t bytes_ = 0;
-  bool lost_ = false;  ///< changes were dropped
+  bool lost_ = false;                         ///< changes were dropped
+  std::set<std::string, std::less<>> fresh_;  ///< keys that came since the observed snapshot began
 };
 
 }  // namespace rubicon::tuples::carry

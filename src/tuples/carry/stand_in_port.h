@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <set>
+#include <string>
 
 #include "tuples/link.h"
 
@@ -42,10 +44,12 @@ class StandInPort final : public LinkListener {
   /// Whether it can send to the component.
   bool sees(OwnerId peer) const { return peers_.contains(peer); }
 
-  const PeerIdentity component;  ///< that it stands for
-  const std::size_t engine;      ///< where it is
-  bool is_observed = false;      ///< by the link itself (kLinkItself)
-  SteadyTime used_until{};       ///< without a use after this it ends, if nothing of its component is carried
+  const PeerIdentity component;                    ///< that it stands for
+  const std::size_t engine;                        ///< where it is
+  std::set<std::string, std::less<>> observed;     ///< keys that the link itself knows
+  bool is_observed = false;                        ///< by the link itself (kLinkItself)
+  std::map<OwnerId, std::uint64_t> last_requests;  ///< highest number of its remote sets, by owner
+  SteadyTime used_until{};  ///< without a use after this it ends, if nothing of its component is carried
 
  private:
   void on_changes(OwnerId owner, std::span<const Change> changes) override {

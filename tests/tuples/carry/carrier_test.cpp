@@ -100,6 +100,7 @@ TEST_F(OneHome, DecidesAboutRemoteSetsOfTheRealComponent) {
   EXPECT_EQ(set("on"), Verdict::kApplied) << answer.text;
   EXPECT_EQ(answer.sequence, 2U);
   EXPECT_EQ(home->sets.back().from, OwnerId(8));
+  EXPECT_EQ(home->sets.back().request, 1U) << "the owner shows the outcome with the number that the reader knows";
   EXPECT_TRUE(home->sets.back().time_to_live_given);
   EXPECT_EQ(home->space.get(OwnerId(7), "kitchen.lamp")->creator, OwnerId(8));
   EXPECT_EQ(set("bad"), Verdict::kRefused);

@@ -13,7 +13,9 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::SizeIs;
+using testing::StartsWith;
 
 /// An island (1) that carries between an engine in memory and PEIS with one kernel (101).
 struct PeisTwin : testing::Test {
@@ -102,6 +104,36 @@ TEST_F(PeisTwin, AKernelKnowsAllKeysThatAreCarried) {
   subscribe(7, "kernel.all-keys");
   EXPECT_THAT(pushed(), Contains(EndsWith(" hall.lamp kitchen.lamp kitchen.log)")));
   EXPECT_FALSE(home->demand.wanted);
+}
+
+TEST_F(PeisTwin, AKernelGetsOnlyWhatItSubscribedTo) {
+  subscribe(7, "kernel.all-keys");
+  subscribe(7, "hall.*");
+  ASSERT_TRUE(home->space.set("kitchen.lamp", "later"));
+  ASSERT_TRUE(home->space.set("hall.lamp", "on"));
+  world.run(5s);
+  EXPECT_THAT(pushed(), Contains("7:hall.lamp=on"));
+  EXPECT_THAT(pushed(), Not(Contains(StartsWith("7:kitchen."))));
+}
+
+TEST_F(PeisTwin, AKernelThatComesLaterSeesNoKeyThatWasDeletedMeanwhile) {
+  subscribe(7, "kernel.all-keys");
+  kernel.leave();
+  world.run(30s);
+  ASSERT_TRUE(home->space.erase("hall.lamp"));
+  KernelPeer later{world, 101, 9000};
+  later.listen();
+  world.run(40s);
+  peis::Subscribe out;
+  out.prototype.owner = OwnerId(7);
+  out.prototype.key = "kernel.all-keys";
+  later.send(7, peis::Port::kSubscribe, peis::text_of(write(out)));
+  world.run(10s);
+  const auto pushes = later.of(peis::Port::kPush);
+  ASSERT_FALSE(pushes.empty());
+  EXPECT_THAT(std::string(*peis::read_push(base::as_bytes(pushes.back().body))->data),
+              HasSubstr(" kitchen.lamp kitchen.log)"));
+  EXPECT_THAT(std::string(*peis::read_push(base::as_bytes(pushes.back().body))->data), Not(HasSubstr("hall.lamp")));
 }
 
 TEST_F(PeisTwin, TheOtherEngineReadsAndSetsAKernel) {
