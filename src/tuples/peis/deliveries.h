@@ -20,6 +20,7 @@ enum class Outcome {
   kDelivered,  ///< the host acknowledged all of it; a G6 kernel does not say whether it accepted it
   kGivenUp,    ///< not acknowledged after 7 resends (11.6 s); it may have arrived
   kHostGone,   ///< the host left or was lost; it may have arrived
+  kNotSent,    ///< its time was over before there was room for it
 };
 /// Not called if the node is destroyed first.
 using Done = std::function<void(Outcome)>;

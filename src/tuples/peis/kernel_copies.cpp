@@ -7,7 +7,17 @@
 
 namespace rubicon::tuples::peis {
 
-KernelCopies::News KernelCopies::take(const NetworkTuple& tuple) {
+namespace {
+
+/// The lifetime that the owner gave the tuple, from now on: the clocks of hosts differ.
+SteadyTime end_of_copy(const NetworkTuple& tuple, SteadyTime now) {
+  if (*tuple.expire_time == WallTime{}) return SteadyTime::max();
+  return now + std::max<Duration>(*tuple.expire_time - *tuple.write_time, Duration(1));
+}
+
+}  // namespace
+
+KernelCopies::News KernelCopies::take(const NetworkTuple& tuple, SteadyTime now) {
   const auto key = folded(tuple.key);
   const auto present = copies_.find(key);
   const bool known = present != copies_.end();
@@ -19,8 +29,9 @@ KernelCopies::News KernelCopies::take(const NetworkTuple& tuple) {
   const auto before = known ? size_of(present->second) : 0;
   const auto size = tuple.key.size() + tuple.data->size() + tuple.media_type.size();
   if ((!known && copies_.size() >= kMaxCopies) || bytes_ - before + size > kMaxBytes) return News::kNoRoom;
+  if (known) forget(*present);
   auto& copy = copies_[key];
-  bytes_ += size - before;
+  bytes_ += size;
   const auto first = std::uint64_t{*tuple.sequence} + 1;
   const auto sequence = known ? std::max(copy.sequence + 1, first) : first;
   copy = {std::string(tuple.key),
@@ -35,7 +46,9 @@ KernelCopies::News KernelCopies::take(const NetworkTuple& tuple) {
           *tuple.sequence,
           tuple.appends,
           sequence,
-          true};
+          true,
+          end_of_copy(tuple, now)};
+  if (copy.expires != SteadyTime::max()) expiries_.emplace(copy.expires, key);
   return News::kNew;
 }
 
@@ -43,9 +56,10 @@ std::vector<const KernelCopies::Copy*> KernelCopies::append(const PushAppended& 
   std::vector<const Copy*> changed;
   const auto& tuple = appended_to.tuple;
   const std::string_view pattern = tuple.key.empty() ? std::string_view("**") : tuple.key;
-  for (auto& [key, copy] : copies_) {
-    if (!matches_folded(pattern, key) || tuple.sequence.value_or(copy.number) != copy.number) continue;
-    if (bytes_ + appended_to.difference.size() > kMaxBytes) break;
+  each_match(copies_, pattern, [&](auto at) {
+    auto& copy = at->second;
+    if (tuple.sequence.value_or(copy.number) != copy.number) return;
+    if (bytes_ + appended_to.difference.size() > kMaxBytes) return;
     const auto before = copy.data.size();
     copy.data = appended(copy.encoding, copy.data, appended_to.difference);
     bytes_ += copy.data.size() - before;
@@ -53,7 +67,7 @@ std::vector<const KernelCopies::Copy*> KernelCopies::append(const PushAppended& 
     ++copy.sequence;
     if (tuple.write_time) copy.write_time = *tuple.write_time;
     changed.push_back(&copy);
-  }
+  });
   return changed;
 }
 
@@ -63,16 +77,14 @@ const KernelCopies::Copy* KernelCopies::find(std::string_view key) const {
 }
 
 std::optional<KernelCopies::Copy> KernelCopies::remove(std::string_view key) {
-  auto gone = copies_.extract(folded(key));
-  if (gone.empty()) return std::nullopt;
-  bytes_ -= size_of(gone.mapped());
-  return std::move(gone.mapped());
+  const auto found = copies_.find(folded(key));
+  if (found == copies_.end()) return std::nullopt;
+  forget(*found);
+  return std::move(copies_.extract(found).mapped());
 }
 
 void KernelCopies::each(std::string_view pattern, const std::function<void(const Copy&)>& visit) const {
-  for (const auto& [key, copy] : copies_) {
-    if (matches_folded(pattern, key)) visit(copy);
-  }
+  each_match(copies_, pattern, [&](auto at) { visit(at->second); });
 }
 
 void KernelCopies::begin_round() {
@@ -80,11 +92,28 @@ void KernelCopies::begin_round() {
 }
 
 void KernelCopies::end_round(std::string_view pattern) {
-  for (auto at = copies_.begin(); at != copies_.end();) {
-    const bool is_over = !at->second.confirmed && matches_folded(pattern, at->first);
-    if (is_over) bytes_ -= size_of(at->second);
-    at = is_over ? copies_.erase(at) : std::next(at);
+  std::vector<Copies::iterator> over;
+  each_match(copies_, pattern, [&](auto at) {
+    if (!at->second.confirmed) over.push_back(at);
+  });
+  for (const auto at : over) {
+    forget(*at);
+    copies_.erase(at);
   }
+}
+
+void KernelCopies::expire(SteadyTime now) {
+  while (next_expiry() <= now) {
+    const auto found = copies_.find(expiries_.begin()->second);
+    forget(*found);
+    copies_.erase(found);
+  }
+}
+
+/// The item is about to be erased or replaced.
+void KernelCopies::forget(const Copies::value_type& item) {
+  bytes_ -= size_of(item.second);
+  if (item.second.expires != SteadyTime::max()) expiries_.erase({item.second.expires, item.first});
 }
 
 TupleView view_of(const KernelCopies::Copy& copy, std::string_view key) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,11 +31,12 @@ class KernelCopies {
     std::uint32_t appends = 0;   ///< since then
     std::uint64_t sequence = 0;  ///< of ours
     bool confirmed = true;       ///< since begin_round()
+    SteadyTime expires{};        ///< max() = never
   };
 
   enum class News { kNew, kOld, kNoRoom };
   /// Takes a push that is no delete. kOld: the number is not above that of the copy, and nothing was appended.
-  News take(const NetworkTuple& tuple);
+  News take(const NetworkTuple& tuple, SteadyTime now);
   /// Applies an append to all copies it means; those with another number are left alone, as kernels do. The pointers
   /// are valid until the next change.
   std::vector<const Copy*> append(const PushAppended& appended);
@@ -49,12 +51,20 @@ class KernelCopies {
   /// Removes copies that match and were not pushed since begin_round().
   void end_round(std::string_view pattern);
 
+  /// Removes copies whose lifetime is over: kernels do so by themselves, without a word.
+  void expire(SteadyTime now);
+  /// SteadyTime::max() = none expires.
+  SteadyTime next_expiry() const { return expiries_.empty() ? SteadyTime::max() : expiries_.begin()->first; }
+
   std::size_t size() const { return copies_.size(); }
 
  private:
+  using Copies = std::map<std::string, Copy, std::less<>>;
+  void forget(const Copies::value_type& item);
   static std::size_t size_of(const Copy& copy) { return copy.key.size() + copy.data.size() + copy.media_type.size(); }
 
-  std::map<std::string, Copy, std::less<>> copies_;  ///< by folded key
+  Copies copies_;  ///< by folded key
+  std::set<std::pair<SteadyTime, std::string>> expiries_;
   std::size_t bytes_ = 0;
 };
 

@@ -7,7 +7,10 @@
 namespace rubicon::tuples::peis {
 
 KernelSession::KernelSession(SessionContext& context, OwnerId peer, View& view)
-    : Session(context, peer), view_(view), again_(context.scheduler, [this] { request_again(); }) {}
+    : Session(context, peer),
+      view_(view),
+      again_(context.scheduler, [this] { during([this] { request_again(); }); }),
+      expiry_(context.scheduler, [this] { expire_copies(); }) {}
 
 void KernelSession::receive(Port port, ByteView body) {
   switch (port) {
@@ -22,19 +25,15 @@ void KernelSession::receive(Port port, ByteView body) {
 }
 
 Done KernelSession::guarded(std::function<void(Outcome)> call) {
-  return lifetime_.guard([this, call = std::move(call)](Outcome outcome) {
-    auto& context = context_;
-    if (!context.listener) return;
-    ++context.calls;
-    call(outcome);
-    --context.calls;
-  });
+  return lifetime_.guard([this, call = std::move(call)](Outcome outcome) { during([&] { call(outcome); }); });
 }
 
 /// Its tuples count again whatever their numbers; it has none of our subscriptions, and gets our tuples again.
 void KernelSession::forgotten() {
   copies_.begin_round();
   requests_.clear();
+  due_requests_.clear();
+  lost_deletes_.clear();
   for (auto& [id, subscription] : subscriptions_) subscription.waits = true;
   for (const auto id : subscribers_.begin_again()) join(id);
   deliver(Restart{});

@@ -38,15 +38,16 @@ class KernelSession final : public Session {
 
   /// There is an own tuple with this key.
   void key_added(const std::string& key);
-  /// Sends one of KernelTuples if the kernel subscribed to it.
+  /// Sends one of KernelTuples if the kernel subscribed to it, as soon as there is room.
   void push_kernel_tuple(const std::string& key);
 
  private:
   static constexpr std::size_t kMaxRequested = 10'000;
   static constexpr std::size_t kMaxAppended = 1'000;  ///< tuples that one append may change
-  static constexpr Duration kRequestAgain = std::chrono::seconds(10);
+  static constexpr std::size_t kMaxLostDeletes = 10'000;
+  static constexpr Duration kRequestAgain = std::chrono::seconds(10);  ///< what was given up
 
-  enum class Request { kSent, kAcknowledged, kGivenUp };
+  enum class Request { kDue, kSent, kAcknowledged, kGivenUp };
   struct Subscription {
     SubscriptionSpec spec;
     std::vector<std::string> patterns;  ///< of the kernel, folded
@@ -58,26 +59,40 @@ class KernelSession final : public Session {
     std::string value;
   };
 
+  /// What a push deleted, if it did.
+  struct Deleted {
+    std::string key;
+    std::uint32_t number = 0;
+  };
+
   // Own tuples (kernel_session_values.cpp).
   void publish(const TupleSet& set);
   void publish(const TupleGone& gone);
   void publish(const SnapshotEnd& end);
   void publish(const Restart&) {}  // kernels go by numbers
   bool is_publishable(std::string_view key);
+  void push_gone(const std::string& key, std::uint32_t number);
+  Done watched(const Deleted& deleted);
+  void lost(const Deleted& deleted);
+  void push_again();
 
   // Their tuples (kernel_session_values.cpp).
   void on_push(ByteView body);
   void on_delete(const NetworkTuple& tuple);
   void on_appended(ByteView body);
   void deliver_copy(const KernelCopies::Copy& copy);
+  void expire_copies();
   std::string_view own_spelling(std::string_view key) const;
 
   // Our subscriptions and theirs (kernel_session_subscriptions.cpp).
   void request(const std::string& pattern, bool force);
+  bool send_next() override;
+  void send_request(const std::string& pattern, bool force);
   void requested(const std::string& pattern, Outcome outcome);
   void request_again();
   bool is_acknowledged(const Subscription& subscription) const;
   void settle(std::uint32_t id);
+  void forget_patterns(std::uint32_t id, const std::vector<std::string>& patterns);
   void on_subscribe(ByteView body);
   void on_unsubscribe(ByteView body);
   void join(std::uint32_t id);
@@ -99,11 +114,16 @@ class KernelSession final : public Session {
   KernelCopies copies_;
   KernelSubscribers subscribers_;
   std::map<std::uint32_t, Subscription> subscriptions_;
-  std::map<std::string, std::string> spellings_;  ///< of keys that we subscribed to, by folded key
-  std::map<std::string, Request> requests_;       ///< subscriptions that the kernel has, by folded pattern
+  std::map<std::string, std::set<std::uint32_t>> by_pattern_;  ///< their ids, by folded pattern
+  std::map<std::string, std::string> spellings_;               ///< of keys that we subscribed to, by folded key
+  std::map<std::string, Request> requests_;                    ///< subscriptions that the kernel has, by folded pattern
+  std::map<std::string, bool> due_requests_;                   ///< those of them that wait for room: whether with force
+  std::set<std::string> due_tuples_;                           ///< of KernelTuples: their newest values wait for room
+  std::map<std::string, std::uint32_t> lost_deletes_;          ///< numbers of deletes that were given up
+  bool lost_pushes_ = false;                                   ///< some push was given up: all follow again
   std::deque<PendingSet> sets_;
   std::uint64_t last_set_ = 0;  ///< number of the kernel's remote sets
-  base::Deadline again_;
+  base::Deadline again_, expiry_;
 };
 
 }  // namespace rubicon::tuples::peis

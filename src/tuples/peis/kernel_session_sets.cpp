@@ -11,6 +11,7 @@ namespace rubicon::tuples::peis {
 namespace {
 
 constexpr std::string_view kArrived = "arrived; the PEIS kernel does not say whether it was accepted";
+constexpr std::string_view kNotSent = "its time to live ended before the PEIS kernel had room for it: it was not sent";
 constexpr std::string_view kNotAcknowledged =
     "the PEIS kernel did not acknowledge it within 11.6 s; it may have arrived all the same";
 
@@ -102,7 +103,8 @@ void KernelSession::answer(std::uint64_t request, Outcome outcome, std::uint64_t
     const bool is_gone = outcome == Outcome::kHostGone;
     reply.verdict = is_gone ? Verdict::kNoSuchOwner : Verdict::kExpired;
     reply.code = is_gone ? ErrorCode::kNotFound : ErrorCode::kExpired;
-    reply.text = is_gone ? name() + " is gone; the request may have arrived" : std::string(kNotAcknowledged);
+    reply.text = is_gone ? name() + " is gone; the request may have arrived"
+                         : std::string(outcome == Outcome::kNotSent ? kNotSent : kNotAcknowledged);
   }
   if (context_.listener) context_.listener->on_reply(reply);
 }

@@ -13,23 +13,40 @@ namespace rubicon::tuples::peis {
 /// here.
 void KernelSession::subscribe(const SubscriptionSpec& spec) {
   auto& subscription = subscriptions_[spec.id];
+  forget_patterns(spec.id, subscription.patterns);
   subscription = {spec, {}, true};
-  for (const auto& pattern : to_kernel_patterns(spec.pattern.key)) subscription.patterns.push_back(folded(pattern));
+  for (const auto& pattern : to_kernel_patterns(spec.pattern.key)) {
+    subscription.patterns.push_back(folded(pattern));
+    by_pattern_[subscription.patterns.back()].insert(spec.id);
+  }
   if (spec.pattern.exact()) spellings_[folded(spec.pattern.key)] = spec.pattern.key;
   for (const auto& pattern : subscription.patterns) request(pattern, true);
   if (!is_acknowledged(subscription)) return;
-  lifetime_.post(context_.scheduler, [this, id = spec.id] { settle(id); });
+  later([this, id = spec.id] { settle(id); });
 }
 
 void KernelSession::unsubscribe(std::uint32_t id) {
   const auto gone = subscriptions_.extract(id);
-  if (gone.empty() || !gone.mapped().spec.pattern.exact()) return;
+  if (gone.empty()) return;
+  forget_patterns(id, gone.mapped().patterns);
+  if (!gone.mapped().spec.pattern.exact()) return;
   const auto key = folded(gone.mapped().spec.pattern.key);
-  for (const auto& [other, subscription] : subscriptions_) {
-    const auto& pattern = subscription.spec.pattern;
-    if (pattern.exact() && folded(pattern.key) == key) return void(spellings_[key] = pattern.key);
+  if (const auto others = by_pattern_.find(key); others != by_pattern_.end()) {
+    for (const auto other : others->second) {
+      const auto& pattern = subscriptions_.at(other).spec.pattern;
+      if (pattern.exact()) return void(spellings_[key] = pattern.key);
+    }
   }
   spellings_.erase(key);
+}
+
+void KernelSession::forget_patterns(std::uint32_t id, const std::vector<std::string>& patterns) {
+  for (const auto& pattern : patterns) {
+    const auto found = by_pattern_.find(pattern);
+    if (found == by_pattern_.end()) continue;
+    found->second.erase(id);
+    if (found->second.empty()) by_pattern_.erase(found);
+  }
 }
 
 void KernelSession::request(const std::string& pattern, bool force) {
@@ -40,6 +57,24 @@ void KernelSession::request(const std::string& pattern, bool force) {
                                                             kMaxRequested, name(), model::quoted(pattern)));
     return;
   }
+  requests_[pattern] = Request::kDue;
+  due_requests_[pattern] = force;
+  send_due();
+}
+
+bool KernelSession::send_next() {
+  if (!due_requests_.empty()) {
+    const auto next = due_requests_.extract(due_requests_.begin());
+    send_request(next.key(), next.mapped());
+    return true;
+  }
+  if (due_tuples_.empty()) return false;
+  const auto key = due_tuples_.extract(due_tuples_.begin()).value();
+  send(Port::kPush, write_kernel_tuple(context_.self, key, view_.tuples.all().at(key)), watched({}));
+  return true;
+}
+
+void KernelSession::send_request(const std::string& pattern, bool force) {
   requests_[pattern] = Request::kSent;
   Subscribe out;
   out.force_resend = force;
@@ -51,15 +86,20 @@ void KernelSession::request(const std::string& pattern, bool force) {
 /// The pushes of the present tuples came before the acknowledgement, by the same route.
 void KernelSession::requested(const std::string& pattern, Outcome outcome) {
   const auto found = requests_.find(pattern);
-  if (found == requests_.end()) return;
+  if (found == requests_.end() || found->second == Request::kDue) return;
   if (outcome != Outcome::kDelivered) {
     found->second = Request::kGivenUp;
     return again_.advance_to(context_.scheduler.now() + kRequestAgain);
   }
   found->second = Request::kAcknowledged;
   std::vector<std::uint32_t> waiting;
-  for (const auto& [id, subscription] : subscriptions_) {
-    if (subscription.waits) waiting.push_back(id);
+  const auto wait = [&](std::uint32_t id) {
+    if (subscriptions_.at(id).waits) waiting.push_back(id);
+  };
+  if (pattern == kEveryKey) {
+    for (const auto& [id, subscription] : subscriptions_) wait(id);
+  } else if (const auto ids = by_pattern_.find(pattern); ids != by_pattern_.end()) {
+    for (const auto id : ids->second) wait(id);
   }
   for (const auto id : waiting) settle(id);
 }
@@ -71,6 +111,7 @@ void KernelSession::request_again() {
   }
   for (const auto& pattern : given_up) requests_.erase(pattern);
   for (const auto& pattern : given_up) request(pattern, false);
+  if (std::exchange(lost_pushes_, false)) push_again();
 }
 
 bool KernelSession::is_acknowledged(const Subscription& subscription) const {
@@ -87,6 +128,7 @@ void KernelSession::settle(std::uint32_t id) {
   const auto found = subscriptions_.find(id);
   if (found == subscriptions_.end() || !is_acknowledged(found->second)) return;
   found->second.waits = false;
+  copies_.expire(context_.scheduler.now());
   const auto pattern = found->second.spec.pattern.key;
   copies_.end_round(pattern);
   std::vector<std::string> keys;
@@ -117,8 +159,9 @@ void KernelSession::on_subscribe(ByteView body) {
   if (!is_folded(entry.pattern) || view_.keys.has_capitals())
     view_.keys.each(entry.pattern, [&](const std::string& key) { subscribers_.add_spelling(entry, key); });
   for (const auto& [key, tuple] : view_.tuples.all()) {
-    if (matches_folded(entry.pattern, key)) send(Port::kPush, write_kernel_tuple(context_.self, key, tuple));
+    if (matches_folded(entry.pattern, key)) due_tuples_.insert(key);
   }
+  send_due();
   std::vector<std::uint32_t> ids;
   for (const auto& spelling : entry.spellings) ids.push_back(spelling.id);
   for (const auto id : ids) join(id);
@@ -132,10 +175,9 @@ void KernelSession::join(std::uint32_t id) {
 }
 
 void KernelSession::key_added(const std::string& key) {
-  for (auto& [name, entry] : subscribers_.entries()) {
-    const auto* added = subscribers_.add_spelling(entry, key);
-    if (added) lifetime_.post(context_.scheduler, [this, id = added->id] { join(id); });
-  }
+  subscribers_.each_for(key, [&](KernelSubscribers::Entry& entry) {
+    if (const auto* added = subscribers_.add_spelling(entry, key)) later([this, id = added->id] { join(id); });
+  });
 }
 
 void KernelSession::on_unsubscribe(ByteView body) {

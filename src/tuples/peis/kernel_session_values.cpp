@@ -56,38 +56,73 @@ void KernelSession::publish(const TupleSet& set) {
   out.data = value.data;
   if (!subscribers_.wants(tuple.key, out.media_type, value.data, *out.creator)) return;
   out.sequence = view_.keys.number_of(tuple);
-  send(Port::kPush, write_push(out));
+  send(Port::kPush, write_push(out), watched({}));
 }
 
 /// A kernel lets its copies expire by itself.
 void KernelSession::publish(const TupleGone& gone) {
   if (gone.how != EventKind::kDeleted || !check_peis_key(gone.key) || KernelTuples::owns(gone.key)) return;
   if (const auto* spelling = view_.keys.spelling(gone.key); spelling && *spelling != gone.key) return;
+  push_gone(std::string(gone.key), view_.keys.number_of(gone));
+}
+
+void KernelSession::push_gone(const std::string& key, std::uint32_t number) {
   static constexpr std::string_view kNothing("\0", 1);
   NetworkTuple out;
   out.owner = out.creator = context_.self;
-  out.key = gone.key;
+  out.key = key;
   out.write_time = context_.scheduler.wall_now();
   out.user_time = WallTime{};
   out.expire_time = kDeleteTime;
   out.encoding = Encoding::kAscii;
   out.media_type = "text/plain";
   out.data = kNothing;
-  out.sequence = view_.keys.number_of(gone);
-  send(Port::kPush, write_push(out));
+  out.sequence = number;
+  send(Port::kPush, write_push(out), watched({key, number}));
 }
 
 void KernelSession::publish(const SnapshotEnd& end) {
-  if (auto* spelling = subscribers_.find(end.subscription)) spelling->snapshot_under_way = false;
+  auto* spelling = subscribers_.find(end.subscription);
+  if (!spelling) return;
+  spelling->snapshot_under_way = false;
+  if (std::exchange(spelling->again, false)) later([this, id = end.subscription] { join(id); });
+}
+
+/// For a push: one that is given up is made again, as kernels do (peis.md, section 6.1, 2).
+Done KernelSession::watched(const Deleted& deleted) {
+  return guarded([this, deleted](Outcome outcome) {
+    if (outcome == Outcome::kGivenUp) lost(deleted);
+  });
+}
+
+void KernelSession::lost(const Deleted& deleted) {
+  ++context_.counters.lost_pushes;
+  context_.log.warning("pushes to " + name(),
+                       fmt::format("{} did not acknowledge a tuple: all that it subscribed to "
+                                   "are sent again each {} s until it does",
+                                   name(), std::chrono::duration_cast<std::chrono::seconds>(kRequestAgain).count()));
+  if (!deleted.key.empty() && lost_deletes_.size() < kMaxLostDeletes) lost_deletes_[deleted.key] = deleted.number;
+  lost_pushes_ = true;
+  again_.advance_to(context_.scheduler.now() + kRequestAgain);
+}
+
+void KernelSession::push_again() {
+  for (const auto& [key, number] : std::exchange(lost_deletes_, {})) {
+    if (!view_.keys.spelling(key)) push_gone(key, number);
+  }
+  for (const auto& [key, tuple] : view_.tuples.all()) push_kernel_tuple(key);
+  for (const auto id : subscribers_.ids()) {
+    auto* spelling = subscribers_.find(id);
+    if (spelling && spelling->snapshot_under_way) spelling->again = true;
+    join(id);
+  }
 }
 
 void KernelSession::push_kernel_tuple(const std::string& key) {
   const auto found = view_.tuples.all().find(key);
   if (found == view_.tuples.all().end()) return;
-  const auto& entries = subscribers_.entries();
-  const bool wanted = std::any_of(entries.begin(), entries.end(),
-                                  [&](const auto& item) { return matches_folded(item.second.pattern, key); });
-  if (wanted) send(Port::kPush, write_kernel_tuple(context_.self, key, found->second));
+  subscribers_.each_for(key, [&](const KernelSubscribers::Entry&) { due_tuples_.insert(found->first); });
+  send_due();
 }
 
 /// The key as we subscribed to it, else as the kernel spells it.
@@ -100,13 +135,20 @@ void KernelSession::deliver_copy(const KernelCopies::Copy& copy) {
   deliver(TupleSet{view_of(copy, own_spelling(copy.key))});
 }
 
+/// The space counts the lifetimes of its copies by itself.
+void KernelSession::expire_copies() {
+  copies_.expire(context_.scheduler.now());
+  expiry_.set_at(copies_.next_expiry());
+}
+
 void KernelSession::on_push(ByteView body) {
   const auto read = read_push(body);
   if (!read) return bad(read.error());
   if (*read->owner != peer_) return void(++context_.counters.foreign_tuples);
   if (!model::check_key(read->key)) return void(++context_.counters.unknown_keys);
   if (*read->expire_time == kDeleteTime) return on_delete(*read);
-  const auto news = copies_.take(*read);
+  const auto news = copies_.take(*read, context_.scheduler.now());
+  expiry_.advance_to(copies_.next_expiry());
   if (news == KernelCopies::News::kOld) return;
   if (news == KernelCopies::News::kNoRoom) {
     ++context_.counters.copies_not_kept;

@@ -1,6 +1,9 @@
 #include "tuples/peis/kernel_subscribers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "tuples/peis/patterns.h"
 
@@ -21,37 +24,62 @@ std::uint32_t KernelSubscribers::next_id() {
   return last_id_;
 }
 
-Result<KernelSubscribers::Entry*> KernelSubscribers::add(const Subscribe& subscribe, SteadyTime now) {
-  const auto& prototype = subscribe.prototype;
+Result<void> KernelSubscribers::check_room(const Name& name) const {
+  if (entries_.contains(name)) return {};
+  if (entries_.size() >= kMaxEntries) return fail(ErrorCode::kBusy, "too many subscriptions: one is ignored");
+  if (data_bytes_ + data_size(name) > kMaxDataOfAll)
+    return fail(ErrorCode::kBusy, "too many subscriptions with data: one is ignored");
+  return {};
+}
+
+/// A new one has no spelling yet.
+Result<KernelSubscribers::Item*> KernelSubscribers::obtain(const NetworkTuple& prototype) {
   auto pattern = from_kernel_pattern(prototype.key);
   if (!pattern) return fail(pattern.error());
-  if (!subscribe.force_resend) {
-    if (last_of_round_ == SteadyTime::min() || now - last_of_round_ > kRoundGap) ++round_;
-    last_of_round_ = now;
-  }
-  const std::pair name(folded(prototype.key), folded_data(prototype.data));
-  if (entries_.size() >= kMaxEntries && !entries_.contains(name))
-    return fail(ErrorCode::kBusy, "too many subscriptions: one is ignored");
-  auto& entry = entries_[name];
-  if (entry.spellings.empty()) {
-    entry.pattern = *pattern;
-    entry.data = name.second;
-    entry.media_type = prototype.media_type;
-    entry.creator = prototype.creator;
-    entry.spellings.push_back({next_id(), std::move(*pattern), false});
-    by_id_[entry.spellings[0].id] = name;
-  }
+  if (prototype.data && prototype.data->size() > kMaxData)
+    return fail(ErrorCode::kOutOfRange, fmt::format("its data have {} bytes, at most {} are compared: it is ignored",
+                                                    prototype.data->size(), kMaxData));
+  Name name(folded(prototype.key), folded_data(prototype.data));
+  if (const auto room = check_room(name); !room) return fail(room.error());
+  const auto [at, is_new] = entries_.try_emplace(std::move(name));
+  auto& [kept, entry] = *at;
+  if (!is_new) return &*at;
+  data_bytes_ += data_size(kept);
+  entry.pattern = *pattern;
+  entry.media_type = prototype.media_type;
+  entry.creator = prototype.creator;
+  entry.spellings.push_back({next_id(), std::move(*pattern)});
+  const auto id = entry.spellings[0].id;
+  by_id_[id] = &*at;
+  if (entry.pattern.find('*') != entry.pattern.npos) wild_[id] = &*at;
+  if (is_filter(*at)) ++filters_;
+  return &*at;
+}
+
+Result<KernelSubscribers::Entry*> KernelSubscribers::add(const Subscribe& subscribe, SteadyTime now) {
+  const auto& prototype = subscribe.prototype;
+  const auto obtained = obtain(prototype);
+  if (!obtained) return fail(obtained.error());
+  auto& item = **obtained;
+  auto& entry = item.second;
+  const bool was_filter = is_filter(item);
   if (entry.media_type != prototype.media_type) entry.media_type.clear();
   if (entry.creator != prototype.creator) entry.creator.reset();
-  has_filters_ |= entry.data || !entry.media_type.empty() || entry.creator;
-  if (subscribe.force_resend) {
+  if (was_filter && !is_filter(item)) --filters_;
+  count(entry, subscribe.force_resend, now);
+  return &entry;
+}
+
+void KernelSubscribers::count(Entry& entry, bool forced, SteadyTime now) {
+  if (forced) {
     ++entry.forced;
     ++entry.forced_since;
-  } else {
-    if (std::exchange(entry.round, round_) != round_) entry.in_round = entry.forced_since = 0;
-    ++entry.in_round;
+    return;
   }
-  return &entry;
+  if (last_of_round_ == SteadyTime::min() || now - last_of_round_ > kRoundGap) ++round_;
+  last_of_round_ = now;
+  if (std::exchange(entry.round, round_) != round_) entry.in_round = entry.forced_since = 0;
+  ++entry.in_round;
 }
 
 std::vector<std::uint32_t> KernelSubscribers::remove(const Unsubscribe& unsubscribe) {
@@ -66,10 +94,13 @@ std::vector<std::uint32_t> KernelSubscribers::remove(const Unsubscribe& unsubscr
     --entry.in_round;
   }
   if (handles > 1) return {};
+  if (is_filter(*found)) --filters_;
+  data_bytes_ -= data_size(found->first);
   std::vector<std::uint32_t> ids;
   for (const auto& spelling : entry.spellings) {
     ids.push_back(spelling.id);
     by_id_.erase(spelling.id);
+    wild_.erase(spelling.id);
   }
   entries_.erase(found);
   return ids;
@@ -77,15 +108,36 @@ std::vector<std::uint32_t> KernelSubscribers::remove(const Unsubscribe& unsubscr
 
 std::vector<std::uint32_t> KernelSubscribers::begin_again() {
   last_of_round_ = SteadyTime::min();
-  std::vector<std::uint32_t> ids;
   for (auto& [name, entry] : entries_) {
     entry.forced = entry.in_round = entry.forced_since = 0;
-    for (auto& spelling : entry.spellings) {
-      spelling.snapshot_under_way = false;
-      ids.push_back(spelling.id);
-    }
+    for (auto& spelling : entry.spellings) spelling.snapshot_under_way = spelling.again = false;
   }
-  return ids;
+  return ids();
+}
+
+std::vector<std::uint32_t> KernelSubscribers::ids() const {
+  std::vector<std::uint32_t> all;
+  for (const auto& [id, item] : by_id_) all.push_back(id);
+  return all;
+}
+
+void KernelSubscribers::each_for(std::string_view key, const std::function<void(Entry&)>& visit) {
+  Name name(folded(key), std::nullopt);
+  for (auto at = entries_.lower_bound(name); at != entries_.end() && at->first.first == name.first; ++at)
+    visit(at->second);
+  for (const auto& [id, item] : wild_) {
+    if (matches_folded(item->second.pattern, key)) visit(item->second);
+  }
+}
+
+bool KernelSubscribers::any_for(std::string_view key, const std::function<bool(const Item&)>& is_it) const {
+  const Name name(folded(key), std::nullopt);
+  for (auto at = entries_.lower_bound(name); at != entries_.end() && at->first.first == name.first; ++at) {
+    if (is_it(*at)) return true;
+  }
+  return std::any_of(wild_.begin(), wild_.end(), [&](const auto& one) {
+    return matches_folded(one.second->second.pattern, key) && is_it(*one.second);
+  });
 }
 
 const KernelSubscribers::Spelling* KernelSubscribers::add_spelling(Entry& entry, std::string_view key) {
@@ -95,7 +147,7 @@ const KernelSubscribers::Spelling* KernelSubscribers::add_spelling(Entry& entry,
     return Pattern{{}, spelling.pattern}.matches({}, key);
   });
   if (known) return nullptr;
-  entry.spellings.push_back({next_id(), spelled_as(entry.pattern, key), false});
+  entry.spellings.push_back({next_id(), spelled_as(entry.pattern, key)});
   auto& added = entry.spellings.back();
   by_id_[added.id] = by_id_.at(entry.spellings.front().id);
   return &added;
@@ -104,23 +156,29 @@ const KernelSubscribers::Spelling* KernelSubscribers::add_spelling(Entry& entry,
 KernelSubscribers::Spelling* KernelSubscribers::find(std::uint32_t id) {
   const auto found = by_id_.find(id);
   if (found == by_id_.end()) return nullptr;
-  auto& spellings = entries_.at(found->second).spellings;
+  auto& spellings = found->second->second.spellings;
   return &*std::find_if(spellings.begin(), spellings.end(),
                         [&](const Spelling& spelling) { return spelling.id == id; });
 }
 
-bool KernelSubscribers::accepts(const Entry& entry, std::string_view media_type, std::string_view data,
-                                OwnerId creator) {
-  if (!entry.media_type.empty() && entry.media_type != media_type) return false;
-  if (entry.creator && *entry.creator != creator) return false;
-  return !entry.data || *entry.data == folded(data);
+bool KernelSubscribers::is_filter(const Item& item) {
+  return item.first.second || !item.second.media_type.empty() || item.second.creator;
 }
 
 bool KernelSubscribers::wants(std::string_view key, std::string_view media_type, std::string_view data,
                               OwnerId creator) const {
-  if (!has_filters_) return true;
-  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& item) {
-    return accepts(item.second, media_type, data, creator) && matches_folded(item.second.pattern, key);
+  if (filters_ == 0) return true;
+  std::optional<std::string> value;
+  const auto is_data = [&](const std::string& wanted) {
+    if (wanted.size() != data.size()) return false;
+    if (!value) value = folded(data);
+    return wanted == *value;
+  };
+  return any_for(key, [&](const Item& item) {
+    const auto& [name, entry] = item;
+    if (!entry.media_type.empty() && entry.media_type != media_type) return false;
+    if (entry.creator && *entry.creator != creator) return false;
+    return !name.second || is_data(*name.second);
   });
 }
 

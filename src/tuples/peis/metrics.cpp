@@ -39,6 +39,7 @@ void each_counter(const SessionCounters& counters, const CounterVisit& visit) {
   visit("ignored-quits", counters.ignored_quits);
   visit("dropped-replies", counters.dropped_replies);
   visit("copies-not-kept", counters.copies_not_kept);
+  visit("lost-pushes", counters.lost_pushes);
 }
 
 }  // namespace rubicon::tuples::peis

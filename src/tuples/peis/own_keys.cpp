@@ -26,6 +26,7 @@ bool OwnKeys::remove(std::string_view key, SteadyTime now) {
     --present_;
     if (!is_folded(key)) --capitals_;
   }
+  found->second.gone_at = now;
   gone_.emplace_back(now, found->first);
   return true;
 }
@@ -33,7 +34,10 @@ bool OwnKeys::remove(std::string_view key, SteadyTime now) {
 void OwnKeys::drop_gone(SteadyTime now) {
   while (!gone_.empty() && now - gone_.front().first > kKeepGone) {
     const auto found = entries_.find(gone_.front().second);
-    if (found != entries_.end() && !found->second.present) entries_.erase(found);
+    if (found != entries_.end() && !found->second.present && found->second.gone_at == gone_.front().first) {
+      if (found->second.numbered) least_ = std::max(least_, found->second.number + 1);
+      entries_.erase(found);
+    }
     gone_.pop_front();
   }
 }
@@ -44,9 +48,9 @@ const std::string* OwnKeys::spelling(std::string_view key) const {
 }
 
 void OwnKeys::each(std::string_view pattern, const std::function<void(const std::string&)>& visit) const {
-  for (const auto& [key, entry] : entries_) {
-    if (entry.present && matches_folded(pattern, key)) visit(entry.spelling);
-  }
+  each_match(entries_, pattern, [&](auto at) {
+    if (at->second.present) visit(at->second.spelling);
+  });
 }
 
 std::string OwnKeys::list(std::string_view first, std::size_t limit) const {
@@ -66,6 +70,7 @@ std::uint32_t OwnKeys::number_of(const TupleView& tuple) {
 }
 
 std::uint32_t OwnKeys::number_of(const TupleGone& gone) {
+  if (!entries_.contains(folded(gone.key))) return least_++;
   return number_of(gone.key, {gone.sequence, {}, true}, 0);
 }
 
@@ -73,7 +78,7 @@ std::uint32_t OwnKeys::number_of(std::string_view key, const Version& version, s
   auto& entry = entries_[folded(key)];
   if (entry.spelling.empty()) entry.spelling = key;
   if (entry.numbered && entry.version == version) return entry.number;
-  entry.number = entry.numbered ? std::max(entry.number + 1, least) : least;
+  entry.number = entry.numbered ? std::max(entry.number + 1, least) : std::max(least, least_);
   entry.numbered = true;
   entry.version = version;
   return entry.number;

@@ -17,7 +17,8 @@ namespace rubicon::tuples::peis {
 /// the one before (peis.md, section 6.2, 17).
 class OwnKeys {
  public:
-  /// A key that is gone keeps its number for this time; kernels forget it after 0.5 s, or with their resends.
+  /// A key that is gone keeps its number for this time. Later its numbers begin above those of all keys that are
+  /// forgotten: a delete may wait for a slow kernel for minutes.
   static constexpr Duration kKeepGone = std::chrono::seconds(30);
 
   /// A tuple exists: it may be new. Whether kernels see it: false if one whose key differs only in case came first.
@@ -52,6 +53,7 @@ class OwnKeys {
     bool numbered = false;
     std::uint32_t number = 0;
     Version version;
+    SteadyTime gone_at{};
   };
 
   std::uint32_t number_of(std::string_view key, const Version& version, std::uint32_t least);
@@ -60,6 +62,7 @@ class OwnKeys {
   std::map<std::string, Entry, std::less<>> entries_;  ///< by folded key
   std::deque<std::pair<SteadyTime, std::string>> gone_;
   std::size_t present_ = 0, capitals_ = 0;
+  std::uint32_t least_ = 0;  ///< above the numbers of all entries that were dropped
 };
 
 }  // namespace rubicon::tuples::peis

@@ -94,6 +94,30 @@ void OwnSession::subscribe(const SubscriptionSpec& spec) {
     context_.log.error("long pattern", too_long(spec.pattern.key).text + ": it matches nothing on this engine");
     return end_snapshot(spec.id);
   }
+  wishes_[spec.id] = spec;
+  send_due();
+}
+
+void OwnSession::unsubscribe(std::uint32_t id) {
+  wishes_[id] = std::nullopt;
+  send_due();
+}
+
+bool OwnSession::send_next() {
+  if (std::exchange(forget_, false)) {
+    send(Port::kSnapshot, write_forget());
+  } else if (!wishes_.empty()) {
+    const auto wish = wishes_.extract(wishes_.begin());
+    wish.mapped() ? send_subscribe(*wish.mapped()) : send_unsubscribe(wish.key());
+  } else if (const auto summary = std::exchange(summary_, std::nullopt)) {
+    send(Port::kSummary, base::as_bytes(*summary));
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void OwnSession::send_subscribe(const SubscriptionSpec& spec) {
   Subscribe out;
   out.prototype.owner = peer_;
   out.prototype.key = spec.pattern.key;
@@ -101,7 +125,7 @@ void OwnSession::subscribe(const SubscriptionSpec& spec) {
   send(Port::kSubscribe, write(out));
 }
 
-void OwnSession::unsubscribe(std::uint32_t id) {
+void OwnSession::send_unsubscribe(std::uint32_t id) {
   Unsubscribe out;
   out.owner = peer_;
   out.annex = to_annex(SubscribeAnnex{id, {}});
@@ -145,7 +169,8 @@ void OwnSession::reply(const Reply& reply) {
 }
 
 void OwnSession::describe(const std::string& summary) {
-  send(Port::kSummary, base::as_bytes(summary));
+  summary_ = summary;
+  send_due();
 }
 
 void OwnSession::receive(Port port, ByteView body) {
@@ -166,7 +191,9 @@ void OwnSession::forgotten() {}
 /// Messages that were given up meanwhile may have ended subscriptions, or deleted tuples.
 void OwnSession::back() {
   deliver(Restart{});
-  send(Port::kSnapshot, write_forget());
+  forget_ = true;
+  wishes_.clear();
+  send_due();
 }
 
 std::vector<std::string> OwnSession::patterns() const {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <map>
+#include <optional>
+#include <string>
 
 #include "tuples/peis/session.h"
 #include "tuples/peis/tuple_wire.h"
@@ -30,6 +32,9 @@ class OwnSession final : public Session {
   void publish(const SnapshotEnd& end);
   void publish(const Restart& restart);
   void restamp(Bytes& body, Duration remaining) override;
+  bool send_next() override;
+  void send_subscribe(const SubscriptionSpec& spec);
+  void send_unsubscribe(std::uint32_t id);
 
   void on_push(ByteView body);
   void on_subscribe(ByteView body);
@@ -40,6 +45,11 @@ class OwnSession final : public Session {
 
   Bytes body_;                                     ///< of the last tuple that was published
   std::map<std::uint32_t, std::string> patterns_;  ///< of the peer, by id
+
+  // Due, in this order.
+  bool forget_ = false;
+  std::map<std::uint32_t, std::optional<SubscriptionSpec>> wishes_;  ///< own subscriptions by id; none: it ends
+  std::optional<std::string> summary_;
 };
 
 }  // namespace rubicon::tuples::peis

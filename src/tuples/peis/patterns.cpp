@@ -14,6 +14,11 @@ char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
+bool is_same(std::string_view one, std::string_view other) {
+  return std::equal(one.begin(), one.end(), other.begin(), other.end(),
+                    [](char a, char b) { return lower(a) == lower(b); });
+}
+
 std::string joined(const std::vector<std::string>& parts) {
   std::string key;
   for (const auto& part : parts) {
@@ -69,8 +74,22 @@ Result<std::string> from_kernel_pattern(std::string_view key) {
 }
 
 bool matches_folded(std::string_view pattern, std::string_view key) {
-  if (is_folded(pattern) && is_folded(key)) return Pattern{{}, std::string(pattern)}.matches({}, key);
-  return Pattern{{}, folded(pattern)}.matches({}, folded(key));
+  while (true) {
+    const auto want_dot = pattern.find('.'), have_dot = key.find('.');
+    const auto want = pattern.substr(0, want_dot);
+    if (want == "**") return true;
+    if (want != "*" && !is_same(want, key.substr(0, have_dot))) return false;
+    if (want_dot == pattern.npos) return have_dot == key.npos;
+    pattern.remove_prefix(want_dot + 1);
+    if (have_dot == key.npos) return pattern == "**";
+    key.remove_prefix(have_dot + 1);
+  }
+}
+
+/// `a.**` matches `a` too.
+std::string_view literal_begin(std::string_view pattern) {
+  const auto begin = pattern.substr(0, pattern.find('*'));
+  return begin.ends_with('.') && begin.size() < pattern.size() ? begin.substr(0, begin.size() - 1) : begin;
 }
 
 std::string spelled_as(std::string_view pattern, std::string_view key) {

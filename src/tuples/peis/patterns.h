@@ -35,6 +35,24 @@ Result<std::string> from_kernel_pattern(std::string_view key);
 /// Whether the key of a Pattern matches, as kernels compare.
 bool matches_folded(std::string_view pattern, std::string_view key);
 
+/// What all folded keys that match a folded pattern begin with.
+std::string_view literal_begin(std::string_view pattern);
+
+/// Calls `visit` with the iterator of each item whose key matches. The map is ordered by folded keys, and must not
+/// change meanwhile.
+template <class Map, class Visit>
+void each_match(Map& map, std::string_view pattern, Visit visit) {
+  const auto wanted = folded(pattern);
+  if (wanted.find('*') == wanted.npos) {
+    if (const auto found = map.find(wanted); found != map.end()) visit(found);
+    return;
+  }
+  const auto begin = literal_begin(wanted);
+  for (auto at = map.lower_bound(begin); at != map.end() && at->first.starts_with(begin); ++at) {
+    if (matches_folded(wanted, at->first)) visit(at);
+  }
+}
+
 /// The pattern with its literal parts in the case that they have in the key, which matches_folded().
 std::string spelled_as(std::string_view pattern, std::string_view key);
 

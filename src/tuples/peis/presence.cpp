@@ -144,6 +144,7 @@ void Presence::meet(const Identity& host) {
   auto& peer = peers_[host.id];
   peer = {identity, make_session(host)};
   if (!host.hello) begin_observing();
+  if (!context_.listener) return;
   introduce(host.id, *peer.session);
   context_.listener->on_peer(identity, PeerEvent::kUp);
   if (!host.hello && context_.listener) context_.listener->on_summary(host.id, kernel_summary(host));

@@ -30,9 +30,15 @@ void Session::ready() {
     if (limited && next.ends > now) restamp(next.body, next.ends - now);
     const bool is_over = limited && next.ends <= now;
     if (!is_over && !try_send(next.port, next.body, next.done)) return;
-    if (is_over && next.done) context_.scheduler.post([done = next.done] { done(Outcome::kGivenUp); });
+    if (is_over && next.done) context_.scheduler.post([done = next.done] { done(Outcome::kNotSent); });
     waiting_bytes_ -= next.body.size();
     waiting_.pop_front();
+  }
+  send_due();
+}
+
+void Session::send_due() {
+  while (!is_full() && send_next()) {
   }
 }
 
@@ -43,7 +49,7 @@ void Session::deliver(const Change& change) {
 }
 
 void Session::end_snapshot(std::uint32_t subscription) {
-  lifetime_.post(context_.scheduler, [this, subscription] { deliver(SnapshotEnd{subscription}); });
+  later([this, subscription] { deliver(SnapshotEnd{subscription}); });
 }
 
 void Session::bad(const Error& error) {

@@ -21,6 +21,7 @@ struct SessionCounters {
   std::uint64_t ignored_quits = 0;     ///< remote sets of `kernel.do-quit`
   std::uint64_t dropped_replies = 0;   ///< to components that do not read them
   std::uint64_t copies_not_kept = 0;   ///< tuples of kernels beyond the bounds
+  std::uint64_t lost_pushes = 0;       ///< to kernels that did not acknowledge them: made again later
 };
 
 /// What the sessions of one start of a component share. The sessions do not outlive it.
@@ -72,11 +73,29 @@ class Session {
   bool is_full() const { return !waiting_.empty(); }
 
  protected:
-  /// Sends a message, after those that wait. After `ends` it is not sent any more: kGivenUp.
+  /// Sends a message, after those that wait. After `ends` it is not sent any more: kNotSent.
   void send(Port port, ByteView body, Done done = {}, SteadyTime ends = SteadyTime::max());
   bool has_room(std::size_t bytes) const { return waiting_bytes_ + bytes <= kMaxWaiting; }
+  /// Sends what is due while there is room.
+  void send_due();
+  /// Sends one of the things that are due: wishes that replace each other while they wait. False: there is none.
+  virtual bool send_next() { return false; }
   /// Called before a message that had to wait is sent.
   virtual void restamp(Bytes& body, Duration remaining);
+  /// Makes calls to the listener, which may end the link: the start, and this, then live until the last one is over.
+  template <class Call>
+  void during(Call call) {
+    if (!context_.listener) return;
+    auto& context = context_;
+    ++context.calls;
+    call();
+    --context.calls;
+  }
+  /// The same in a later turn, unless this is destroyed by then.
+  template <class Call>
+  void later(Call call) {
+    lifetime_.post(context_.scheduler, [this, call = std::move(call)] { during(call); });
+  }
   void deliver(const Change& change);
   /// In a later turn.
   void end_snapshot(std::uint32_t subscription);

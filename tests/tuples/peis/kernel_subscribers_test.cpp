@@ -79,18 +79,59 @@ TEST_F(PeisKernelSubscribers, WantWhatTheirFiltersLetPass) {
   EXPECT_TRUE(subscribers.wants("x", "text/plain", "off", OwnerId{8})) << "another one without a filter";
 }
 
+TEST_F(PeisKernelSubscribers, CompareWithABoundedAmountOfData) {
+  Subscribe one;
+  one.prototype.key = "x";
+  const std::string longer(KernelSubscribers::kMaxData + 1, 'd');
+  one.prototype.data = longer;
+  EXPECT_EQ(subscribers.add(one, now).error().code, ErrorCode::kOutOfRange);
+  std::size_t taken = 0;
+  for (; taken < 2 * KernelSubscribers::kMaxDataOfAll / KernelSubscribers::kMaxData; ++taken) {
+    auto data = std::to_string(taken);
+    data.resize(KernelSubscribers::kMaxData, '.');
+    one.prototype.data = data;
+    if (!subscribers.add(one, now)) break;
+  }
+  EXPECT_EQ(taken, KernelSubscribers::kMaxDataOfAll / KernelSubscribers::kMaxData);
+  std::string first = "0";
+  first.resize(KernelSubscribers::kMaxData, '.');
+  Unsubscribe end;
+  end.key = "x";
+  end.data = first;
+  EXPECT_EQ(subscribers.remove(end).size(), 1u);
+  EXPECT_TRUE(subscribers.add(one, now)) << "there is room again";
+}
+
+TEST_F(PeisKernelSubscribers, AFilterThatEndedFiltersNothing) {
+  ASSERT_TRUE(add("y"));
+  Subscribe one;
+  one.prototype.key = "x";
+  one.prototype.data = "on";
+  ASSERT_TRUE(subscribers.add(one, now));
+  EXPECT_FALSE(subscribers.wants("x", "text/plain", "off", OwnerId{7}));
+  EXPECT_TRUE(subscribers.wants("Y", "text/plain", "off", OwnerId{7}));
+  Unsubscribe end;
+  end.key = "x";
+  end.data = "ON";
+  EXPECT_EQ(subscribers.remove(end).size(), 1u);
+  EXPECT_TRUE(subscribers.wants("x", "text/plain", "off", OwnerId{7})) << "the space matched it";
+}
+
 struct PeisKernelCopies : ::testing::Test {
   KernelCopies::News take(std::string_view key, std::string_view data, std::uint32_t number, std::uint32_t appends) {
     NetworkTuple tuple;
     tuple.owner = tuple.creator = OwnerId{101};
     tuple.key = key;
-    tuple.write_time = tuple.user_time = tuple.expire_time = WallTime{};
+    tuple.write_time = WallTime(1000s);
+    tuple.user_time = tuple.expire_time = WallTime{};
+    if (lifetime > Duration(0))
+      tuple.expire_time = WallTime(1000s) + std::chrono::floor<std::chrono::seconds>(lifetime);
     tuple.encoding = Encoding::kAscii;
     tuple.media_type = "text/plain";
     tuple.data = data;
     tuple.sequence = number;
     tuple.appends = appends;
-    return copies.take(tuple);
+    return copies.take(tuple, now);
   }
   std::size_t append(std::string_view key, std::string_view difference, std::uint32_t number) {
     PushAppended news;
@@ -101,6 +142,8 @@ struct PeisKernelCopies : ::testing::Test {
     return copies.append(news).size();
   }
 
+  SteadyTime now{1h};
+  Duration lifetime{};
   KernelCopies copies;
 };
 
@@ -132,6 +175,22 @@ TEST_F(PeisKernelCopies, ARoundRemovesWhatDidNotComeAgain) {
   EXPECT_EQ(copies.size(), 1u);
   EXPECT_EQ(copies.find("b"), nullptr);
   EXPECT_GT(copies.find("a")->sequence, 10u);
+}
+
+TEST_F(PeisKernelCopies, EndWithTheLifetimeOfTheirTuples) {
+  lifetime = 2s;
+  EXPECT_EQ(take("a", "1", 0, 0), KernelCopies::News::kNew);
+  EXPECT_EQ(take("b", "1", 0, 0), KernelCopies::News::kNew);
+  lifetime = Duration(0);
+  EXPECT_EQ(take("for.ever", "1", 0, 0), KernelCopies::News::kNew);
+  EXPECT_EQ(take("b", "2", 1, 0), KernelCopies::News::kNew) << "it lasts now";
+  EXPECT_EQ(copies.next_expiry(), now + 2s);
+  copies.expire(now + 1s);
+  EXPECT_EQ(copies.size(), 3u);
+  copies.expire(now + 2s);
+  EXPECT_EQ(copies.find("a"), nullptr);
+  EXPECT_EQ(copies.size(), 2u);
+  EXPECT_EQ(copies.next_expiry(), SteadyTime::max());
 }
 
 TEST_F(PeisKernelCopies, AreBoundedInBytes) {

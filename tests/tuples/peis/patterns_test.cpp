@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tuples/peis/own_keys.h"
 #include "tuples/peis/values.h"
 
@@ -103,13 +105,42 @@ TEST(PeisOwnKeys, NumbersAreEqualForEqualVersionsAndRiseElse) {
   EXPECT_EQ(keys.number_of(version("A", 1)), 8u) << "one tuple to kernels";
 }
 
-TEST(PeisOwnKeys, AKeyThatIsGoneIsForgottenLater) {
+TEST(PeisOwnKeys, NumbersOfAKeyThatWasForgottenRiseOn) {
   OwnKeys keys;
   ASSERT_TRUE(keys.add("a"));
   EXPECT_EQ(keys.number_of(version("a", 5)), 4u);
   ASSERT_TRUE(keys.remove("a", SteadyTime(1s)));
   keys.remove("other", SteadyTime(1s) + OwnKeys::kKeepGone + 1s);
+  EXPECT_EQ(keys.number_of(TupleGone{EventKind::kDeleted, "a", 5}), 5u) << "it waited for a slow kernel";
+  ASSERT_TRUE(keys.add("a"));
+  EXPECT_EQ(keys.number_of(version("a", 1)), 6u);
+}
+
+TEST(PeisOwnKeys, ALaterRemovalKeepsTheNumberAsLong) {
+  OwnKeys keys;
+  ASSERT_TRUE(keys.add("a"));
   EXPECT_EQ(keys.number_of(version("a", 1)), 0u);
+  ASSERT_TRUE(keys.remove("a", SteadyTime(1s)));
+  ASSERT_TRUE(keys.add("a"));
+  EXPECT_EQ(keys.number_of(version("a", 2)), 1u);
+  ASSERT_TRUE(keys.remove("a", SteadyTime(1s) + OwnKeys::kKeepGone));
+  keys.remove("other", SteadyTime(1s) + OwnKeys::kKeepGone + 1s);
+  EXPECT_EQ(keys.number_of(version("a", 2)), 1u) << "an equal version";
+}
+
+TEST(PeisPatterns, EachMatchFindsTheKeysBelowAndTheKeyItself) {
+  const std::map<std::string, int, std::less<>> keys{{"a", 0}, {"a.b", 0}, {"a.b.c", 0}, {"ab", 0}, {"b.b", 0}};
+  const auto found = [&](std::string_view pattern) {
+    std::vector<std::string> all;
+    each_match(keys, pattern, [&](auto at) { all.push_back(at->first); });
+    return all;
+  };
+  EXPECT_THAT(found("A.**"), ElementsAre("a", "a.b", "a.b.c"));
+  EXPECT_THAT(found("a.*"), ElementsAre("a.b"));
+  EXPECT_THAT(found("*.b"), ElementsAre("a.b", "b.b"));
+  EXPECT_THAT(found("**"), ElementsAre("a", "a.b", "a.b.c", "ab", "b.b"));
+  EXPECT_THAT(found("A.b.C"), ElementsAre("a.b.c"));
+  EXPECT_THAT(found("a.c"), ElementsAre());
 }
 
 TEST(PeisOwnKeys, AreListedUpToALimit) {
