@@ -133,14 +133,13 @@ void Dialer::sweep() {
 void Dialer::try_host(OwnerId host, Try& next) {
   next.due = SteadyTime::max();
   if (calls_.is_linked(host) || (calls_.is_routable(host) && !next.direct)) return;
-  const auto* record = calls_.record(host);
-  if (!record || next.failures >= kMaxFailures) return;
-  const auto addresses = addresses_of(*record);
-  if (addresses.empty()) return;
+  if (next.failures >= kMaxFailures) return;
+  const auto address = address_of(host, next.address);
+  if (!address) return;
   if (dialing_ >= kMaxTries) return schedule(next, 50ms);
   next.dialing = true;
   ++dialing_;
-  if (calls_.dial({host, -1}, addresses[next.address % addresses.size()], kForcedByCluster)) return;
+  if (calls_.dial({host, -1}, *address, kForcedByCluster)) return;
   next.dialing = false;
   --dialing_;
   ++next.failures;
@@ -164,11 +163,22 @@ void Dialer::try_configured(std::size_t index) {
   });
 }
 
+/// Its own addresses in turn, and after each of them one that others announce for it.
+std::optional<transport::Endpoint> Dialer::address_of(OwnerId host, std::size_t which) const {
+  auto own = addresses_of(calls_.record(host));
+  auto claimed = addresses_of(calls_.claim(host));
+  if (own.empty()) own.swap(claimed);
+  if (own.empty()) return std::nullopt;
+  if (claimed.empty()) return own[which % own.size()];
+  return which % 2 == 0 ? own[which / 2 % own.size()] : claimed[which / 2 % claimed.size()];
+}
+
 /// Loopback addresses lead to a host only from itself: one with the same name (section 6.2, 15).
-std::vector<transport::Endpoint> Dialer::addresses_of(const HostRecord& record) const {
-  const bool same_host = record.host_name == own_.host_name;
+std::vector<transport::Endpoint> Dialer::addresses_of(const HostRecord* record) const {
   std::vector<transport::Endpoint> addresses;
-  for (const auto& address : record.addresses) {
+  if (!record) return addresses;
+  const bool same_host = record->host_name == own_.host_name;
+  for (const auto& address : record->addresses) {
     if (address.type != AddressType::kTcp4 || address.port == 0 || address.port > 0xffff) continue;
     const bool loopback = address.loopback || address.ip[0] == 127;
     if (loopback && !same_host) continue;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -37,6 +38,8 @@ class Dialer {
     std::function<bool(OwnerId)> is_routable;
     /// Null: not known.
     std::function<const HostRecord*(OwnerId)> record;
+    /// What others say of the host's addresses; null: nothing.
+    std::function<const HostRecord*(OwnerId)> claim;
     /// False: it cannot be tried.
     std::function<bool(const Target&, const transport::Endpoint&, std::uint32_t flags)> dial;
     /// The name of a configured host has no address.
@@ -88,7 +91,8 @@ class Dialer {
   void try_configured(std::size_t index);
   Try* release(const Target& target);
   void failed(Try& next);
-  std::vector<transport::Endpoint> addresses_of(const HostRecord& record) const;
+  std::vector<transport::Endpoint> addresses_of(const HostRecord* record) const;
+  std::optional<transport::Endpoint> address_of(OwnerId host, std::size_t which) const;
   Duration jitter(Duration from, Duration to);
 
   Scheduler& scheduler_;

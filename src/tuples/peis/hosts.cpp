@@ -37,16 +37,31 @@ bool Hosts::learn(const HostRecord& record, RecordSource source) {
   auto* host = obtain(record.id, source == RecordSource::kOwnLink);
   if (!host) return false;
   host->heard = scheduler_.now();
+  if (source == RecordSource::kAnnounced) return hear(*host, record);
   const auto magic = host->identity.magic;
   if (magic != 0 && record.magic != magic) {
     const bool present = host->routable || host->state != State::kAbsent;
     if (source == RecordSource::kOther && (present || host->informed)) return true;
-    if (source == RecordSource::kAnnounced && host->routable) return true;
-    restart(*host, record.magic);
+    restart(*host, record.magic, source != RecordSource::kOther);
   }
   if (source == RecordSource::kOther && host->informed) return true;
   take(*host, record);
+  host->is_sure = source != RecordSource::kOther;
+  host->claim.reset();
   evaluate(*host);
+  return true;
+}
+
+bool Hosts::hear(Host& host, const HostRecord& record) {
+  const bool is_other = host.identity.magic != 0 && record.magic != host.identity.magic;
+  const bool is_present = host.routable || host.state != State::kAbsent;
+  if (host.is_sure || (is_other && is_present)) {
+    if (record.magic != host.record.magic || record.addresses != host.record.addresses) host.claim = record;
+    return true;
+  }
+  if (is_other) restart(host, record.magic, false);
+  take(host, record);
+  evaluate(host);
   return true;
 }
 
@@ -59,24 +74,33 @@ void Hosts::take(Host& host, const HostRecord& record) {
   host.identity.full_name = record.full_name;
 }
 
-/// Another start of the host.
-void Hosts::restart(Host& host, std::uint32_t magic) {
+/// Another start of the host. If that is sure, the one before is over.
+void Hosts::restart(Host& host, std::uint32_t magic, bool is_sure) {
   const bool was_up = become_absent(host);
   const auto before = host.identity;
-  host.former[host.next_former++ % host.former.size()] = {before.magic, scheduler_.now() + kForgetTime};
+  if (is_sure) host.former[host.next_former++ % host.former.size()] = {before.magic, scheduler_.now() + kForgetTime};
   host.identity = {before.id, magic, {}, {}, std::nullopt};
-  host.informed = host.counted_lost = false;
+  host.informed = host.is_sure = host.counted_lost = false;
+  host.hello_way = {};
   host.queries = 0;
   host.left_until = {};
   if (was_up) calls_.event(HostEvent::kLost, before);
 }
 
-void Hosts::hello(OwnerId id, const Hello& hello) {
+bool Hosts::may_be_hello(OwnerId id, const Hello& hello, HelloWay way) const {
+  const auto found = hosts_.find(id);
+  if (found == hosts_.end()) return true;
+  const auto& present = found->second.identity.hello;
+  return !present || *present == hello || way > found->second.hello_way;
+}
+
+void Hosts::hello(OwnerId id, const Hello& hello, HelloWay way) {
   const auto found = hosts_.find(id);
   if (found == hosts_.end()) return;
   auto& host = found->second;
   const bool is_news = host.identity.hello != hello;
   host.identity.hello = hello;
+  host.hello_way = std::max(host.hello_way, way);
   if (host.state == State::kGreeting) return become_up(host);
   if (host.state == State::kUp && is_news) calls_.event(HostEvent::kHello, Identity(host.identity));
 }
@@ -84,8 +108,9 @@ void Hosts::hello(OwnerId id, const Hello& hello) {
 void Hosts::routable(OwnerId id, std::uint32_t magic) {
   auto* host = obtain(id);
   if (!host) return;
-  if (host->identity.magic != 0 && host->identity.magic != magic) restart(*host, magic);
+  if (host->identity.magic != 0 && host->identity.magic != magic) restart(*host, magic, true);
   host->identity.magic = magic;
+  if (const auto& claim = host->claim; !host->informed && claim && claim->magic == magic) take(*host, *claim);
   host->routable = true;
   host->heard = scheduler_.now();
   evaluate(*host);
@@ -237,6 +262,11 @@ const Identity* Hosts::find(OwnerId id) const {
 const HostRecord* Hosts::record(OwnerId id) const {
   const auto found = hosts_.find(id);
   return found != hosts_.end() && found->second.informed ? &found->second.record : nullptr;
+}
+
+const HostRecord* Hosts::claim(OwnerId id) const {
+  const auto found = hosts_.find(id);
+  return found != hosts_.end() && found->second.claim ? &*found->second.claim : nullptr;
 }
 
 std::vector<Identity> Hosts::up() const {

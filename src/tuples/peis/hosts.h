@@ -25,11 +25,14 @@ enum class HostEvent {
 
 /// Where a host record comes from.
 enum class RecordSource {
-  kAnnounced,  ///< a datagram: anyone can send one
+  kAnnounced,  ///< a datagram, or another way than the one that leads to the host: anyone can send it
   kOwnLink,    ///< the host, on its own connection
-  kItself,     ///< the host, by way of others, while it has no connection to this node
+  kItself,     ///< the host, on the way by others that leads to it
   kOther,      ///< another host, or the host by way of others while it has a connection
 };
+
+/// How a hello came; a later one tells more of who sent it.
+enum class HelloWay { kAny, kRoute, kOwnLink };
 
 /// The hosts of the network: their starts (magic), when they are up, lost and back. Its owner reports routes to it.
 /// Bounded.
@@ -59,9 +62,13 @@ class Hosts {
 
   Hosts(Scheduler& scheduler, Counters& counters, Calls calls);
 
-  /// False: the info is that of a start that has ended, or of too many hosts.
+  /// False: the info is that of a start that has ended, or of too many hosts. What was announced ends no start, and
+  /// replaces nothing that the host said itself: it is one more address to try (claim()).
   bool learn(const HostRecord& record, RecordSource source);
-  void hello(OwnerId id, const Hello& hello);
+  /// A start has one hello; another one counts only if it came a better way.
+  bool may_be_hello(OwnerId id, const Hello& hello, HelloWay way) const;
+  /// Only if may_be_hello().
+  void hello(OwnerId id, const Hello& hello, HelloWay way);
   /// There is a route, or one to another start.
   void routable(OwnerId id, std::uint32_t magic);
   /// There is no route any more. A component of ours has the rest of its lease since it was heard.
@@ -81,6 +88,8 @@ class Hosts {
   const Identity* find(OwnerId id) const;
   /// Null: not known.
   const HostRecord* record(OwnerId id) const;
+  /// What was announced of the host and differs from its record; null: nothing.
+  const HostRecord* claim(OwnerId id) const;
   std::vector<Identity> up() const;
 
  private:
@@ -93,6 +102,9 @@ class Hosts {
     HostRecord record;
     Identity identity;
     bool informed = false;  ///< `record` is that of this start
+    bool is_sure = false;   ///< ... and came from the host itself
+    std::optional<HostRecord> claim;
+    HelloWay hello_way{};
     bool routable = false;
     bool counted_lost = false;
     State state = State::kAbsent;
@@ -105,7 +117,8 @@ class Hosts {
   };
 
   Host* obtain(OwnerId id, bool is_neighbour = false);
-  void restart(Host& host, std::uint32_t magic);
+  bool hear(Host& host, const HostRecord& record);
+  void restart(Host& host, std::uint32_t magic, bool is_sure);
   void take(Host& host, const HostRecord& record);
   void evaluate(Host& host);
   void become_up(Host& host);

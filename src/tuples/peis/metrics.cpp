@@ -17,6 +17,9 @@ void each_counter(const Counters& counters, const CounterVisit& visit) {
   visit("no-route", counters.no_route);
   visit("queue-full", counters.queue_full);
   visit("forged-deaths", counters.forged_deaths);
+  visit("held-deaths", counters.held_deaths);
+  visit("forged-hellos", counters.forged_hellos);
+  visit("other-starts", counters.other_starts);
   visit("time-messages", counters.time_messages);
   visit("too-many-hosts", counters.too_many_hosts);
   visit("too-many-routes", counters.too_many_routes);

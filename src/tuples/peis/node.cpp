@@ -127,6 +127,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
              [this](OwnerId host) {
                deliveries.close(host);
                fragments.forget(host);
+               forgetful.erase(host);
              },
              [this](OwnerId host) {
                send_direct(host, Port::kQueryHost, write(QueryHost{options.id, kAnyId}));
@@ -141,7 +142,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
       dialer(s, t, {options.id, options.host_name, std::move(connect), options.magic},
              {[this](OwnerId host) { return is_linked(host); },
               [this](OwnerId host) { return routes.find(host) != nullptr; },
-              [this](OwnerId host) { return hosts.record(host); },
+              [this](OwnerId host) { return hosts.record(host); }, [this](OwnerId host) { return hosts.claim(host); },
               [this](const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
                 return dial(target, to, flags);
               },

@@ -53,6 +53,7 @@ void Node::Impl::announced(const HostRecord& record) {
   // Only programs that run announce themselves.
   if (hosts.is_over(record.id, record.magic))
     troubles.note(TroubleKind::kSharedId, record.id, record.full_name, "it announces itself after another start");
+  is_other_start(record, "an announcement");
   if (!hosts.learn(record, RecordSource::kAnnounced) || routes.find(record.id)) return;
   const auto own = routes.cluster();
   // It cannot hear a component that leaves announcing to a kernel: by way of kernels the route here takes up to 10 s.

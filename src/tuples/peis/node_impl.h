@@ -36,7 +36,12 @@ struct NodeLink {
   bool is_route() const { return magic != 0; }
 };
 
-/// Wires the rooms of a node. Its parts: links (node_links.cpp), packages (node_packages.cpp), hosts (node_hosts.cpp).
+inline bool is_id(OwnerId id) {
+  return number(id) > 0 && number(id) <= kMaxId;
+}
+
+/// Wires the rooms of a node. Its parts: links (node_links.cpp), packages (node_packages.cpp), what hosts say of hosts
+/// (node_claims.cpp), hosts (node_hosts.cpp).
 struct Node::Impl {
   static constexpr std::size_t kMaxLinks = 256;
   static constexpr std::size_t kMaxStrangers = 32;  ///< accepted connections that have not sent who they are
@@ -44,6 +49,7 @@ struct Node::Impl {
   static constexpr std::size_t kMaxTakenMagics = 16;
   static constexpr int kPortsToTry = 100;
   static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
+  static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
 
   Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l, NodeCalls c);
   ~Impl();
@@ -84,9 +90,20 @@ struct Node::Impl {
   bool take(NodeLink& link, const Package& package);
   bool take_node_message(NodeLink& link, const Package& package);
   void take_message(const Package& package);
-  void take_hello(const Package& package);
+
+  // What hosts say of hosts.
+  bool speaks_for(const NodeLink& link, OwnerId source) const;
+  bool is_forged(const NodeLink& link, const Package& package);
+  bool is_forged_death(const NodeLink& link, const Package& package);
+  void refuse(std::uint64_t& counter, const NodeLink& link, OwnerId source, std::string_view what);
+  void take_hello(NodeLink& link, const Package& package);
   void take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message);
-  bool take_death(NodeLink& link, const PackageHeader& header, const DeadHost& dead);
+  RecordSource source_of(const NodeLink& link, const PackageHeader& header, const HostRecordMessage& message) const;
+  bool is_other_start(const HostRecord& record, std::string_view from);
+  bool take_death(const PackageHeader& header, const DeadHost& dead);
+  void forgotten_by(OwnerId host);
+
+  // Answers.
   void answer_query(const QueryHost& query);
   void answer_trace(OwnerId asker, Trace trace);
 
@@ -123,6 +140,11 @@ struct Node::Impl {
   std::uint64_t last_link = 0;
   std::vector<std::unique_ptr<Connection>> over;  ///< closed in this turn
   std::set<std::uint32_t> taken_magics;
+  struct Forgetful {
+    SteadyTime not_before{};
+    Timer timer;
+  };
+  std::map<OwnerId, Forgetful> forgetful;  ///< hosts that forgot this node
   std::uint32_t sequence = 0;
   std::unique_ptr<transport::TcpListener> listener;
   transport::Endpoint local;  ///< where it listens

@@ -128,11 +128,14 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
   }
   for (const auto other : former) close(*link(other));
   met.magic = record.magic;
+  const auto* before = routes.find(record.id);
+  const bool was_far = before && !before->direct;
   widen_links(record.id);
   const auto early = std::exchange(met.early, {});
   const auto now = scheduler.now();
   apply(routes.open(id, record.id, record.magic, record.host_name == options.host_name ? 1 : 2, now));
   for (const auto& page : early) apply(routes.receive(id, page, now));
+  if (was_far) deliveries.send_again(record.id);  // a hello that comes another way is refused from now on
   updates.request();
   drop_duplicates(record.id);
 }

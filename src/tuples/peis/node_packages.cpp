@@ -8,10 +8,6 @@ namespace rubicon::tuples::peis {
 
 namespace {
 
-bool is_id(OwnerId id) {
-  return number(id) > 0 && number(id) <= kMaxId;
-}
-
 /// Whether the node itself handles a port.
 bool is_of_node(Port port) {
   return port == Port::kRouting || port == Port::kTrace || port == Port::kTraceReply || port == Port::kDeadHost ||
@@ -38,6 +34,7 @@ void Node::Impl::received(NodeLink& link, const Package& package) {
     link.peer = header.source;
   }
   if (header.source == options.id) return void(++counters.duplicates);
+  if (is_forged(link, package)) return;  // before it counts as received: the true one may come by the way of the host
   if (header.routing == Routing::kBroadcast) return received_broadcast(link, package);
   if (header.routing == Routing::kDirect) return received_direct(link, package);
   if (header.routing == Routing::kLink && header.source == link.peer) take(link, package);
@@ -91,7 +88,7 @@ void Node::Impl::forward(NodeLink& from, const Package& package) {
 /// Whether others should have it too.
 bool Node::Impl::take(NodeLink& link, const Package& package) {
   const auto& header = package.header;
-  if (header.port == Port::kHello) return take_hello(package), true;
+  if (header.port == Port::kHello) return take_hello(link, package), true;
   if (!is_of_node(header.port)) return take_message(package), true;
   if (header.fragments > 0) return false;
   if (header.routing == Routing::kDirect && header.wants_ack() && deliveries.is_open(header.source)) {
@@ -118,7 +115,7 @@ bool Node::Impl::take_node_message(NodeLink& link, const Package& package) {
       return with(read_host_info(package.body), [&](const auto& message) { take_record(link, header, message); });
     case Port::kDeadHost: {
       const auto dead = read_dead_host(package.body);
-      return with(dead, [](const DeadHost&) {}) && take_death(link, header, *dead);
+      return with(dead, [](const DeadHost&) {}) && take_death(header, *dead);
     }
     case Port::kAcks:
       return with(read_acks(package.body), [&](const Acks& acks) { deliveries.acknowledged(header.source, acks); });
@@ -149,50 +146,6 @@ void Node::Impl::take_message(const Package& package) {
     if (!deliveries.is_new(header.source, header.ack_id)) return void(++counters.duplicates);
   }
   if (is_of_tuples(header.port)) calls.message(header.source, header.port, package.body);
-}
-
-/// An empty one is a sign of life.
-void Node::Impl::take_hello(const Package& package) {
-  const auto& header = package.header;
-  if (header.routing != Routing::kDirect || package.body.empty()) return;
-  const auto hello = decode_hello(package.body);
-  if (!hello) return void(++counters.bad_bodies);
-  const auto from = header.source;
-  deliveries.widen(from);
-  hosts.hello(from, *hello);
-  if (!deliveries.is_open(from)) return;  // its record has not come; hello is sent again
-  deliveries.acknowledge(from, header.ack_id);
-  widen_links(from);  // also if hello took another way, which it was sent on before there was a direct one
-  drop_duplicates(from);
-}
-
-void Node::Impl::take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message) {
-  const auto& record = message.host;
-  if (record.id == options.id || !is_id(record.id)) {
-    if (record.magic != options.magic) ++counters.own_id_seen;
-    return;
-  }
-  const bool by_itself = header.source == record.id && !message.cached;
-  if (by_itself && header.routing == Routing::kLink) return meet(link, record);
-  const auto* route = routes.find(record.id);
-  const bool counts = by_itself && !(route && route->direct);
-  hosts.learn(record, counts ? RecordSource::kItself : RecordSource::kOther);
-}
-
-/// Only the host itself declares itself dead, and only on the way that leads to it. Whether others should have it.
-bool Node::Impl::take_death(NodeLink& link, const PackageHeader& header, const DeadHost& dead) {
-  const auto from = header.source;
-  if (dead.id == options.id) {
-    const auto* host = hosts.find(from);
-    if (host && dead.reason != DeathReason::kMessage) happened(HostEvent::kForgot, Identity(*host));
-    return false;
-  }
-  const auto* route = routes.find(dead.id);
-  if (from != dead.id || dead.reason != DeathReason::kLost) return ++counters.forged_deaths, false;
-  if (!route) return true;
-  if (route->link != link.id) return ++counters.forged_deaths, false;
-  leave_host(dead.id);
-  return true;
 }
 
 /// Also of other starts' magic: a kernel with an old one would never learn the new one.

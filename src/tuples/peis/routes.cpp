@@ -106,7 +106,7 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
   }
   if (is_over_(entry.id, entry.magic)) return;
   const Route offered{link, neighbour.peer, entry.sequence, entry.magic, metric, entry.connections, false, now};
-  if (present != routes_.end() && !is_better(offered, present->second, now)) return;
+  if (present != routes_.end() && !is_better(entry.id, offered, present->second, now)) return;
   const auto lost = lost_.find(entry.id);
   if (present == routes_.end() && lost != lost_.end() && lost->second.magic == entry.magic &&
       !is_newer(entry.sequence, lost->second.sequence))
@@ -114,8 +114,10 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
   take(entry.id, offered, changes);
 }
 
-bool Routes::is_better(const Route& offered, const Route& present, SteadyTime now) const {
-  if (offered.magic != present.magic) return true;
+bool Routes::is_better(OwnerId host, const Route& offered, const Route& present, SteadyTime now) const {
+  // Who lives has news each kRoutingPeriod: another start by another way is none as long as the present one lives.
+  if (offered.magic != present.magic)
+    return offered.link == present.link || is_over_(host, present.magic) || now - present.renewed > kAging;
   const bool newer = is_newer(offered.sequence, present.sequence);
   if (offered.link == present.link)
     return newer || (offered.sequence == present.sequence && offered.metric != present.metric);

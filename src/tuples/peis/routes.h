@@ -76,7 +76,7 @@ class Routes {
 
   void receive(LinkId link, const Neighbour& neighbour, const RouteEntry& entry, SteadyTime now, RouteChanges& changes);
   void take(OwnerId host, Route route, RouteChanges& changes);
-  bool is_better(const Route& offered, const Route& present, SteadyTime now) const;
+  bool is_better(OwnerId host, const Route& offered, const Route& present, SteadyTime now) const;
   void lose(OwnerId host, SteadyTime now, RouteChanges& changes);
   void withdraw_unlisted(LinkId link, Neighbour& neighbour, SteadyTime now, RouteChanges& changes);
   bool is_neighbour(OwnerId host) const;

@@ -60,12 +60,20 @@ TEST_F(NodesOfOurs, AHelloThatTookAnotherWayCountsForTheDirectConnection) {
   auto& one = add(1);
   ASSERT_TRUE(one.open());
   KernelPeer direct(world, 102, 9000), way(world, 103, 9001);
-  direct.connect(one.node->local().port);
   way.connect(one.node->local().port);
-  world.run(2s);
-  auto header = way.header(Routing::kDirect, Port::kHello, 1);
-  header.source = OwnerId{102};
-  way.send_raw(header, encode(one.options.hello));
+  world.run(100ms);
+  RoutingPage page;
+  page.entries = {{OwnerId{103}, 2, way.magic, 0, 1}, {OwnerId{102}, 1, direct.magic, 1, 1}};
+  way.send_raw(way.header(Routing::kLink, Port::kRouting), write(page));
+  const auto by_way = [&](Port port, const Bytes& body) {
+    auto header = way.header(Routing::kDirect, port, 1);
+    header.source = OwnerId{102};
+    way.send_raw(header, body);
+  };
+  by_way(Port::kHostInfo, write(HostRecordMessage{direct.record(), false}));
+  by_way(Port::kHello, encode(one.options.hello));
+  world.run(100ms);
+  direct.connect(one.node->local().port);
   world.run(100ms);
   for (const auto& link : one.node->links()) EXPECT_EQ(link.ours, link.peer == OwnerId{102}) << number(link.peer);
   const auto before = direct.of(Port::kHello).size();
