@@ -133,6 +133,7 @@ TEST_F(NodeForged, ARestartOfAFarHostIsBelievedOnItsWayAndOnAConnection) {
                   write(HostRecordMessage{far.record(), false}));
   world.run(1s);
   EXPECT_THAT(far.greetings, SizeIs(1)) << "it was asked";
+  ASSERT_TRUE(own.sees(110));
   EXPECT_EQ(own.node->host(OwnerId{110})->magic, 0x777778u);
 }
 
