@@ -64,6 +64,8 @@ TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon doctor", 1, "good     line  one\nproblem  loss  one\nproblem  loss  two\n1 problem\n"), "");
   EXPECT_EQ(of("rubicon doctor", 1, "problem  loss  one\nproblem  line  two\n"), "ended with 1");
   EXPECT_EQ(of("rubicon doctor", 1, "a loss\n"), "ended with 1");
+  EXPECT_EQ(of("rubicon doctor --json", 1, R"({"check":"loss","grade":"problem"})"), "");
+  EXPECT_EQ(of("rubicon doctor --json", 1, R"({"check":"line","grade":"problem"})"), "ended with 1");
   EXPECT_EQ(of("rubicon doctor --interfaces eth0", 1), "");
   EXPECT_EQ(of("rubicon --engine peis doctor", 1), "");
   EXPECT_EQ(of("rubicon --engine peis ls '101:**'", 8), "");

@@ -49,8 +49,8 @@ bool found_losses_only(const std::string& output) {
   std::istringstream lines(output);
   std::size_t losses = 0;
   for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with("problem ")) continue;
-    if (!line.starts_with("problem  loss ")) return false;
+    if (!line.starts_with("problem ") && !has(line, R"("grade":"problem")")) continue;
+    if (!line.starts_with("problem  loss ") && !line.starts_with(R"({"check":"loss",)")) return false;
     ++losses;
   }
   return losses > 0;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/stand_in.h"
+
 namespace rubicon::tuples::joined {
 
 namespace {
@@ -78,6 +80,8 @@ void JoinedLink::detach() {
   peers_.clear();
   subscriptions_.clear();
   arriving_.reset();
+  held_.clear();
+  next_held_.clear();
   observers_.clear();
   for (const auto& port : ports_) port->link->detach();
 }
@@ -120,6 +124,12 @@ void JoinedLink::unsubscribe(std::uint32_t id) {
 }
 
 Result<void> JoinedLink::remote_set(const RemoteSet& set) {
+  const auto now = scheduler_.now();
+  if (const auto due = search_end(set.owner); held_.has(set.owner) || due > now) {
+    if (!held_.hold(set, now)) return fail(ErrorCode::kBusy, "too many remote sets wait for their owners");
+    next_held_.advance_to(due);
+    return {};
+  }
   if (auto* link = link_to(set.owner)) return link->remote_set(set);
   return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
 }
@@ -154,6 +164,8 @@ void JoinedLink::on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent 
 void JoinedLink::meet(std::size_t engine, const PeerIdentity& who) {
   auto& peer = peers_.try_emplace(who.id, ports_.size()).first->second;
   const auto move = peer.meet(engine, who);
+  peer.at(engine)->since = scheduler_.now();
+  if (held_.has(who.id) && search_end(who.id) == SteadyTime{}) next_held_.advance_to(scheduler_.now());
   watch_conflict(peer, who.id, engine);
   report(who.id, move);
 }
@@ -176,6 +188,39 @@ void JoinedLink::report(OwnerId id, const MetPeer::Move& move) {
     if (attachment == attachment_) listener_->on_subscribe(id, one.second);
   }
   if (move.was_rival && attachment == attachment_) ask_again(*move.up);
+}
+
+/// While only a stand-in is met, until when the component itself is looked for; else a time that is over.
+SteadyTime JoinedLink::search_end(OwnerId owner) const {
+  const auto found = peers_.find(owner);
+  const auto* meeting =
+      found != peers_.end() && found->second.home() ? found->second.at(*found->second.home()) : nullptr;
+  return meeting && is_stand_in(meeting->identity) ? meeting->since + kSearchTime : SteadyTime{};
+}
+
+/// Sends what waited to where the component lives now.
+void JoinedLink::release(OwnerId owner) {
+  const auto attachment = attachment_;
+  for (const auto& set : held_.take(owner, scheduler_.now())) {
+    if (attachment != attachment_) return;
+    auto* link = link_to(owner);
+    const auto sent =
+        link ? link->remote_set(set) : fail(ErrorCode::kNotFound, fmt::format("component {} is lost", number(owner)));
+    if (!sent)
+      listener_->on_reply({self_, set.request, Verdict::kRefused, sent.error().code, std::move(sent.error().text)});
+  }
+}
+
+void JoinedLink::release_due() {
+  const auto attachment = attachment_;
+  for (const auto owner : held_.owners()) {
+    if (const auto due = search_end(owner); due > scheduler_.now()) {
+      next_held_.advance_to(due);
+    } else {
+      release(owner);
+    }
+    if (attachment != attachment_) return;
+  }
 }
 
 /// All components of that engine send their snapshots again: an engine cannot ask one of them alone.

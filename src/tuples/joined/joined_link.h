@@ -7,7 +7,9 @@
 #include <set>
 #include <tuple>
 
+#include "base/deadline.h"
 #include "base/limited_log.h"
+#include "tuples/joined/held_sets.h"
 #include "tuples/joined/joined_policy.h"
 #include "tuples/joined/met_peer.h"
 
@@ -22,6 +24,8 @@ class JoinedLink final : public Link {
   static constexpr std::size_t kMaxSubscriptions = 10'000;
   /// Two components with one id may be one that changes: its restart, or the first contact. Afterwards it is an error.
   static constexpr Duration kContactTime = std::chrono::seconds(5), kRestartTime = std::chrono::seconds(60);
+  /// A remote set to a stand-in waits until it was met for this time: another engine may meet the component itself.
+  static constexpr Duration kSearchTime = std::chrono::seconds(2);
 
   struct Engine {
     std::string name;
@@ -62,6 +66,9 @@ class JoinedLink final : public Link {
   void part(std::size_t engine, OwnerId id, PeerEvent how);
   void report(OwnerId id, const MetPeer::Move& move);
   void ask_again(std::size_t engine);
+  SteadyTime search_end(OwnerId owner) const;
+  void release(OwnerId owner);
+  void release_due();
   void watch_conflict(MetPeer& peer, OwnerId id, std::size_t engine);
   void log_conflict(OwnerId id, std::size_t engine);
   std::string described(OwnerId id, std::size_t engine) const;
@@ -83,6 +90,8 @@ class JoinedLink final : public Link {
   std::map<OwnerId, MetPeer> peers_;
   std::map<std::uint32_t, SubscriptionSpec> subscriptions_;  ///< own ones
   std::optional<Arriving> arriving_;
+  HeldSets held_;
+  base::Deadline next_held_{scheduler_, [this] { release_due(); }};
   std::set<std::size_t> observers_;  ///< engines whose links subscribed to own tuples for themselves
   std::set<std::tuple<OwnerId, std::uint64_t, std::uint64_t>> logged_;  ///< conflicts, by the starts of both sides
 };

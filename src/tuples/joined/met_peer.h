@@ -14,6 +14,7 @@ namespace rubicon::tuples::joined {
 /// A component as one engine sees it.
 struct Meeting {
   PeerIdentity identity;
+  SteadyTime since{};
   std::string summary;
   std::map<std::uint32_t, SubscriptionSpec> subscriptions;
   bool left = false;  ///< the component left on the engine where it lived; this engine has not noticed yet

@@ -39,7 +39,12 @@ struct PlayedEngine {
     }
     void subscribe(const SubscriptionSpec&) override {}
     void unsubscribe(std::uint32_t) override {}
-    Result<void> remote_set(const RemoteSet&) override { return fail(ErrorCode::kBusy, "the window is full"); }
+    Result<void> remote_set(const RemoteSet& set) override {
+      if (!engine.takes_sets) return fail(ErrorCode::kBusy, "the window is full");
+      engine.sets.push_back(set.value);
+      engine.time_to_live = set.time_to_live;
+      return {};
+    }
     void reply(const Reply& reply) override { engine.replies.push_back(std::string(to_string(reply.verdict))); }
     void describe(std::string) override {}
     std::vector<OwnerId> peers() const override { return {}; }
@@ -68,7 +73,9 @@ struct PlayedEngine {
 
   LinkListener* far = nullptr;
   EnginePolicy policy;
-  bool full = false;
+  bool full = false, takes_sets = false;
+  Duration time_to_live{0};
+  Seen sets;  ///< values of the remote sets that it was given
   std::size_t published = 0;
   std::uint64_t requests = 0;
   Seen replies;
@@ -100,6 +107,7 @@ struct PlayedEngines : testing::Test {
   Handle subscription = space.subscribe(pattern("70000:**"), {}, seen.call());
   const PeerIdentity who{kFar, kStart, "host"};
   const PeerIdentity restarted{kFar, kStart + 1, "host"};
+  const PeerIdentity stand_in{kFar, kStart + 2, "host~2"};
   const PeerIdentity kernel{kFar, 4711, "pc"};
 };
 
@@ -153,6 +161,53 @@ TEST_F(PlayedEngines, StayWithTheStreamWhenAnotherEngineHasItsConnectionBack) {
   peis.set("x", "late", 4);
   time.run_ready();
   EXPECT_THAT(seen.take(), IsEmpty());
+}
+
+struct SetsToAStandIn : PlayedEngines {
+  void SetUp() override {
+    dds.takes_sets = peis.takes_sets = true;
+    dds.far->on_peer(stand_in, PeerEvent::kUp);
+    set("1");
+    set("2");
+    time.run_for(1500ms);
+    EXPECT_THAT(dds.sets, IsEmpty());
+  }
+  void set(std::string_view value) {
+    space.set_remote(kFar, "x", value, 5s, [this](const Reply& reply) { answers.push_back(reply.text); });
+    time.run_ready();
+  }
+  Seen answers;
+};
+
+TEST_F(SetsToAStandIn, GoToTheComponentItselfThatIsMetALittleLater) {
+  peis.far->on_peer(who, PeerEvent::kUp);
+  set("3");
+  EXPECT_THAT(peis.sets, ElementsAre("1", "2", "3"));
+  time.run_for(2s);
+  EXPECT_THAT(dds.sets, IsEmpty());
+  EXPECT_THAT(answers, IsEmpty());
+}
+
+TEST_F(SetsToAStandIn, GoToItWhenOnlyTheStandInIsMet) {
+  time.run_for(500ms);
+  EXPECT_THAT(dds.sets, ElementsAre("1", "2"));
+  EXPECT_EQ(dds.time_to_live, 3s);
+  set("3");
+  EXPECT_THAT(dds.sets, ElementsAre("1", "2", "3"));
+}
+
+TEST_F(SetsToAStandIn, FailIfItIsLost) {
+  dds.far->on_peer(stand_in, PeerEvent::kLost);
+  time.run_for(1s);
+  EXPECT_THAT(answers, ElementsAre("component 70000 is lost", "component 70000 is lost"));
+}
+
+TEST_F(SetsToAStandIn, AreBounded) {
+  for (int i = 0; i < 1000; ++i) set("more");
+  EXPECT_THAT(answers,
+              ElementsAre("too many remote sets wait for their owners", "too many remote sets wait for their owners"));
+  time.run_for(1s);
+  EXPECT_EQ(dds.sets.size(), HeldSets::kMax);
 }
 
 TEST_F(PlayedEngines, FollowARestartAtOnceAlthoughOneStillSeesTheEarlierStart) {
