@@ -121,8 +121,9 @@ TEST_F(PeisEcologies, TwoEnginesAtOnceShowKernelsAllOwnKeys) {
   subscribe.prototype.key = "kernel.all-keys";
   kernel.send(200, Port::kSubscribe, text_of(write(subscribe)));
   world.run(100ms);
-  ASSERT_THAT(kernel.of(Port::kPush), ::testing::SizeIs(1));
-  const auto push = *read_push(base::as_bytes(kernel.of(Port::kPush)[0].body));
+  const auto pushes = kernel.of(Port::kPush);
+  ASSERT_THAT(pushes, ::testing::SizeIs(1));
+  const auto push = *read_push(base::as_bytes(pushes[0].body));
   EXPECT_THAT(*push.data, EndsWith(c_string(" Only.Here)")));
 }
 
