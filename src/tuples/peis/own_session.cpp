@@ -246,6 +246,8 @@ void OwnSession::on_set(ByteView body) {
   if (!read) return bad(read.error());
   const auto annex = read_set_annex(read->annex);
   if (!annex) return bad({ErrorCode::kInvalid, "SET_REMOTE: no annex, which components of ours send"});
+  if (annex->request <= last_request_) return;  // a repetition, after a hello that came again
+  last_request_ = annex->request;
   RemoteSet set;
   set.from = peer_;
   set.owner = context_.self;

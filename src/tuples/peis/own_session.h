@@ -46,6 +46,8 @@ class OwnSession final : public Session {
   Bytes body_;                                     ///< of the last tuple that was published
   std::map<std::uint32_t, std::string> patterns_;  ///< of the peer, by id
 
+  std::uint64_t last_request_ = 0;  ///< highest number of its remote sets
+
   // Due, in this order.
   bool forget_ = false;
   std::map<std::uint32_t, std::optional<SubscriptionSpec>> wishes_;  ///< own subscriptions by id; none: it ends

@@ -42,6 +42,24 @@ TEST_F(LinksOfOurs, ValuesArriveByteForByte) {
   }
 }
 
+TEST_F(LinksOfOurs, ARemoteSetThatArrivesTwiceCountsOnce) {
+  ASSERT_TRUE(island->space.set("log", ""));
+  const auto policy = island->space.add_policy(
+      pattern("log"), [](const RemoteSet&) { return SetDecision::applied(); }, PolicyScope::kSetsAndAppends);
+  RemoteSet set;
+  set.from = kRobot;
+  set.owner = kIsland;
+  set.key = "log";
+  set.value = "x";
+  set.append = true;
+  for (const auto request : {7U, 7U, 8U, 7U}) {
+    set.request = request;
+    ASSERT_TRUE(robot->link->remote_set(set));
+    time.run_for(100ms);
+  }
+  EXPECT_EQ(island->space.get(kIsland, "log")->value, "xx");
+}
+
 TEST_F(LinksOfOurs, AKeyThatIsTooLongIsRefusedOnThisEngineOnly) {
   const std::string key(128, 'k');
   ASSERT_TRUE(island->space.set(key, "1")) << "the space has it";
