@@ -8,15 +8,6 @@
 
 namespace rubicon::tuples::peis {
 
-namespace {
-
-/// Kernels take ids above 2^31-1 for negative ones.
-OwnerId creator_for_kernels(OwnerId creator, OwnerId owner) {
-  return creator == OwnerId{} || number(creator) > kMaxId ? owner : creator;
-}
-
-}  // namespace
-
 void KernelSession::publish(const Change& change) {
   std::visit([this](const auto& one) { publish(one); }, change);
 }
@@ -47,7 +38,7 @@ void KernelSession::publish(const TupleSet& set) {
   NetworkTuple out;
   out.owner = context_.self;
   out.key = tuple.key;
-  out.creator = creator_for_kernels(tuple.creator, context_.self);
+  out.creator = creator_on_wire(tuple.creator, context_.self);
   out.write_time = tuple.write_time;
   out.user_time = tuple.user_time;
   out.expire_time = tuple.expire_time;

@@ -48,7 +48,7 @@ void OwnSession::publish(const TupleSet& set) {
   NetworkTuple out;
   out.owner = context_.self;
   out.key = tuple.key;
-  out.creator = tuple.creator;
+  out.creator = creator_on_wire(tuple.creator, context_.self);
   out.write_time = tuple.write_time;
   out.user_time = tuple.user_time;
   out.expire_time = tuple.expire_time;

@@ -1,6 +1,7 @@
 #include "tuples/peis/values.h"
 
 #include "base/utf8.h"
+#include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
 
@@ -44,6 +45,10 @@ std::string appended(Encoding encoding, std::string_view data, std::string_view 
   std::string whole(from_wire(encoding, data));
   whole += difference;
   return whole;
+}
+
+OwnerId creator_on_wire(OwnerId creator, OwnerId owner) {
+  return creator == OwnerId{} || number(creator) > kMaxId ? owner : creator;
 }
 
 }  // namespace rubicon::tuples::peis

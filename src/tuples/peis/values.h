@@ -27,4 +27,8 @@ std::string_view from_kernel(Encoding encoding, std::string_view data, std::stri
 /// The data of a tuple after an append, as kernels do it (section 1.6): ASCII replaces the trailing NUL.
 std::string appended(Encoding encoding, std::string_view data, std::string_view difference);
 
+/// The creator of a tuple on the wire: the owner for one without an id, or with an id above 2^31-1, which kernels take
+/// for a negative one. Components of the other engines may have such ids.
+OwnerId creator_on_wire(OwnerId creator, OwnerId owner);
+
 }  // namespace rubicon::tuples::peis

@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr OwnerId kSelf{50}, kLeft{101}, kRight{103}, kFar{200};
+constexpr OwnerId kMiddle{50}, kLeft{101}, kRight{103}, kFar{200};
 constexpr LinkId kLeftLink{1}, kRightLink{2};
 
 class PeisRoutes : public ::testing::Test {
@@ -37,7 +37,7 @@ class PeisRoutes : public ::testing::Test {
 
   Counters counters;
   std::set<std::uint32_t> over;
-  Routes routes{kSelf, counters, [this](OwnerId, std::uint32_t magic) { return over.contains(magic); }};
+  Routes routes{kMiddle, counters, [this](OwnerId, std::uint32_t magic) { return over.contains(magic); }};
   SteadyTime now{1h};
 };
 
@@ -161,7 +161,7 @@ TEST_F(PeisRoutes, ARouteWithoutANewSequenceForAMinuteIsLost) {
 
 TEST_F(PeisRoutes, WhatOthersSayOfUsOfNeighboursAndOfNoIdsDoesNotCount) {
   open_both();
-  const auto changes = hear(kLeftLink, {entry(kSelf, 99, 1), entry(kRight, 99, 1, 13), entry(OwnerId{0}, 1, 1),
+  const auto changes = hear(kLeftLink, {entry(kMiddle, 99, 1), entry(kRight, 99, 1, 13), entry(OwnerId{0}, 1, 1),
                                         entry(OwnerId{0x80000000}, 1, 1)});
   EXPECT_FALSE(changes.any());
   EXPECT_EQ(routes.find(kRight)->via, kRight);
@@ -170,9 +170,9 @@ TEST_F(PeisRoutes, WhatOthersSayOfUsOfNeighboursAndOfNoIdsDoesNotCount) {
 }
 
 TEST_F(PeisRoutes, TheClusterIsTheLowestIdThatCanBeReached) {
-  EXPECT_EQ(routes.cluster(), kSelf);
+  EXPECT_EQ(routes.cluster(), kMiddle);
   open_both();
-  EXPECT_EQ(routes.cluster(), kSelf);
+  EXPECT_EQ(routes.cluster(), kMiddle);
   hear(kLeftLink, {entry(OwnerId{3}, 5, 1)});
   EXPECT_EQ(routes.cluster(), OwnerId{3});
 }
