@@ -28,9 +28,10 @@ void Deliveries::open(OwnerId host, bool is_ours) {
   peers_.try_emplace(host, is_ours);
 }
 
+/// Once: hello may come again, and what was received before it stays known.
 void Deliveries::widen(OwnerId host) {
   const auto found = peers_.find(host);
-  if (found == peers_.end()) return;
+  if (found == peers_.end() || std::exchange(found->second.is_wide, true)) return;
   found->second.window = kOfOurs;
   found->second.packages = kOfOurs.packages;
   found->second.seen = SeenIds(kSeenOfOurs);

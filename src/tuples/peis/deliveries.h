@@ -105,6 +105,7 @@ class Deliveries {
     explicit Peer(bool ours)
         : window(ours ? kOfOurs : kOfKernel),
           packages(ours ? kOfOurs.packages : kFirstOfKernel),
+          is_wide(ours),
           seen(ours ? kSeenOfOurs : kDuplicateTable) {}
     SendWindow window;
     std::size_t packages;     ///< of the window, at present
@@ -120,6 +121,7 @@ class Deliveries {
     std::uint16_t last_long = 0;
     bool refused = false;  ///< send() gave kBusy
     std::vector<std::uint32_t> acks;
+    bool is_wide;
     SeenIds seen;
   };
   struct Ended {

@@ -226,5 +226,16 @@ TEST_F(PeisDeliveries, DuplicatesAreKnownByTheirAckIdPerSource) {
   EXPECT_TRUE(deliveries.is_new(kHost, 5)) << "bounded";
 }
 
+TEST_F(PeisDeliveries, DuplicatesStayKnownWhenHelloComesAgain) {
+  deliveries.widen(kHost);
+  EXPECT_TRUE(deliveries.is_new(kHost, 5));
+  deliveries.widen(kHost);
+  EXPECT_FALSE(deliveries.is_new(kHost, 5));
+  deliveries.open(kOther, true);
+  EXPECT_TRUE(deliveries.is_new(kOther, 5));
+  deliveries.widen(kOther);
+  EXPECT_FALSE(deliveries.is_new(kOther, 5));
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::peis
