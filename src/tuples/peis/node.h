@@ -64,8 +64,9 @@ struct RouteState {
   int metric = 0;
 };
 
-/// A node of a PEIS network (G6, protocol 500) with at most 256 connections: discovery, connections, routing,
-/// acknowledged messages. Bodies pass unread. Destroying it says goodbye (DEAD_HOST) and closes all.
+/// A node of a PEIS network (G6, protocol 500) with at most 256 connections, and 32 more that it establishes:
+/// discovery, connections, routing, acknowledged messages. Bodies pass unread. Destroying it says goodbye (DEAD_HOST)
+/// and closes all.
 class Node {
  public:
   /// kInvalid for options out of range, kBusy if none of 100 ports is free, else kIo. The scheduler, the transports and

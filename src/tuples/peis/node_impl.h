@@ -32,6 +32,7 @@ struct NodeLink {
   std::uint32_t magic = 0;         ///< of the peer; 0 = its host record has not come, and the link is no route
   bool ours = false;               ///< the peer sent a hello
   std::vector<RoutingPage> early;  ///< came before the host record
+  Timer record_due;
 
   bool is_route() const { return magic != 0; }
 };
@@ -44,7 +45,11 @@ inline bool is_id(OwnerId id) {
 /// (node_claims.cpp), hosts (node_hosts.cpp).
 struct Node::Impl {
   static constexpr std::size_t kMaxLinks = 256;
-  static constexpr std::size_t kMaxStrangers = 32;  ///< accepted connections that have not sent who they are
+  static constexpr std::size_t kReservedLinks = 32;  ///< besides, for those that this node establishes
+  static constexpr std::size_t kMaxStrangers = 32;   ///< accepted connections that have not sent who they are
+  static constexpr std::size_t kMaxUnmet = 64;       ///< those included, accepted ones without a host record
+  static constexpr std::size_t kMaxUnmetOfHost = 8;  ///< from one address of another host
+  static constexpr Duration kRecordTime = std::chrono::seconds(5);  ///< from the connect message to the host record
   static constexpr std::size_t kMaxEarlyPages = 16;
   static constexpr std::size_t kMaxTakenMagics = 16;
   static constexpr int kPortsToTry = 100;
@@ -72,7 +77,9 @@ struct Node::Impl {
   void widen_links(OwnerId peer);
   bool is_linked(OwnerId peer) const;
   std::size_t strangers() const;
-  bool has_room() const;
+  bool may_accept(const std::string& address) const;
+  bool has_room(std::size_t limit) const;
+  void expect_record(NodeLink& link);
   NodeLink* link(LinkId id);
 
   // Routing.

@@ -13,7 +13,10 @@ NodeLink* Node::Impl::link(LinkId id) {
 }
 
 bool Node::Impl::is_linked(OwnerId peer) const {
-  return std::any_of(links.begin(), links.end(), [&](const auto& item) { return item.second.peer == peer; });
+  return std::any_of(links.begin(), links.end(), [&](const auto& item) {
+    const auto& link = item.second;  // what one that connected says of itself shows nothing before its record
+    return link.peer == peer && (link.is_route() || link.initiated);
+  });
 }
 
 std::size_t Node::Impl::strangers() const {
@@ -22,11 +25,21 @@ std::size_t Node::Impl::strangers() const {
   }));
 }
 
-bool Node::Impl::has_room() const {
-  const auto known = std::count_if(links.begin(), links.end(), [](const auto& item) {
-    return item.second.initiated || item.second.peer != OwnerId{};
-  });
-  return static_cast<std::size_t>(known) < kMaxLinks;
+bool Node::Impl::may_accept(const std::string& address) const {
+  std::size_t all = 0, of_host = 0;
+  for (const auto& [id, link] : links) {
+    if (link.initiated || link.is_route()) continue;
+    ++all;
+    if (link.connection->remote().address == address) ++of_host;
+  }
+  const bool is_local = address.starts_with("127.");
+  return all < kMaxUnmet && strangers() < kMaxStrangers && (is_local || of_host < kMaxUnmetOfHost);
+}
+
+bool Node::Impl::has_room(std::size_t limit) const {
+  const auto used = std::count_if(links.begin(), links.end(),
+                                  [](const auto& item) { return item.second.initiated || item.second.is_route(); });
+  return static_cast<std::size_t>(used) < limit;
 }
 
 NodeLink& Node::Impl::make_link(bool initiated) {
@@ -54,14 +67,19 @@ NodeLink& Node::Impl::make_link(bool initiated) {
 }
 
 transport::TcpCalls Node::Impl::accept(std::unique_ptr<transport::TcpStream> stream) {
-  if (strangers() < kMaxStrangers) return make_link(false).connection->accept(std::move(stream));
+  const auto from = stream->remote().address;
+  if (may_accept(from)) return make_link(false).connection->accept(std::move(stream));
   ++counters.too_many_links;
-  log.warning("strangers", "connection refused: too many others have not sent who they are");
+  log.warning("strangers", "connection from " + from + " refused: too many others have not sent who they are");
   return {};
 }
 
 bool Node::Impl::dial(const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
-  if (to == local || !has_room()) return false;
+  if (to == local) return false;
+  if (!has_room(kMaxLinks + kReservedLinks)) {
+    ++counters.too_many_links;
+    return log.warning("links", "no connection to " + transport::to_string(to) + ": too many connections"), false;
+  }
   auto& link = make_link(true);
   const auto dialed = link.connection->dial(transports, to, {options.id, flags, options.network});
   if (dialed) return link.target = target, true;
@@ -88,7 +106,7 @@ bool Node::Impl::greeted(NodeLink& link, const ConnectMessage& message) {
   }
   const auto id = number(message.id);
   if (id == 0 || id > kMaxId) return ++counters.bad_ids, false;
-  if (!has_room()) {
+  if (!has_room(kMaxLinks)) {
     ++counters.too_many_links;
     return log.warning("links", name + ": refused, too many connections"), false;
   }
@@ -103,6 +121,21 @@ void Node::Impl::greet(NodeLink& link) {
   send_on(link, Routing::kLink, Port::kHostInfo, record);
   send_routing(link);
   send_on(link, Routing::kBroadcast, Port::kHostInfo, record);
+  expect_record(link);
+}
+
+/// Without its record a connection leads nowhere, but takes room.
+void Node::Impl::expect_record(NodeLink& link) {
+  link.record_due = scheduler.after(kRecordTime, [this, id = link.id] {
+    auto* late = this->link(id);
+    if (!late || late->is_route()) return;
+    ++counters.silent_links;
+    const auto text = fmt::format("component {} at {} did not send who it is", number(late->peer),
+                                  transport::to_string(late->connection->remote()));
+    log.warning("no record", text + ": connection closed");
+    if (late->initiated) unreachable(late->target, Error{ErrorCode::kUnreachable, text});
+    close(*late);
+  });
 }
 
 /// The peer sent its host record: the link becomes a route.
@@ -111,6 +144,11 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
   if (met.is_route()) {
     if (met.magic != record.magic) return close(met);
     return void(hosts.learn(record, RecordSource::kOwnLink));
+  }
+  if (!met.initiated && !is_linked(record.id) && !has_room(kMaxLinks)) {
+    ++counters.too_many_links;
+    log.warning("links", fmt::format("component {}: refused, too many connections", number(record.id)));
+    return close(met);
   }
   if (!hosts.learn(record, RecordSource::kOwnLink)) {
     log.info(

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "tuples/peis/own_session.h"
@@ -38,6 +39,7 @@ NodeCalls Presence::node_calls() {
   };
   NodeCalls calls;
   calls.message = during([this](OwnerId from, Port port, ByteView body) {
+    if (port == Port::kSetRemote) find_place(from);
     if (auto* session = find(from)) session->receive(port, body);
   });
   calls.host = during([this](HostEvent event, const Identity& host) { on_host(event, host); });
@@ -114,10 +116,30 @@ void Presence::on_id_taken(const Identity& other) {
   context_.scheduler.post(start_.displaced);
 }
 
+/// A name shows nothing: any host may have it. A connection from an address of this host does.
+bool Presence::is_here(const Identity& host) const {
+  if (host.host_name != start_.node.host_name) return false;
+  const auto links = node_->links();
+  return std::any_of(links.begin(), links.end(), [&](const LinkState& link) {
+    const auto is_own = [&](const auto& interface) { return interface.address == link.remote.address; };
+    const auto& own = start_.node.interfaces;
+    return link.peer == host.id &&
+           (link.remote.address.starts_with("127.") || std::any_of(own.begin(), own.end(), is_own));
+  });
+}
+
+/// A kernel of this host that came by way of others may have connected since.
+void Presence::find_place(OwnerId kernel) {
+  const auto found = peers_.find(kernel);
+  const auto* host = node_->host(kernel);
+  if (found == peers_.end() || !host || host->hello || found->second.identity.host == start_.own_host) return;
+  found->second.identity = identity_of(*host);
+  start_.policy.peer_up(found->second.identity);
+}
+
 PeerIdentity Presence::identity_of(const Identity& host) const {
   if (host.hello) return {host.id, host.hello->incarnation, host.hello->host_id};
-  const bool is_here = host.host_name == start_.node.host_name;
-  return {host.id, host.magic, is_here ? start_.own_host : "peis " + host.host_name};
+  return {host.id, host.magic, is_here(host) ? start_.own_host : "peis " + host.host_name};
 }
 
 std::unique_ptr<Session> Presence::make_session(const Identity& host) {

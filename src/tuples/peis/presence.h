@@ -58,6 +58,8 @@ class Presence {
   void part(OwnerId peer, PeerEvent how);
   void again(OwnerId peer, void (Session::*begin)());
   void introduce(OwnerId id, Session& session);
+  bool is_here(const Identity& host) const;
+  void find_place(OwnerId kernel);
   PeerIdentity identity_of(const Identity& host) const;
   std::unique_ptr<Session> make_session(const Identity& host);
 

@@ -237,5 +237,77 @@ TEST_F(NodeForged, AGoodbyeThatAlsoCameAnotherWayCounts) {
   EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp, HostEvent::kLeft));
 }
 
+/// Connections that send a connect message and then a byte now and then.
+class NodeUnmet : public ::testing::Test {
+ protected:
+  void connect(transport::MemoryTransports& from, std::uint32_t id) {
+    auto stream = std::make_unique<Stream>();
+    transport::TcpCalls calls;
+    calls.connected = [id, one = stream.get()] {
+      EXPECT_TRUE(one->tcp->send(write(ConnectMessage{OwnerId{id}, kForcedByCluster, "default"})));
+    };
+    calls.failed = [one = stream.get()](const Error&) { one->ended = true; };
+    stream->tcp = std::move(*from.open_tcp({own.node->local()}, std::move(calls)));
+    streams.push_back(std::move(stream));
+  }
+  struct Stream {
+    std::unique_ptr<transport::TcpStream> tcp;
+    bool ended = false;
+  };
+
+  PeisWorld world;
+  OwnNode own{world, 200};
+  std::vector<std::unique_ptr<Stream>> streams;
+};
+
+TEST_F(NodeUnmet, WhoDoesNotSendItsRecordIsClosedAndKeepsNoOtherOut) {
+  own.options.multicast = false;
+  ASSERT_TRUE(own.open());
+  for (int i = 0; i < 300; ++i) {
+    connect(world.machine, 101);
+    world.run(1ms);
+  }
+  EXPECT_EQ(own.node->links().size(), 64u);
+  EXPECT_EQ(own.node->counters().too_many_links, 236u);
+  for (int i = 0; i < 12; ++i) {
+    for (const auto& stream : streams) {
+      if (stream->ended) continue;
+      EXPECT_TRUE(stream->tcp->send(base::as_bytes("\xff")));
+    }
+    world.run(500ms);
+  }
+  EXPECT_THAT(own.node->links(), ::testing::IsEmpty());
+  KernelPeer kernel(world, 101, 9000);
+  kernel.connect(own.node->local().port);
+  world.run(1s);
+  EXPECT_TRUE(own.sees(101));
+}
+
+TEST_F(NodeUnmet, AHostIsDialedThoughOthersUseItsId) {
+  KernelPeer kernel(world, 101, 9000);
+  kernel.connects = false;
+  kernel.listen();
+  ASSERT_TRUE(own.open());
+  connect(world.machine, 101);
+  kernel.announce();
+  EXPECT_LT(world.until(
+                [&] {
+                  connect(world.machine, 101);
+                  return own.sees(101);
+                },
+                10s),
+            5s);
+}
+
+TEST_F(NodeUnmet, AnotherHostHasFewOfThem) {
+  own.options.multicast = false;
+  ASSERT_TRUE(own.open());
+  transport::MemoryTransports elsewhere;
+  elsewhere.join(world.net, "10.0.0.2");
+  for (std::uint32_t i = 0; i < 50; ++i) connect(elsewhere, 1000 + i);
+  world.run(100ms);
+  EXPECT_EQ(own.node->links().size(), 8u);
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::peis

@@ -106,6 +106,36 @@ TEST_F(PeisEcologies, RemoteSetsOfOtherHostsNeedTrust) {
   }
 }
 
+TEST_F(PeisEcologies, AKernelThatHasOnlyTheNameOfThisHostNeedsTrust) {
+  transport::MemoryTransports elsewhere;
+  elsewhere.join(world.net, "10.0.0.2");
+  KernelPeer far(world.time, elsewhere, 101, 9000), near(world.time, world.machine, 103, 9003);
+  const auto ecology = open({});
+  const auto link = std::move(*ecology->join(kSelf));
+  TupleSpace space(kSelf, world.time, *link);
+  std::vector<std::string> sets;
+  const auto policy = space.add_policy(*Pattern::parse("act"), [&](const RemoteSet& set) {
+    sets.emplace_back(set.value);
+    return SetDecision::applied();
+  });
+  far.connect(8000);
+  near.connect(8000);
+  world.run(1s);
+  NetworkTuple set;
+  set.owner = kSelf;
+  set.key = "act";
+  set.creator = kKernel;
+  set.write_time = set.user_time = set.expire_time = WallTime{};
+  set.encoding = Encoding::kAscii;
+  set.media_type = "text/plain";
+  set.data = "far";
+  far.send(200, Port::kSetRemote, text_of(write_set_remote(set)));
+  set.data = "near";
+  near.send(200, Port::kSetRemote, text_of(write_set_remote(set)));
+  world.run(1s);
+  EXPECT_THAT(sets, ElementsAre("near"));
+}
+
 TEST_F(PeisEcologies, TwoEnginesAtOnceShowKernelsAllOwnKeys) {
   KernelPeer kernel(world, 101, 9000);
   kernel.listen();
