@@ -67,6 +67,8 @@ class Dialer {
   void ended(const Target& target, bool was_connected);
   /// The host left: no more tries.
   void forget(OwnerId host);
+  /// Where a host with this record may be reached from here; none for null.
+  std::vector<transport::Endpoint> addresses_of(const HostRecord* record) const;
 
  private:
   struct Try {
@@ -91,7 +93,6 @@ class Dialer {
   void try_configured(std::size_t index);
   Try* release(const Target& target);
   void failed(Try& next);
-  std::vector<transport::Endpoint> addresses_of(const HostRecord* record) const;
   std::optional<transport::Endpoint> address_of(OwnerId host, std::size_t which) const;
   Duration jitter(Duration from, Duration to);
 

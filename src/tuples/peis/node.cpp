@@ -147,6 +147,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
                 return dial(target, to, flags);
               },
               [this](const Target& target, const Error& error) { unreachable(target, error); }}),
+      id_check(s, t, {options.id, 0, options.network}, [this](const Identity& other) { id_taken(other); }),
       updates(s, kUpdatePause, [this] { update(); }),
       cleaning(s, [this] { over.clear(); }),
       pumping(s, [this] { deliveries.pump(); }) {}

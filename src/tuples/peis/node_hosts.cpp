@@ -44,9 +44,8 @@ HostRecord Node::Impl::own_record() const {
 
 void Node::Impl::announced(const HostRecord& record) {
   if (record.id == options.id) {
-    if (record.magic == options.magic) return;
-    ++counters.own_id_seen;
-    return id_taken({record.id, record.magic, record.host_name, record.full_name, std::nullopt});
+    if (record.magic != options.magic) id_claimed(record);
+    return;
   }
   const auto id = number(record.id);
   if (id == 0 || id > kMaxId) return void(++counters.bad_ids);
@@ -62,10 +61,21 @@ void Node::Impl::announced(const HostRecord& record) {
   if (record.cluster != own) announcer->announce();
 }
 
+/// Anyone may say so: the other one is asked.
+void Node::Impl::id_claimed(const HostRecord& record) {
+  ++counters.own_id_seen;
+  troubles.note(TroubleKind::kOwnId, record.id, record.full_name, {});
+  if (taken_magics.contains(record.magic)) return;
+  log.info("own id",
+           fmt::format("{} says that it has the id {} of this component: asked", record.full_name, number(record.id)));
+  id_check.ask({record.id, record.magic, record.host_name, record.full_name, std::nullopt},
+               dialer.addresses_of(&record));
+}
+
 void Node::Impl::id_taken(const Identity& other) {
   if (taken_magics.size() >= kMaxTakenMagics || !taken_magics.insert(other.magic).second) return;
-  log.unlimited().warning(fmt::format("another component uses the id {} of this one: {}", number(other.id),
-                                      other.full_name.empty() ? "it connected here" : other.full_name));
+  log.unlimited().warning(
+      fmt::format("another component uses the id {} of this one: {}", number(other.id), other.full_name));
   troubles.note(TroubleKind::kOwnId, other.id, other.full_name, {});
   calls.id_taken(other);
 }

@@ -15,6 +15,7 @@
 #include "tuples/peis/dialer.h"
 #include "tuples/peis/fragments.h"
 #include "tuples/peis/hosts.h"
+#include "tuples/peis/id_check.h"
 #include "tuples/peis/node.h"
 #include "tuples/peis/routes.h"
 #include "tuples/peis/seen_ids.h"
@@ -52,6 +53,7 @@ struct Node::Impl {
   static constexpr Duration kRecordTime = std::chrono::seconds(5);  ///< from the connect message to the host record
   static constexpr std::size_t kMaxEarlyPages = 16;
   static constexpr std::size_t kMaxTakenMagics = 16;
+  static constexpr Duration kClaimTime = std::chrono::seconds(1);  ///< for the record of one with the id of this node
   static constexpr int kPortsToTry = 100;
   static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
   static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
@@ -124,6 +126,7 @@ struct Node::Impl {
   // Hosts.
   HostRecord own_record() const;
   void announced(const HostRecord& record);
+  void id_claimed(const HostRecord& record);
   void id_taken(const Identity& other);
   void happened(HostEvent event, const Identity& host);
   void welcome(OwnerId host);
@@ -142,6 +145,7 @@ struct Node::Impl {
   Deliveries deliveries;
   Fragments fragments;
   Dialer dialer;
+  IdCheck id_check;
   SeenIds broadcasts{kDuplicateTable};
   std::map<LinkId, NodeLink> links;
   std::uint64_t last_link = 0;

@@ -101,8 +101,12 @@ bool Node::Impl::greeted(NodeLink& link, const ConnectMessage& message) {
     ++counters.own_id_seen;
     const bool is_self = std::any_of(links.begin(), links.end(),
                                      [&](const auto& item) { return item.second.connection->local() == from; });
-    if (!is_self) id_taken({message.id, 0, {}, {}, std::nullopt});
-    return false;
+    if (is_self) return false;
+    // Its record follows. Without one it asks whether this node is there: closing is the answer.
+    link.record_due = scheduler.after(kClaimTime, [this, id = link.id] {
+      if (auto* asked = this->link(id)) close(*asked);
+    });
+    return true;
   }
   const auto id = number(message.id);
   if (id == 0 || id > kMaxId) return ++counters.bad_ids, false;

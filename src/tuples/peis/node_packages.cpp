@@ -30,7 +30,11 @@ void Node::Impl::received(NodeLink& link, const Package& package) {
   if (!is_sound(header)) return;
   if (link.peer == OwnerId{}) {  // we connected, and this is the first that comes
     if (header.routing != Routing::kLink) return;
-    if (header.source == options.id) return ++counters.own_id_seen, close(link);
+    if (header.source == options.id || !link.initiated) {
+      const auto claim = read_host_info(package.body);
+      if (header.port == Port::kHostInfo && claim && claim->host.id == options.id) id_claimed(claim->host);
+      return close(link);
+    }
     link.peer = header.source;
   }
   if (header.source == options.id) return void(++counters.duplicates);

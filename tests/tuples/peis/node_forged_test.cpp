@@ -237,6 +237,27 @@ TEST_F(NodeForged, AGoodbyeThatAlsoCameAnotherWayCounts) {
   EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp, HostEvent::kLeft));
 }
 
+TEST_F(NodeForged, WhoOnlySaysThatItHasOurIdIsAskedAndDoesNotHaveIt) {
+  join(true);
+  forger.announce();
+  auto record = kernel.record();
+  record.id = OwnerId{200};
+  announce(record);  // another component is there
+  record.magic = 0x777777;
+  record.addresses[0].port = 9999;
+  announce(record);  // none is there
+  KernelPeer other(world, 200, 9005);
+  other.connect(own.node->local().port);
+  world.run(10s);
+  EXPECT_THAT(own.taken, IsEmpty());
+  EXPECT_EQ(counters().own_id_seen, 4u) << "two announcements, a connection and its record";
+  EXPECT_EQ(other.links(), 0u);
+  other.listen();
+  other.connect(own.node->local().port);
+  world.run(10s);
+  EXPECT_THAT(own.taken, SizeIs(1));
+}
+
 /// Connections that send a connect message and then a byte now and then.
 class NodeUnmet : public ::testing::Test {
  protected:
