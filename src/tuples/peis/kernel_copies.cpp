@@ -59,7 +59,7 @@ std::vector<const KernelCopies::Copy*> KernelCopies::append(const PushAppended& 
   each_match(copies_, pattern, [&](auto at) {
     auto& copy = at->second;
     if (tuple.sequence.value_or(copy.number) != copy.number) return;
-    if (bytes_ + appended_to.difference.size() > kMaxBytes) return;
+    if (bytes_ + appended_to.difference.size() > kMaxBytes) return void(++refused_appends_);
     const auto before = copy.data.size();
     copy.data = appended(copy.encoding, copy.data, appended_to.difference);
     bytes_ += copy.data.size() - before;

@@ -38,7 +38,7 @@ class KernelCopies {
   /// Takes a push that is no delete. kOld: the number is not above that of the copy, and nothing was appended.
   News take(const NetworkTuple& tuple, SteadyTime now);
   /// Applies an append to all copies it means; those with another number are left alone, as kernels do. The pointers
-  /// are valid until the next change.
+  /// are valid until the next change. What there is no room for is counted.
   std::vector<const Copy*> append(const PushAppended& appended);
   /// Null: not there.
   const Copy* find(std::string_view key) const;
@@ -57,6 +57,8 @@ class KernelCopies {
   SteadyTime next_expiry() const { return expiries_.empty() ? SteadyTime::max() : expiries_.begin()->first; }
 
   std::size_t size() const { return copies_.size(); }
+  /// Appends to copies that there was no room for.
+  std::uint64_t refused_appends() const { return refused_appends_; }
 
  private:
   using Copies = std::map<std::string, Copy, std::less<>>;
@@ -66,6 +68,7 @@ class KernelCopies {
   Copies copies_;  ///< by folded key
   std::set<std::pair<SteadyTime, std::string>> expiries_;
   std::size_t bytes_ = 0;
+  std::uint64_t refused_appends_ = 0;
 };
 
 /// For the tuple space; the views are those of the copy.

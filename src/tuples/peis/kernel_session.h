@@ -81,6 +81,7 @@ class KernelSession final : public Session {
   void on_delete(const NetworkTuple& tuple);
   void on_appended(ByteView body);
   void deliver_copy(const KernelCopies::Copy& copy);
+  void not_kept(std::uint64_t values);
   void expire_copies();
   std::string_view own_spelling(std::string_view key) const;
 

@@ -141,14 +141,15 @@ void KernelSession::on_push(ByteView body) {
   const auto news = copies_.take(*read, context_.scheduler.now());
   expiry_.advance_to(copies_.next_expiry());
   if (news == KernelCopies::News::kOld) return;
-  if (news == KernelCopies::News::kNoRoom) {
-    ++context_.counters.copies_not_kept;
-    context_.log.warning("copies of " + name(), name() + " has too many tuples: some are dropped");
-    return;
-  }
+  if (news == KernelCopies::News::kNoRoom) return not_kept(1);
   const auto& copy = *copies_.find(read->key);
   saw(copy);
   deliver_copy(copy);
+}
+
+void KernelSession::not_kept(std::uint64_t values) {
+  context_.counters.copies_not_kept += values;
+  context_.log.warning("copies of " + name(), name() + " has too many tuples: some are dropped");
 }
 
 /// A delete is a set that expired in 1970.
@@ -164,7 +165,9 @@ void KernelSession::on_appended(ByteView body) {
   if (!read) return bad(read.error());
   if (read->tuple.owner != peer_) return void(++context_.counters.foreign_tuples);
   std::vector<std::string> keys;
+  const auto refused = copies_.refused_appends();
   for (const auto* copy : copies_.append(*read)) keys.push_back(copy->key);
+  if (copies_.refused_appends() > refused) not_kept(copies_.refused_appends() - refused);
   for (const auto& key : keys) {
     const auto* copy = copies_.find(key);
     if (!copy) continue;

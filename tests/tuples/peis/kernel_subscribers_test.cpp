@@ -197,6 +197,8 @@ TEST_F(PeisKernelCopies, AreBoundedInBytes) {
   const std::string big(KernelCopies::kMaxBytes / 2, 'x');
   EXPECT_EQ(take("a", big, 0, 0), KernelCopies::News::kNew);
   EXPECT_EQ(take("b", big, 0, 0), KernelCopies::News::kNoRoom);
+  EXPECT_EQ(append("a", big, 0), 0u);
+  EXPECT_EQ(copies.refused_appends(), 1u);
   EXPECT_EQ(take("a", "1", 1, 0), KernelCopies::News::kNew);
   EXPECT_EQ(take("b", big, 0, 0), KernelCopies::News::kNew);
 }
