@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::string_view kRest = "**", kOne = "*";
 
+/// Also -5, 3.0 and 07, which are no ids, and which nobody means as keys.
 bool is_number(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return text.find_first_not_of("0123456789.-") == text.npos && text.find_first_of("0123456789") != text.npos;
 }
 
 bool ends_with_rest(const std::vector<std::string_view>& parts) {
@@ -35,7 +36,7 @@ bool CarryRules::carries(OwnerId id, std::string_view key) const {
 Result<void> add_entry(CarryRules& rules, std::string_view text) {
   if (is_number(text)) {
     const auto id = base::parse_number<std::uint32_t>(text).value_or(0);
-    if (id == 0 || id > 0x7fff'ffff)
+    if (id == 0 || id > 0x7fff'ffff || text.front() == '0')
       return fail(ErrorCode::kInvalid, fmt::format("is '{}', expected the id of a component, 1 to 2147483647", text));
     rules.ids.insert(OwnerId(id));
     return {};

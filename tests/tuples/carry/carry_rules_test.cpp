@@ -21,6 +21,14 @@ TEST(CarryRules, KnowTheKeysThatTwoPatternsHaveInCommon) {
   EXPECT_EQ(common_keys("a.b.c.**", "a.*"), std::nullopt);
 }
 
+TEST(CarryRules, RefuseNumbersThatAreNoIds) {
+  CarryRules rules;
+  for (const auto* entry : {"0", "-5", "3.0", "02", "2147483648"})
+    EXPECT_THAT(add_entry(rules, entry).error().text, HasSubstr("1 to 2147483647")) << entry;
+  EXPECT_TRUE(rules.empty());
+  EXPECT_TRUE(add_entry(rules, "3d.**"));
+}
+
 TEST(CarryRules, CarryAllOfAnIdAndPatternsOfEveryComponent) {
   CarryRules rules;
   for (const auto* text : {"4711", "kitchen.**", "*.name"}) ASSERT_TRUE(add_entry(rules, text)) << text;
