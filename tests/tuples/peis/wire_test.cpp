@@ -127,7 +127,10 @@ TEST(PeisWire, ARoutingPageHasTheBytesOfTheReference) {
 }
 
 TEST(PeisWire, ErrorsOfARoutingPageNameTheFieldAndWhatWasExpected) {
-  const auto error = [](std::string_view text) { return read_routing_page(hex(text)).error().text; };
+  const auto error = [](std::string_view text) {
+    const auto bytes = hex(text);
+    return read_routing_page(bytes).error().text;
+  };
   EXPECT_EQ(error("0000 0001 0000 0000 000000"), "ROUTING: 11 bytes, expected at least 12");
   EXPECT_EQ(error("0000 0001 0047 0000 00000000"), "ROUTING: entries at 4: 71, expected at most 70");
   EXPECT_EQ(error("0000 0001 0001 0000 00000000"), "ROUTING: 12 bytes, expected 26");
