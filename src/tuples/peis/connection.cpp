@@ -132,7 +132,8 @@ void Connection::write() {
 
 bool Connection::write_next(std::deque<Bytes>& queue) {
   auto& package = queue.front();
-  if (stream_->unacknowledged() + package.size() > kMaxUnacknowledgedBytes) return false;
+  const bool passes = closing_ && &queue == &urgent_;  // goodbye: no lock-up can follow
+  if (!passes && stream_->unacknowledged() + package.size() > kMaxUnacknowledgedBytes) return false;
   put_u32(package, kCounterAt, counter_);
   if (!write(package)) return failing_;
   ++counter_;
@@ -227,6 +228,7 @@ void Connection::widen(Duration lease, Duration own_lease) {
 
 void Connection::close() {
   if (state_ == State::kOpen && !failing_) {
+    closing_ = true;
     while (waiting() > 0 && !failing_ && write_next(urgent_.empty() ? normal_ : urgent_)) {
     }
     write_block();

@@ -97,7 +97,7 @@ class Connection {
   Scheduler& scheduler_;
   ConnectionCalls calls_;
   State state_ = State::kConnecting;
-  bool wide_ = false, refused_ = false, failing_ = false;
+  bool wide_ = false, refused_ = false, failing_ = false, closing_ = false;
   ConnectMessage own_;
   transport::Endpoint remote_;
   std::unique_ptr<transport::TcpStream> stream_;

@@ -26,7 +26,9 @@ struct Counters {
   std::uint64_t time_messages = 0;    ///< TIMESYNC, always ignored
   std::uint64_t too_many_hosts = 0;
   std::uint64_t too_many_routes = 0;
-  std::uint64_t too_many_links = 0;  ///< connections refused
+  std::uint64_t too_many_links = 0;   ///< connections refused
+  std::uint64_t held_broadcasts = 0;  ///< that were not passed on, as one connection brought too many
+  std::uint64_t untried_hosts = 0;    ///< that no connection was tried to, as too many wait for one
   std::uint64_t fragments_dropped = 0;
   std::uint64_t stuck_links = 0;  ///< connections without progress for 2 s
   std::uint64_t silent_links = 0;

@@ -34,7 +34,7 @@ void Deliveries::widen(OwnerId host) {
   if (found == peers_.end() || std::exchange(found->second.is_wide, true)) return;
   found->second.window = kOfOurs;
   found->second.packages = kOfOurs.packages;
-  found->second.seen = SeenIds(kSeenOfOurs);
+  found->second.seen.widen(kSeenOfOurs);
   fill(host, found->second);
 }
 

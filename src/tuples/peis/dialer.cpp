@@ -11,8 +11,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMaxHostTries = 1024;
 constexpr int kMaxFailures = 8;  ///< of a host that only announcements name; then it must be announced again
+
+/// The pause after so many failures: 1.5 s from the second one on, then longer ones.
+Duration pause_after(int failures) {
+  return std::min<Duration>(1500ms * (1 << std::min(failures - 2, 4)), Dialer::kLongestPause);
+}
 
 }  // namespace
 
@@ -39,9 +43,9 @@ void Dialer::schedule(Try& next, Duration delay) {
 }
 
 void Dialer::meet(OwnerId host, bool is_lower_cluster, bool first) {
-  const auto found = tries_.find(host);
-  if (found == tries_.end() && tries_.size() >= kMaxHostTries) return;
-  auto& next = tries_[host];
+  auto* found = obtain(host, false);
+  if (!found) return;
+  auto& next = *found;
   if (next.failures >= kMaxFailures) next.failures = 0;
   if (!is_lower_cluster) return schedule(next, jitter(2s, 3s));
   schedule(next, first ? jitter(0ms, 20ms) : jitter(300ms, 1s));
@@ -49,8 +53,9 @@ void Dialer::meet(OwnerId host, bool is_lower_cluster, bool first) {
 
 void Dialer::prefer_direct(OwnerId host) {
   const auto now = scheduler_.now();
-  if (!tries_.contains(host) && tries_.size() >= kMaxHostTries) return;
-  auto& next = tries_[host];
+  auto* found = obtain(host, false);
+  if (!found) return;
+  auto& next = *found;
   if (next.dialing || (next.last_direct != SteadyTime{} && now - next.last_direct < kDirectPause)) return;
   next.last_direct = now;
   next.direct = true;
@@ -58,10 +63,39 @@ void Dialer::prefer_direct(OwnerId host) {
 }
 
 void Dialer::again(OwnerId host, bool first) {
-  if (!tries_.contains(host) && tries_.size() >= kMaxHostTries) return;
+  auto* next = obtain(host, true);
+  if (!next) return;
+  next->direct = true;
+  schedule(*next, std::max(pause_after_break(*next), first ? Duration{} : jitter(100ms, 200ms)));
+}
+
+/// Null: too many hosts.
+Dialer::Try* Dialer::obtain(OwnerId host, bool broke) {
+  const auto limit = kMaxHostTries + (broke ? kReserved : 0);
+  if (!tries_.contains(host) && tries_.size() >= limit) return calls_.refused(host), nullptr;
   auto& next = tries_[host];
-  next.direct = true;
-  schedule(next, first ? Duration{} : jitter(100ms, 200ms));
+  next.broke = next.broke || broke;
+  renew(host, next);
+  return &next;
+}
+
+/// Another start of a host has other addresses: the pauses of the former ones do not count.
+void Dialer::renew(OwnerId host, Try& next) {
+  const auto* record = calls_.record(host);
+  if (!record || std::exchange(next.magic, record->magic) == record->magic) return;
+  next.failures = 0;
+  next.address = 0;
+  next.last_direct = {};
+}
+
+bool Dialer::is_young(const Try& next, SteadyTime now) {
+  return next.connected != SteadyTime{} && now - next.connected < kYoung;
+}
+
+/// None after the first break: the other end may have started again.
+Duration Dialer::pause_after_break(Try& next) {
+  next.breaks = is_young(next, scheduler_.now()) ? next.breaks + 1 : 0;
+  return next.breaks <= 1 ? Duration{} : pause_after(next.breaks);
 }
 
 void Dialer::connected(const Target& target, OwnerId host) {
@@ -71,12 +105,14 @@ void Dialer::connected(const Target& target, OwnerId host) {
     configured.host = host;
     configured.linked = true;
     configured.next.failures = 0;
+    configured.next.connected = scheduler_.now();
   }
-  if (const auto found = tries_.find(host); found != tries_.end()) {
-    found->second.failures = 0;
-    found->second.direct = false;
-    found->second.due = SteadyTime::max();
-  }
+  auto* next = obtain(host, true);
+  if (!next) return;
+  next->failures = 0;
+  next->direct = false;
+  next->connected = scheduler_.now();
+  next->due = SteadyTime::max();
 }
 
 /// The try of the target, null if there is none; it is over.
@@ -87,7 +123,7 @@ Dialer::Try* Dialer::release(const Target& target) {
   } else if (const auto found = tries_.find(target.host); found != tries_.end()) {
     next = &found->second;
   }
-  if (next && std::exchange(next->dialing, false)) --dialing_;
+  if (next && std::exchange(next->dialing, false) && target.configured < 0) --dialing_;
   return next;
 }
 
@@ -95,14 +131,14 @@ void Dialer::ended(const Target& target, bool was_connected) {
   auto* next = release(target);
   if (target.configured >= 0) configured_.at(static_cast<std::size_t>(target.configured)).linked = false;
   if (!next || (was_connected && target.configured < 0)) return;  // again() follows
-  if (!was_connected) ++next->failures, ++next->address;
+  if (was_connected) return schedule(*next, pause_after_break(*next));
+  ++next->failures, ++next->address;
   failed(*next);
 }
 
-/// The next try: at once, after 1.5 s (a kernel resets the first connection of a new start), then with longer pauses.
+/// The next try: soon, after 1.5 s, then with longer pauses.
 void Dialer::failed(Try& next) {
-  if (next.failures <= 1) return schedule(next, next.failures == 0 ? Duration{} : Duration(100ms));
-  schedule(next, std::min<Duration>(1500ms * (1 << std::min(next.failures - 2, 4)), kLongestPause));
+  schedule(next, next.failures <= 1 ? Duration(100ms) : pause_after(next.failures));
 }
 
 void Dialer::forget(OwnerId host) {
@@ -124,7 +160,8 @@ void Dialer::sweep() {
   }
   std::erase_if(tries_, [&](const auto& item) {
     const auto& next = item.second;
-    return !next.dialing && next.due == SteadyTime::max() && now - next.last_direct > kDirectPause;
+    return !next.dialing && next.due == SteadyTime::max() && now - next.last_direct > kDirectPause &&
+           now - next.connected > kLongestPause + kYoung;
   });
   for (const auto& [host, next] : tries_) next_.advance_to(next.due);
   for (const auto& configured : configured_) next_.advance_to(configured.next.due);
@@ -136,7 +173,7 @@ void Dialer::try_host(OwnerId host, Try& next) {
   if (next.failures >= kMaxFailures) return;
   const auto address = address_of(host, next.address);
   if (!address) return;
-  if (dialing_ >= kMaxTries) return schedule(next, 50ms);
+  if (dialing_ >= kMaxTries + (next.broke ? kReservedTries : 0)) return schedule(next, 50ms);
   next.dialing = true;
   ++dialing_;
   if (calls_.dial({host, -1}, *address, kForcedByCluster)) return;
@@ -153,7 +190,6 @@ void Dialer::try_configured(std::size_t index) {
   if (configured.host != OwnerId{} && calls_.is_linked(configured.host))
     return schedule(configured.next, kLongestPause);
   configured.next.dialing = true;
-  ++dialing_;
   const Target target{{}, static_cast<int>(index)};
   configured.lookup = transports_.look_up(configured.where.host, [this, index, target](const auto& addresses) {
     auto& found = configured_[index];

@@ -31,6 +31,12 @@ class Dialer {
   static constexpr std::size_t kMaxTries = 8;  ///< at a time
   static constexpr Duration kLongestPause = std::chrono::seconds(10);
   static constexpr Duration kDirectPause = std::chrono::seconds(10);  ///< between tries for a direct connection
+  /// A connection that breaks within this time counts as a failure from the second one in a row on: a kernel resets the
+  /// first one of a new start.
+  static constexpr Duration kYoung = std::chrono::seconds(5);
+  static constexpr std::size_t kMaxHostTries = 1024;
+  /// Besides, for hosts whose connection broke: announcements, which anyone can send, cannot keep them out.
+  static constexpr std::size_t kReserved = 256, kReservedTries = 8;
 
   struct Calls {
     /// Whether there is a connection with the host.
@@ -44,6 +50,8 @@ class Dialer {
     std::function<bool(const Target&, const transport::Endpoint&, std::uint32_t flags)> dial;
     /// The name of a configured host has no address.
     std::function<void(const Target&, const Error&)> unresolved;
+    /// There are too many hosts to connect to: this one is not tried.
+    std::function<void(OwnerId)> refused;
   };
   struct Own {
     OwnerId id{};
@@ -76,8 +84,11 @@ class Dialer {
     int failures = 0;
     std::size_t address = 0;
     bool dialing = false;
-    bool direct = false;  ///< wanted although it can be reached
-    SteadyTime last_direct{};
+    bool direct = false;      ///< wanted although it can be reached
+    bool broke = false;       ///< there was a connection
+    std::uint32_t magic = 0;  ///< of the start whose addresses it tried
+    int breaks = 0;           ///< connections in a row that broke while young
+    SteadyTime last_direct{}, connected{};
   };
   struct Configured {
     base::HostPort where;
@@ -91,7 +102,11 @@ class Dialer {
   void sweep();
   void try_host(OwnerId host, Try& next);
   void try_configured(std::size_t index);
+  Try* obtain(OwnerId host, bool broke);
   Try* release(const Target& target);
+  void renew(OwnerId host, Try& next);
+  static bool is_young(const Try& next, SteadyTime now);
+  Duration pause_after_break(Try& next);
   void failed(Try& next);
   std::optional<transport::Endpoint> address_of(OwnerId host, std::size_t which) const;
   Duration jitter(Duration from, Duration to);
@@ -103,7 +118,7 @@ class Dialer {
   std::mt19937 random_;
   std::map<OwnerId, Try> tries_;
   std::vector<Configured> configured_;
-  std::size_t dialing_ = 0;
+  std::size_t dialing_ = 0;  ///< known hosts
   base::Deadline next_;
 };
 

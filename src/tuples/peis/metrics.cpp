@@ -24,6 +24,8 @@ void each_counter(const Counters& counters, const CounterVisit& visit) {
   visit("too-many-hosts", counters.too_many_hosts);
   visit("too-many-routes", counters.too_many_routes);
   visit("too-many-links", counters.too_many_links);
+  visit("held-broadcasts", counters.held_broadcasts);
+  visit("untried-hosts", counters.untried_hosts);
   visit("fragments-dropped", counters.fragments_dropped);
   visit("stuck-links", counters.stuck_links);
   visit("silent-links", counters.silent_links);

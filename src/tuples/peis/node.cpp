@@ -146,7 +146,12 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
               [this](const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
                 return dial(target, to, flags);
               },
-              [this](const Target& target, const Error& error) { unreachable(target, error); }}),
+              [this](const Target& target, const Error& error) { unreachable(target, error); },
+              [this](OwnerId host) {
+                ++counters.untried_hosts;
+                log.warning("untried",
+                            fmt::format("component {}: not connected to, too many hosts to connect to", number(host)));
+              }}),
       id_check(s, t, {options.id, 0, options.network}, [this](const Identity& other) { id_taken(other); }),
       updates(s, kUpdatePause, [this] { update(); }),
       cleaning(s, [this] { over.clear(); }),
@@ -158,8 +163,10 @@ Node::Impl::~Impl() {
   Bytes package;
   const auto dead = write(DeadHost{options.id, DeathReason::kLost});
   append_package(package, header_for(Routing::kBroadcast, Port::kDeadHost, kEveryone), dead);
-  flood(package, std::nullopt);
-  for (auto& [id, link] : links) link.connection->close();
+  for (auto& [id, link] : links) {
+    if (link.is_route()) link.connection->send(package, true);
+    link.connection->close();
+  }
 }
 
 Result<void> Node::Impl::open() {

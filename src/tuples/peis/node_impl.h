@@ -23,6 +23,18 @@
 
 namespace rubicon::tuples::peis {
 
+/// How often something may happen in a time.
+struct Budget {
+  SteadyTime since{};
+  int taken = 0;
+
+  /// Whether it is one of the first `most` of the period.
+  bool take(SteadyTime now, int most, Duration period) {
+    if (now - since >= period) since = now, taken = 0;
+    return ++taken <= most;
+  }
+};
+
 /// A connection and what it is for.
 struct NodeLink {
   LinkId id{};
@@ -34,6 +46,7 @@ struct NodeLink {
   bool ours = false;               ///< the peer sent a hello
   std::vector<RoutingPage> early;  ///< came before the host record
   Timer record_due;
+  Budget broadcasts, changes;  ///< that are passed on; routing changes that are
 
   bool is_route() const { return magic != 0; }
 };
@@ -55,6 +68,8 @@ struct Node::Impl {
   static constexpr std::size_t kMaxTakenMagics = 16;
   static constexpr Duration kClaimTime = std::chrono::seconds(1);  ///< for the record of one with the id of this node
   static constexpr int kPortsToTry = 100;
+  static constexpr int kMaxBroadcasts = 1000;  ///< of one connection that are passed on, in a second
+  static constexpr int kMaxChanges = 40;       ///< routing pages of one connection that are passed on at once, in 10 s
   static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
   static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
 
@@ -86,13 +101,17 @@ struct Node::Impl {
 
   // Routing.
   void apply(const RouteChanges& changes, std::optional<std::pair<OwnerId, SteadyTime>> heard = std::nullopt);
+  void find_routable(const RouteChanges& changes);
+  void take_routing(NodeLink& link, const RoutingPage& page);
   void periodic();
   void update();
   void send_routing(NodeLink& link);
 
   // Packages.
   void received(NodeLink& link, const Package& package);
-  bool is_sound(const PackageHeader& header);
+  bool is_sound(const NodeLink& link, const PackageHeader& header);
+  /// Counts it, with one line in the log a minute.
+  void dropped(std::uint64_t& counter, const std::string& what, const NodeLink& from, const PackageHeader& header);
   void received_broadcast(NodeLink& link, const Package& package);
   void received_direct(NodeLink& link, const Package& package);
   void forward(NodeLink& from, const Package& package);

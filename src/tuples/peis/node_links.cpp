@@ -234,6 +234,9 @@ void Node::Impl::closed(LinkId id, Ending why, const Error& error) {
     if (version) troubles.note(TroubleKind::kForeignVersion, ended ? ended->peer : OwnerId{}, {}, error.text);
     log.warning("strange bytes", error.text);
   } else {
+    const bool is_odd = why == Ending::kStuck || why == Ending::kSilent;
+    if (is_odd)
+      log.info("dead connection", fmt::format("component {}: {}", number(ended ? ended->peer : OwnerId{}), error.text));
     log.debug("connection", error.text);
   }
   remove(id, true);
@@ -266,10 +269,25 @@ void Node::Impl::apply(const RouteChanges& changes, std::optional<std::pair<Owne
     if (routes.find(host)) continue;
     hosts.unroutable(host, heard && heard->first == host ? heard->second : scheduler.now());
   }
+  find_routable(changes);
+  if (changes.any()) updates.request();
+}
+
+void Node::Impl::find_routable(const RouteChanges& changes) {
   for (const auto host : changes.found) {
     if (const auto* route = routes.find(host)) hosts.routable(host, route->magic);
   }
-  if (changes.any()) updates.request();
+}
+
+/// Changes beyond the budget go out with the next routing.
+void Node::Impl::take_routing(NodeLink& link, const RoutingPage& page) {
+  const auto now = scheduler.now();
+  const auto changes = routes.receive(link.id, page, now);
+  if (changes.any() && link.changes.take(now, kMaxChanges, kRoutingPeriod)) updates.request();
+  for (const auto host : changes.lost) {
+    if (!routes.find(host)) hosts.unroutable(host, now);
+  }
+  find_routable(changes);
 }
 
 void Node::Impl::periodic() {

@@ -27,7 +27,7 @@ bool is_of_tuples(Port port) {
 
 void Node::Impl::received(NodeLink& link, const Package& package) {
   const auto& header = package.header;
-  if (!is_sound(header)) return;
+  if (!is_sound(link, header)) return;
   if (link.peer == OwnerId{}) {  // we connected, and this is the first that comes
     if (header.routing != Routing::kLink) return;
     if (header.source == options.id || !link.initiated) {
@@ -44,19 +44,31 @@ void Node::Impl::received(NodeLink& link, const Package& package) {
   if (header.routing == Routing::kLink && header.source == link.peer) take(link, package);
 }
 
-bool Node::Impl::is_sound(const PackageHeader& header) {
+bool Node::Impl::is_sound(const NodeLink& link, const PackageHeader& header) {
   const bool destination = header.routing != Routing::kDirect || is_id(header.destination);
-  if (!is_id(header.source) || !destination || header.id == 0) return ++counters.bad_ids, false;
-  if (static_cast<std::uint16_t>(header.port) > kLastPort) return ++counters.high_ports, false;
-  return true;
+  const bool ids = is_id(header.source) && destination && header.id != 0;
+  const bool port = static_cast<std::uint16_t>(header.port) <= kLastPort;
+  if (!ids) dropped(counters.bad_ids, "an id out of range", link, header);
+  if (ids && !port) dropped(counters.high_ports, "a port above 49, which kills kernels", link, header);
+  return ids && port;
+}
+
+void Node::Impl::dropped(std::uint64_t& counter, const std::string& what, const NodeLink& from,
+                         const PackageHeader& header) {
+  ++counter;
+  log.info(what, fmt::format("package of component {} by way of {} dropped: {}", number(header.source),
+                             number(from.peer), what));
 }
 
 void Node::Impl::received_broadcast(NodeLink& link, const Package& package) {
   const auto& header = package.header;
   if (!broadcasts.add(std::uint64_t{number(header.source)} << 32 | header.id)) return void(++counters.duplicates);
   const auto from = link.id;
-  if (!take(link, package)) return;
-  if (header.hops >= kMaxHops) return void(++counters.hop_limit);
+  const bool passes = link.broadcasts.take(scheduler.now(), kMaxBroadcasts, std::chrono::seconds(1));
+  if (!passes) dropped(counters.held_broadcasts, "too many broadcasts, not passed on", link, header);
+  const bool limit = header.hops >= kMaxHops;
+  if (limit) dropped(counters.hop_limit, "it took too many hops", link, header);
+  if (!take(link, package) || !passes || limit) return;
   auto next = header;
   ++next.hops;
   Bytes copy;
@@ -74,10 +86,10 @@ void Node::Impl::received_direct(NodeLink& link, const Package& package) {
 
 void Node::Impl::forward(NodeLink& from, const Package& package) {
   auto header = package.header;
-  if (header.hops >= kMaxHops) return void(++counters.hop_limit);
+  if (header.hops >= kMaxHops) return dropped(counters.hop_limit, "it took too many hops", from, header);
   const auto* route = routes.find(header.destination);
-  if (!route) return void(++counters.no_route);
-  if (route->link == from.id) return void(++counters.loops);
+  if (!route) return dropped(counters.no_route, "no route to its destination", from, header);
+  if (route->link == from.id) return dropped(counters.loops, "its way leads back", from, header);
   ++header.hops;
   Bytes copy;
   if (auto trace = header.port == Port::kTrace ? read_trace(package.body) : fail(ErrorCode::kInvalid, {})) {
@@ -86,7 +98,8 @@ void Node::Impl::forward(NodeLink& from, const Package& package) {
   } else {
     append_package(copy, header, package.body);
   }
-  if (emit(header.destination, copy, header.port == Port::kAcks) == Emitted::kFull) ++counters.queue_full;
+  if (emit(header.destination, copy, header.port == Port::kAcks) == Emitted::kFull)
+    dropped(counters.queue_full, "too much waits for its destination", from, header);
 }
 
 /// Whether others should have it too.
@@ -112,7 +125,7 @@ bool Node::Impl::take_node_message(NodeLink& link, const Package& package) {
   switch (header.port) {
     case Port::kRouting:
       return header.routing == Routing::kLink && with(read_routing_page(package.body), [&](const RoutingPage& page) {
-               if (link.is_route()) return apply(routes.receive(link.id, page, scheduler.now()));
+               if (link.is_route()) return take_routing(link, page);
                if (link.early.size() < kMaxEarlyPages) link.early.push_back(page);
              });
     case Port::kHostInfo:
@@ -178,7 +191,7 @@ PackageHeader Node::Impl::header_for(Routing routing, Port port, OwnerId destina
 void Node::Impl::send_on(NodeLink& link, Routing routing, Port port, ByteView body) {
   Bytes package;
   append_package(package, header_for(routing, port, kEveryone), body);
-  link.connection->send(package, true);
+  if (!link.connection->send(package, true)) ++counters.queue_full;
 }
 
 void Node::Impl::send_direct(OwnerId to, Port port, ByteView body) {

@@ -29,6 +29,12 @@ class SeenIds {
     slots_[at] = id;
     return true;
   }
+  /// Remembers more from now on, and forgets none.
+  void widen(std::size_t capacity) {
+    std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(oldest_), ring_.end());
+    oldest_ = 0;
+    capacity_ = std::max(capacity_, capacity);
+  }
   bool contains(std::uint64_t number) const { return !slots_.empty() && slots_[place_of(number + 1)] == number + 1; }
   std::size_t size() const { return ring_.size(); }
 

@@ -70,6 +70,16 @@ TEST_F(PeisDeliveries, AResendHasANewPackageIdAndTheSameAckId) {
   EXPECT_THAT(outcomes, ElementsAre(Outcome::kDelivered));
 }
 
+TEST_F(PeisDeliveries, AHelloThatComesAgainForgetsNoMessageThatCame) {
+  EXPECT_TRUE(deliveries.is_new(kHost, 5));
+  deliveries.widen(kHost);
+  EXPECT_FALSE(deliveries.is_new(kHost, 5));
+  EXPECT_TRUE(deliveries.is_new(kHost, 6));
+  deliveries.widen(kHost);
+  EXPECT_FALSE(deliveries.is_new(kHost, 5));
+  EXPECT_FALSE(deliveries.is_new(kHost, 6));
+}
+
 TEST_F(PeisDeliveries, IdsStayInRangeAndAreNeverZero) {
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(send("x"));
   for (const auto& package : out) {

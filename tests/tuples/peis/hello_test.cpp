@@ -53,6 +53,15 @@ TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
   EXPECT_EQ(seen.size(), 3u);
 }
 
+TEST(PeisSeenIds, WidenedItForgetsNothingAndThenTheOldestFirst) {
+  SeenIds seen(3);
+  for (const auto id : {1u, 2u, 3u, 4u}) seen.add(id);
+  seen.widen(5);
+  for (const auto id : {5u, 6u, 7u}) EXPECT_TRUE(seen.add(id));
+  for (const auto id : {3u, 4u, 5u, 6u, 7u}) EXPECT_FALSE(seen.add(id));
+  EXPECT_TRUE(seen.add(2)) << "forgotten";
+}
+
 TEST(PeisSeenIds, AnyIdsInAnyOrderAreKnownAsLongAsTheyAreAmongTheLast) {
   constexpr std::size_t kCapacity = 100;
   SeenIds seen(kCapacity);

@@ -138,6 +138,7 @@ void KernelPeer::take(std::uint64_t id, const Package& package) {
     case Port::kHostInfo: {
       const auto host = read_host_info(package.body)->host;
       const auto before = std::exchange(known_[host.id], host);
+      if (resets_always && h.routing == Routing::kLink) return void(links_.erase(id));
       if (resets_reborn && before.magic != 0 && before.magic != host.magic) links_.erase(id);
       return;
     }

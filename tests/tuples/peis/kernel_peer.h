@@ -42,6 +42,7 @@ class KernelPeer {
   bool connects = true;        ///< to announced hosts of other clusters
   bool notices_fin = true;     ///< kernels do not (section 6.4, 24); they also answer nothing then
   bool resets_reborn = false;  ///< closes the first connection of another start (section 6.4, 26)
+  bool resets_always = false;  ///< closes each connection when the host record comes
   std::uint32_t version = kProtocolVersion;
 
   void listen();

@@ -36,7 +36,7 @@ struct PeisWorld {
   VirtualScheduler time;
   transport::MemoryNet net{time};
   transport::MemoryTransports machine;
-  base::NullLogSink sink;
+  support::CollectingLog sink;
   std::vector<transport::Interface> interfaces{{"lo", "127.0.0.1", true, true, true}};
 };
 
