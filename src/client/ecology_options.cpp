@@ -55,8 +55,12 @@ Result<void> check_peis(const Options& options) {
     return fail(ErrorCode::kInvalid, fmt::format("PEIS: {} components to connect to, expected at most {}",
                                                  peis.connect.size(), kMostTargets));
   for (const auto& url : peis.connect) {
-    if (const auto target = tuples::peis::connect_target(url); !target)
-      return fail(ErrorCode::kInvalid, fmt::format("PEIS: connect to '{}': {}", url, target.error().text));
+    const auto target = tuples::peis::connect_target(url);
+    if (!target) return fail(ErrorCode::kInvalid, fmt::format("PEIS: connect to '{}': {}", url, target.error().text));
+    if (tuples::peis::leaves_loopback(options.interfaces, *target))
+      return fail(
+          ErrorCode::kInvalid,
+          fmt::format("PEIS: connect to '{}': lo reaches no other host, expected interfaces too, such as eth0", url));
   }
   return {};
 }

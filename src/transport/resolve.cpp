@@ -33,4 +33,17 @@ Result<std::vector<std::string>> resolve(const std::string& host, AddressFamily 
   return addresses;
 }
 
+bool is_numeric_address_text(const std::string& text) {
+  in6_addr room{};
+  return ::inet_pton(AF_INET, text.c_str(), &room) == 1 || ::inet_pton(AF_INET6, text.c_str(), &room) == 1;
+}
+
+bool is_loopback_address(const std::string& text) {
+  constexpr std::uint32_t kLoopbackNetwork = 127;
+  in_addr four{};
+  in6_addr six{};
+  if (::inet_pton(AF_INET, text.c_str(), &four) == 1) return (ntohl(four.s_addr) >> 24U) == kLoopbackNetwork;
+  return ::inet_pton(AF_INET6, text.c_str(), &six) == 1 && IN6_IS_ADDR_LOOPBACK(&six);
+}
+
 }  // namespace rubicon::transport

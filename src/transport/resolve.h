@@ -14,4 +14,9 @@ enum class AddressFamily : std::uint8_t { kAny, kIpv4 };
 /// up. kUnreachable with the resolver's reason.
 Result<std::vector<std::string>> resolve(const std::string& host, AddressFamily family = AddressFamily::kAny);
 
+/// Whether the text is a numeric address: IPv4 with four parts, or IPv6 without a scope.
+bool is_numeric_address_text(const std::string& text);
+/// Whether it is one of 127.0.0.0/8 or ::1.
+bool is_loopback_address(const std::string& text);
+
 }  // namespace rubicon::transport

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "transport/resolve.h"
+
 namespace rubicon::tuples::peis {
 
 namespace {
@@ -192,10 +194,9 @@ void Dialer::try_configured(std::size_t index) {
   configured.next.dialing = true;
   const Target target{{}, static_cast<int>(index)};
   configured.lookup = transports_.look_up(configured.where.host, [this, index, target](const auto& addresses) {
-    auto& found = configured_[index];
-    if (!addresses) return calls_.unresolved(target, addresses.error()), ended(target, false);
-    const auto& address = addresses->at(found.next.address % addresses->size());
-    if (!calls_.dial(target, {address, found.where.port}, kForcedByCluster | kForceBroadcasts)) ended(target, false);
+    if (addresses) return dial_configured(target, *addresses);
+    calls_.unresolved(target, addresses.error());
+    ended(target, false);
   });
 }
 
@@ -209,6 +210,18 @@ std::optional<transport::Endpoint> Dialer::address_of(OwnerId host, std::size_t 
   return which % 2 == 0 ? own[which / 2 % own.size()] : claimed[which / 2 % claimed.size()];
 }
 
+void Dialer::dial_configured(const Target& target, std::vector<std::string> addresses) {
+  const auto& found = configured_.at(static_cast<std::size_t>(target.configured));
+  if (own_.loopback_only)
+    std::erase_if(addresses, [](const auto& address) { return !transport::is_loopback_address(address); });
+  if (addresses.empty()) {
+    calls_.unresolved(target, {ErrorCode::kUnreachable, "lo reaches no other host, expected interfaces too"});
+    return ended(target, false);
+  }
+  const auto& address = addresses.at(found.next.address % addresses.size());
+  if (!calls_.dial(target, {address, found.where.port}, kForcedByCluster | kForceBroadcasts)) ended(target, false);
+}
+
 /// Loopback addresses lead to a host only from itself: one with the same name (section 6.2, 15).
 std::vector<transport::Endpoint> Dialer::addresses_of(const HostRecord* record) const {
   std::vector<transport::Endpoint> addresses;
@@ -217,6 +230,7 @@ std::vector<transport::Endpoint> Dialer::addresses_of(const HostRecord* record) 
   for (const auto& address : record->addresses) {
     if (address.type != AddressType::kTcp4 || address.port == 0 || address.port > 0xffff) continue;
     const bool loopback = address.loopback || address.ip[0] == 127;
+    if (own_.loopback_only && address.ip[0] != 127) continue;
     if (loopback && !same_host) continue;
     const auto& ip = address.ip;
     const transport::Endpoint endpoint{fmt::format("{}.{}.{}.{}", ip[0], ip[1], ip[2], ip[3]),

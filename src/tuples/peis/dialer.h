@@ -48,7 +48,7 @@ class Dialer {
     std::function<const HostRecord*(OwnerId)> claim;
     /// False: it cannot be tried.
     std::function<bool(const Target&, const transport::Endpoint&, std::uint32_t flags)> dial;
-    /// The name of a configured host has no address.
+    /// The name of a configured host has no address that may be tried.
     std::function<void(const Target&, const Error&)> unresolved;
     /// There are too many hosts to connect to: this one is not tried.
     std::function<void(OwnerId)> refused;
@@ -58,6 +58,7 @@ class Dialer {
     std::string host_name;
     std::vector<base::HostPort> configured;
     std::uint32_t seed = 0;
+    bool loopback_only = false;  ///< tries no address of another host
   };
 
   Dialer(Scheduler& scheduler, transport::Transports& transports, Own own, Calls calls);
@@ -103,6 +104,7 @@ class Dialer {
   void try_host(OwnerId host, Try& next);
   void try_configured(std::size_t index);
   Try* obtain(OwnerId host, bool broke);
+  void dial_configured(const Target& target, std::vector<std::string> addresses);
   Try* release(const Target& target);
   void renew(OwnerId host, Try& next);
   static bool is_young(const Try& next, SteadyTime now);

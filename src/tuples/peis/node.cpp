@@ -38,6 +38,11 @@ Result<std::vector<base::HostPort>> parse(const std::vector<std::string>& connec
   return hosts;
 }
 
+bool is_loopback_only(const NodeOptions& options) {
+  return std::all_of(options.interfaces.begin(), options.interfaces.end(),
+                     [](const auto& interface) { return interface.is_loopback; });
+}
+
 }  // namespace
 
 Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -139,7 +144,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
           {[this](OwnerId to, std::span<std::uint8_t> package, bool urgent) { return emit(to, package, urgent); },
            [this](OwnerId to) { calls.ready(to); }}),
       fragments(s),
-      dialer(s, t, {options.id, options.host_name, std::move(connect), options.magic},
+      dialer(s, t, {options.id, options.host_name, std::move(connect), options.magic, is_loopback_only(options)},
              {[this](OwnerId host) { return is_linked(host); },
               [this](OwnerId host) { return routes.find(host) != nullptr; },
               [this](OwnerId host) { return hosts.record(host); }, [this](OwnerId host) { return hosts.claim(host); },
@@ -190,14 +195,12 @@ Result<void> Node::Impl::open() {
 
 /// With loopback interfaces only, no other host can connect.
 Result<void> Node::Impl::listen(std::uint16_t port) {
-  const bool only_local = std::all_of(options.interfaces.begin(), options.interfaces.end(),
-                                      [](const auto& interface) { return interface.is_loopback; });
   auto accepts = [this](std::unique_ptr<transport::TcpStream> stream) { return accept(std::move(stream)); };
   auto failed = lifetime.guard([this](const Error& error) {
     log.warning("listen", error.text + "; others cannot connect to this component any longer");
     listener.reset();
   });
-  auto opened = transports.listen_tcp({only_local ? "127.0.0.1" : "0.0.0.0", port}, accepts, failed);
+  auto opened = transports.listen_tcp({is_loopback_only(options) ? "127.0.0.1" : "0.0.0.0", port}, accepts, failed);
   if (!opened) return fail(opened.error());
   listener = std::move(*opened);
   local = listener->local();

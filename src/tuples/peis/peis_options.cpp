@@ -7,6 +7,7 @@
 
 #include "base/host_port.h"
 #include "transport/host_name.h"
+#include "transport/resolve.h"
 
 namespace rubicon::tuples::peis {
 
@@ -29,6 +30,12 @@ Result<std::string> connect_target(std::string_view url) {
       std::all_of(parsed->host.begin(), parsed->host.end(), is_of_names))
     return std::string(where);
   return fail(ErrorCode::kInvalid, "expected tcp://host:port, the host as a name or an IPv4 address");
+}
+
+bool leaves_loopback(const std::vector<std::string>& interfaces, std::string_view target) {
+  const auto where = base::parse_host_port(target, kFirstListenPort);
+  return interfaces == std::vector<std::string>{"lo"} && where && transport::is_numeric_address_text(where->host) &&
+         !transport::is_loopback_address(where->host);
 }
 
 PeisMachine PeisMachine::own() {

@@ -27,6 +27,9 @@ struct PeisOptions {
 
 /// `tcp://HOST:PORT`, `HOST:PORT` or `HOST` as an entry of PeisOptions::connect. kInvalid: it is none of them.
 Result<std::string> connect_target(std::string_view url);
+/// Whether a connection with this entry of PeisOptions::connect would leave the host although `lo` is the only
+/// interface. The addresses of a name are not looked up; the connection checks them.
+bool leaves_loopback(const std::vector<std::string>& interfaces, std::string_view target);
 
 /// The machine, as components show it to others.
 struct PeisMachine {
