@@ -22,6 +22,7 @@ constexpr std::size_t kLongestTag = 64;
 constexpr std::size_t kLongestInterface = 15;  // of Linux, net/if.h
 constexpr std::size_t kLongestHost = 253;      // RFC 1035, 2.3.4
 constexpr const char* kLoopback = "lo";
+constexpr const char* kReachesNobody = "lo reaches no other host, expected interfaces too, such as interfaces: [eth0]";
 
 bool is_made_of(std::string_view text, std::string_view more) {
   return std::all_of(text.begin(), text.end(), [more](char c) {
@@ -29,14 +30,11 @@ bool is_made_of(std::string_view text, std::string_view more) {
   });
 }
 
-/// The place of an item of a list, or of the single value that is written instead of a list.
-const ConfigPlace& place_of(ConfigReader& map, const std::string& key, std::size_t item) {
-  const auto* node = map.here().find(key);
-  return node->kind == ConfigNode::Kind::kList && item < node->items.size() ? node->items[item].place : node->place;
-}
-
+/// About an item of a list, or about the single value that is written instead of a list.
 void item_error(ConfigReader& map, const std::string& key, std::size_t item, std::string_view text) {
-  map.errors().add(place_of(map, key, item), map.path() + "." + key, text);
+  const auto* node = map.here().find(key);
+  if (node->kind != ConfigNode::Kind::kList || item >= node->items.size()) return map.error(key, text);
+  map.errors().add(node->items[item].place, fmt::format("{}.{}[{}]", map.path(), key, item), text);
 }
 
 void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
@@ -79,8 +77,7 @@ void read_peers(ConfigReader& tuples, DdsOptions& dds) {
   for (std::size_t i = 0; i < dds.peers.size(); ++i) {
     if (const auto* wrong = peer_error(dds.peers[i], tcp)) item_error(tuples, "peers", i, wrong);
   }
-  if (!dds.peers.empty() && !tcp && is_loopback_only(dds))
-    tuples.error("peers", "lo reaches no other host, expected interfaces too, such as interfaces: [eth0]");
+  if (!dds.peers.empty() && !tcp && is_loopback_only(dds)) tuples.error("peers", kReachesNobody);
 }
 
 void read_ways(ConfigReader& tuples, DdsOptions& dds) {
@@ -89,7 +86,6 @@ void read_ways(ConfigReader& tuples, DdsOptions& dds) {
   dds.port = static_cast<std::uint16_t>(tuples.integer("port", 0, 0, 0xffff));
   if (!tcp && tuples.has("port"))
     tuples.error("port", "only transport tcp has this option; the ports of udp follow from domain");
-  read_interfaces(tuples, dds);
   read_peers(tuples, dds);
   if (tcp && dds.port == 0 && dds.peers.empty())
     tuples.error("transport", "tcp does not discover components by itself, expected port or peers (or both)");
@@ -115,24 +111,27 @@ void read_names(ConfigReader& tuples, EngineSetup& engine) {
   engine.peis = taken.contains("peis");
 }
 
-void read_connect(ConfigReader& peis, std::vector<std::string>& connect) {
+void read_connect(ConfigReader& peis, tuples::peis::PeisOptions& options) {
+  auto& connect = options.connect;
   for (const auto& url : peis.texts("connect")) {
     auto target = tuples::peis::connect_target(url);
     if (!target) item_error(peis, "connect", connect.size(), target.error().text);
+    if (target && tuples::peis::leaves_loopback(options.interfaces, *target))
+      item_error(peis, "connect", connect.size(), kReachesNobody);
     connect.push_back(std::move(target).value_or(url));
   }
   if (connect.size() > kMostPeers)
     peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMostPeers));
 }
 
-/// As text; empty = the file has none.
-std::string own_id(ConfigReader& root) {
+/// 0 = the file has none.
+std::uint32_t own_id(ConfigReader& root) {
   const auto* island = root.here().find("island");
   const auto* id = island ? island->find("id") : nullptr;
-  return id ? id->text : std::string();
+  return id ? base::parse_number<std::uint32_t>(id->text).value_or(0) : 0;
 }
 
-void read_carry(ConfigReader& peis, const std::string& own, EngineSetup& engine) {
+void read_carry(ConfigReader& peis, std::uint32_t own, EngineSetup& engine) {
   const auto entries = peis.texts("carry");
   if (!peis.has("carry")) return;
   if (!engine.dds || !engine.peis)
@@ -141,19 +140,18 @@ void read_carry(ConfigReader& peis, const std::string& own, EngineSetup& engine)
     return peis.error("carry", fmt::format("has {} entries, expected 1 to {} ids of components or patterns of keys",
                                            entries.size(), kMostCarried));
   }
-  std::set<std::string> taken;
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto& entry = entries[i];
-    if (!taken.insert(entry).second) item_error(peis, "carry", i, fmt::format("'{}' is listed twice", entry));
-    if (entry == own)
-      item_error(peis, "carry", i, fmt::format("{} is this island, which is on both engines anyway", entry));
-    if (const auto good = tuples::carry::add_entry(engine.carry, entry); !good)
+    const auto good = tuples::carry::add_entry(engine.carry, entries[i]);
+    if (!good) {
       item_error(peis, "carry", i, good.error().text);
+    } else if (own != 0 && base::parse_number<std::uint32_t>(entries[i]) == own) {
+      item_error(peis, "carry", i, fmt::format("{} is this island, which is on both engines anyway", own));
+    }
   }
 }
 
 /// What it has in common with DDS was read before.
-void read_peis(ConfigReader& tuples, const std::string& own, EngineSetup& engine) {
+void read_peis(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
   auto& options = engine.peis_options;
   options.interfaces = engine.options.interfaces;
   options.lease = engine.options.lease;
@@ -164,15 +162,12 @@ void read_peis(ConfigReader& tuples, const std::string& own, EngineSetup& engine
     peis.error("network", fmt::format("expected 1 to {} characters", tuples::peis::kMaxNameLength));
   options.listen = static_cast<std::uint16_t>(peis.integer("listen", options.listen, 0, 0xffff));
   options.multicast = peis.boolean("multicast", options.multicast);
-  read_connect(peis, options.connect);
+  read_connect(peis, options);
   read_carry(peis, own, engine);
   peis.finish();
 }
 
 void check_keys_of_engines(ConfigReader& tuples, const EngineSetup& engine) {
-  for (const auto* key : {"domain", "peers", "tag", "transport", "port"}) {
-    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has this option");
-  }
   for (const auto* key : {"interfaces", "lease", "trust_lan"}) {
     if (!engine.dds && !engine.peis && tuples.has(key)) tuples.error(key, "only engines dds and peis have this option");
   }
@@ -183,6 +178,26 @@ void read_tag(ConfigReader& tuples, DdsOptions& dds) {
   dds.tag = tuples.text("tag", dds.tag);
   if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
     tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kLongestTag));
+}
+
+/// Without the engine no option is examined: one error for each is enough.
+void refuse_dds(ConfigReader& tuples, bool peis) {
+  const std::pair<const char*, const char*> keys[] = {{"domain", "peis.network decides who sees whom"},
+                                                      {"tag", "peis.network decides who sees whom"},
+                                                      {"peers", "peis.connect names other hosts"},
+                                                      {"port", "peis.listen is the port"},
+                                                      {"transport", "it is always tcp"}};
+  for (const auto& [key, instead] : keys) {
+    if (tuples.node(key))
+      tuples.error(key,
+                   fmt::format("only engine dds has this option{}{}", peis ? "; for PEIS " : "", peis ? instead : ""));
+  }
+}
+
+void read_dds(ConfigReader& tuples, DdsOptions& dds) {
+  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
+  read_ways(tuples, dds);
+  read_tag(tuples, dds);
 }
 
 }  // namespace
@@ -197,9 +212,12 @@ EngineSetup read_engine(ConfigReader& root) {
   }
   read_names(tuples, engine);
   auto& dds = engine.options;
-  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
-  read_ways(tuples, dds);
-  read_tag(tuples, dds);
+  read_interfaces(tuples, dds);
+  if (engine.dds) {
+    read_dds(tuples, dds);
+  } else {
+    refuse_dds(tuples, engine.peis);
+  }
   dds.lease = tuples.duration("lease", dds.lease);
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);

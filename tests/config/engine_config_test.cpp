@@ -76,23 +76,31 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
       {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds, peis"},
-      {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine: 'dds' is listed twice"},
+      {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine[1]: 'dds' is listed twice"},
       {"{engine: []}", "tuples.engine: expected one of: memory, dds, peis"},
       {"{engine: [memory, peis]}", "tuples.engine: memory cannot be combined"},
-      {"{engine: peis, domain: 3}", "tuples.domain: only engine dds has this option"},
+      {"{engine: peis, domain: 3}", "tuples.domain: only engine dds has this option; for PEIS peis.network decides"},
+      {"{engine: peis, port: 3}", "tuples.port: only engine dds has this option; for PEIS peis.listen is the port"},
       {"{peis: {listen: 8000}}", "tuples.peis: only engine peis has these options"},
       {"{engine: peis, peis: {listen: 70000}}", "tuples.peis.listen: is '70000', expected a whole number from 0"},
       {"{engine: peis, peis: {network: \"\"}}", "tuples.peis.network: expected 1 to 63 characters"},
-      {"{engine: peis, peis: {connect: [a, \"udp://b:1\"]}}", "tuples.peis.connect: expected tcp://host:port"},
+      {"{engine: peis, peis: {connect: [a, \"udp://b:1\"]}}", "tuples.peis.connect[1]: expected tcp://host:port"},
+      {"{engine: peis, peis: {connect: [localhost, \"tcp://10.9.9.1:9999\"]}}",
+       "home.yaml:2:52: tuples.peis.connect[1]: lo reaches no other host, expected interfaces too"},
       {"{engine: peis, peis: {carry: [2]}}",
        "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
       {"{engine: [dds, peis], peis: {carry: []}}", "tuples.peis.carry: has 0 entries, expected 1 to 1000"},
       {"{engine: [dds, peis], peis: {carry: [2, a..b]}}",
-       "home.yaml:2:49: tuples.peis.carry: expected the id of a component, or a pattern of keys such as kitchen.**"},
+       "home.yaml:2:49: tuples.peis.carry[1]: expected the id of a component, or a pattern of keys such as kitchen.**"},
       {"{engine: [dds, peis], peis: {carry: [0]}}", "expected the id of a component, 1 to 2147483647"},
+      {"{engine: [dds, peis], peis: {carry: [2, -5]}}",
+       "home.yaml:2:49: tuples.peis.carry[1]: is '-5', expected the id of a component, 1 to 2147483647, or a pattern"},
+      {"{engine: [dds, peis], peis: {carry: 3.0}}", "tuples.peis.carry: is '3.0', expected the id of a component"},
       {"{engine: [dds, peis], peis: {carry: [\"7:a\"]}}", "expected an id or a pattern, not both"},
-      {"{engine: [dds, peis], peis: {carry: [2, 1]}}", "carry: 1 is this island, which is on both engines anyway"},
-      {"{engine: [dds, peis], peis: {carry: [2, 2]}}", "carry: '2' is listed twice"},
+      {"{engine: [dds, peis], peis: {carry: [2, 1]}}", "carry[1]: 1 is this island, which is on both engines anyway"},
+      {"{engine: [dds, peis], peis: {carry: [01]}}", "carry[0]: 1 is this island, which is on both engines anyway"},
+      {"{engine: [dds, peis], peis: {carry: [2, 02]}}", "carry[1]: '2' is listed twice"},
+      {"{engine: [dds, peis], peis: {carry: [a.*, a.*]}}", "carry[1]: 'a.*' is listed twice"},
       {"{domain: 231}", "home.yaml:2:18: tuples.domain: is '231', expected a whole number from 0 to 230"},
       {"{lease: 100ms}", "home.yaml:2:17: tuples.lease: expected from 500ms to 60s"},
       {"{lease: 61s}", "tuples.lease: expected from 500ms to 60s"},
@@ -100,12 +108,12 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engines dds and peis have this option"},
       {"{interfaces: []}", "home.yaml:2:22: tuples.interfaces: has 0 names, expected 1 to 4 names"},
       {"{interfaces: [a, b, c, d, e]}", "has 5 names, expected 1 to 4"},
-      {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces: 'eth0' is listed twice"},
-      {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces: lo cannot be combined"},
-      {"{interfaces: [\"eth 0\"]}", "home.yaml:2:23: tuples.interfaces: expected the name of a network interface"},
+      {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces[1]: 'eth0' is listed twice"},
+      {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces[1]: lo cannot be combined"},
+      {"{interfaces: [\"eth 0\"]}", "home.yaml:2:23: tuples.interfaces[0]: expected the name of a network interface"},
       {"{interfaces: " + long_name + "}", "tuples.interfaces: expected the name of a network interface"},
       {"{peers: [a]}", "home.yaml:2:17: tuples.peers: lo reaches no other host, expected interfaces too"},
-      {"{interfaces: eth0, peers: [a, \"b c\"]}", "home.yaml:2:39: tuples.peers: expected host or host:port"},
+      {"{interfaces: eth0, peers: [a, \"b c\"]}", "home.yaml:2:39: tuples.peers[1]: expected host or host:port"},
       {"{interfaces: eth0, peers: [\"<x>\"]}", "expected host or host:port"},
       {"{interfaces: eth0, peers: [\"a:0\"]}", "expected a port from 1 to 65535"},
       {"{interfaces: eth0, peers: [\"a:99999\"]}", "expected a port from 1 to 65535"},
@@ -126,6 +134,22 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
     read(text, errors);
     EXPECT_THAT(errors.text(), HasSubstr(part)) << text;
   }
+}
+
+TEST(EngineConfig, AnOptionOfAnotherEngineIsOneError) {
+  for (const auto* tuples : {"{engine: peis, peers: [robot]}", "{engine: peis, transport: tcp}",
+                             "{engine: memory, port: 7500}", "{engine: peis, domain: 231}"}) {
+    base::ConfigErrors errors;
+    read(tuples, errors);
+    EXPECT_THAT(errors.lines(), ElementsAre(HasSubstr("only engine dds has this option"))) << tuples;
+  }
+}
+
+TEST(EngineConfig, LoConnectsToThisHostOnly) {
+  const auto here = good("{engine: peis, peis: {connect: [\"tcp://127.0.0.2:8001\", localhost, robot.lan]}}");
+  EXPECT_THAT(here.peis_options.connect, ElementsAre("127.0.0.2:8001", "localhost", "robot.lan"));
+  EXPECT_THAT(good("{engine: peis, interfaces: eth0, peis: {connect: 10.9.9.1}}").peis_options.connect,
+              ElementsAre("10.9.9.1"));
 }
 
 TEST(EngineConfig, TheHostsToAskAreNotWithoutBound) {
