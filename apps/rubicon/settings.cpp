@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/config_reader.h"
 #include "config/config_file.h"
@@ -15,6 +16,17 @@ namespace rubicon::cli {
 namespace {
 
 constexpr const char* kGroup = "Options of all commands";
+
+using OptionOfEngine = std::pair<const char*, client::Engine>;
+constexpr OptionOfEngine kOptionsOfEngines[] = {
+    {"--domain", client::Engine::kDds},        {"--peers", client::Engine::kDds},
+    {"--tcp", client::Engine::kDds},           {"--tag", client::Engine::kDds},
+    {"--peis-network", client::Engine::kPeis}, {"--peis-listen", client::Engine::kPeis},
+    {"--peis-connect", client::Engine::kPeis}, {"--peis-multicast", client::Engine::kPeis}};
+
+const char* to_string(client::Engine engine) {
+  return engine == client::Engine::kDds ? "dds" : "peis";
+}
 
 /// The error in the text of a PEIS component to connect to; empty if it is correct.
 std::string check_target(const std::string& text) {
@@ -167,6 +179,25 @@ void SettingsOptions::read_engines(client::Options& options) const {
   if (given("--peis-multicast")) options.peis.multicast = peis_multicast_ == "yes";
 }
 
+/// On the command line; the environment and the file may serve several engines.
+bool SettingsOptions::is_typed(const char* name) const {
+  const auto& typed = app_->parse_order();
+  return std::find(typed.begin(), typed.end(), app_->get_option(name)) != typed.end();
+}
+
+/// kInvalid: an option was typed that changes nothing with these engines.
+Result<void> SettingsOptions::check_engines(const client::Options& options) const {
+  const std::set<std::string> named(engines_.begin(), engines_.end());
+  if (is_typed("--engine") && named.size() < engines_.size())
+    return fail(ErrorCode::kInvalid, "--engine: names an engine twice, expected dds, peis, or dds,peis");
+  for (const auto& [name, engine] : kOptionsOfEngines) {
+    if (!is_typed(name) || uses(options, engine)) continue;
+    return fail(ErrorCode::kInvalid, fmt::format("{}: only engine {} has this option, expected --engine {} or dds,peis",
+                                                 name, to_string(engine), to_string(engine)));
+  }
+  return {};
+}
+
 Result<Settings> SettingsOptions::read() const {
   Settings settings;
   const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
@@ -175,6 +206,7 @@ Result<Settings> SettingsOptions::read() const {
   }
   auto& options = settings.options;
   read_engines(options);
+  if (auto good = check_engines(options); !good) return fail(good.error());
   if (given("--domain")) options.domain = domain_;
   if (given("--interfaces")) options.interfaces = interfaces_;
   if (given("--peers")) options.peers = peers_;

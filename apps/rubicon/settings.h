@@ -32,6 +32,8 @@ class SettingsOptions {
  private:
   void add_engines_to(CLI::App& app);
   void read_engines(client::Options& options) const;
+  bool is_typed(const char* name) const;
+  Result<void> check_engines(const client::Options& options) const;
 
   std::uint32_t domain_ = 0;
   std::uint32_t peis_listen_ = 0;

@@ -113,6 +113,14 @@ TEST_F(OnPeis, TheConfigurationOfAnIslandNamesThePlace) {
             "idle\n");
 }
 
+TEST_F(OnPeis, OptionsThatWouldDoNothingAreErrorsOfUse) {
+  EXPECT_EQ(on_peis({"islands", "--domain", "3"}).code, kUsage);
+  EXPECT_EQ(on_peis({"islands", "--peis-network", "lab"}, "dds").code, kUsage);
+  const auto away = on_peis({"islands", "--peis-connect", "tcp://10.9.9.1:9999"});
+  EXPECT_EQ(away.code, kFailed);
+  EXPECT_THAT(away.errors, HasSubstr("PEIS: connect to 'tcp://10.9.9.1:9999': lo reaches no other host"));
+}
+
 TEST_F(OnPeis, TheDoctorFindsNothingWrongWithKernelsAlone) {
   const KernelProgram kernel(101, 9000, {{"robot.arm", "idle"}});
   const auto found = examine();

@@ -210,6 +210,38 @@ TEST(CliSettings, SaysWhereItLooks) {
       "--engine peis --peis-network lab --peis-connect tcp://robot:8000 --peis-multicast no --interfaces eth0,eth1");
 }
 
+/// What is wrong with the options of a command line; empty = nothing.
+std::string wrong_with(std::vector<const char*> arguments) {
+  CLI::App app;
+  SettingsOptions options;
+  options.add_to(app);
+  arguments.insert(arguments.begin(), "rubicon");
+  app.parse(static_cast<int>(arguments.size()), arguments.data());
+  const auto settings = options.read();
+  return settings ? std::string() : settings.error().text;
+}
+
+TEST(CliSettings, AnOptionThatWouldDoNothingIsRefused) {
+  using testing::HasSubstr;
+  EXPECT_THAT(wrong_with({"--engine", "peis", "--domain", "3"}),
+              HasSubstr("--domain: only engine dds has this option, expected --engine dds or dds,peis"));
+  EXPECT_THAT(wrong_with({"--engine=dds", "--peis-network=x"}), HasSubstr("--peis-network: only engine peis"));
+  EXPECT_THAT(wrong_with({"--peis-multicast", "no"}), HasSubstr("--peis-multicast: only engine peis"));
+  EXPECT_THAT(wrong_with({"--engine", "peis", "--tcp"}), HasSubstr("--tcp: only engine dds"));
+  EXPECT_THAT(wrong_with({"--engine", "dds,dds"}), HasSubstr("--engine: names an engine twice"));
+  EXPECT_EQ(wrong_with({"--engine", "dds,peis", "--domain", "3", "--peis-network", "x"}), "");
+}
+
+TEST(CliSettings, TheEnvironmentMayServeSeveralEngines) {
+  ASSERT_EQ(::setenv("RUBICON_DOMAIN", "3", 1), 0);
+  ASSERT_EQ(::setenv("RUBICON_PEIS_NETWORK", "x", 1), 0);
+  const auto on_peis = wrong_with({"--engine", "peis"}), on_dds = wrong_with({"--engine", "dds"});
+  ASSERT_EQ(::unsetenv("RUBICON_DOMAIN"), 0);
+  ASSERT_EQ(::unsetenv("RUBICON_PEIS_NETWORK"), 0);
+  EXPECT_EQ(on_peis, "");
+  EXPECT_EQ(on_dds, "");
+}
+
 TEST(CliSettings, ASpanNeedsItsUnit) {
   EXPECT_EQ(check_duration("250ms"), "");
   EXPECT_THAT(check_duration("60"), testing::HasSubstr("expected a duration"));
