@@ -38,8 +38,8 @@ Result<void> add_entry(CarryRules& rules, std::string_view text) {
     const auto id = base::parse_number<std::uint32_t>(text).value_or(0);
     if (id == 0 || id > 0x7fff'ffff || text.front() == '0')
       return fail(ErrorCode::kInvalid, fmt::format("is '{}', expected the id of a component, 1 to 2147483647", text));
-    rules.ids.insert(OwnerId(id));
-    return {};
+    if (rules.ids.insert(OwnerId(id)).second) return {};
+    return fail(ErrorCode::kDuplicate, fmt::format("'{}' is listed twice", text));
   }
   auto pattern = Pattern::parse(text);
   if (!pattern)
@@ -48,6 +48,8 @@ Result<void> add_entry(CarryRules& rules, std::string_view text) {
                                                  pattern.error().text));
   if (pattern->owner)
     return fail(ErrorCode::kInvalid, fmt::format("is {}, expected an id or a pattern, not both", model::quoted(text)));
+  if (std::find(rules.patterns.begin(), rules.patterns.end(), pattern->key) != rules.patterns.end())
+    return fail(ErrorCode::kDuplicate, fmt::format("'{}' is listed twice", text));
   rules.patterns.push_back(std::move(pattern->key));
   return {};
 }
