@@ -7,6 +7,15 @@
 
 namespace rubicon::tuples::peis {
 
+namespace {
+
+std::string refusal(const NodeLink& link, OwnerId source, std::string_view what) {
+  return fmt::format("{} of component {} came from component {} at {}, which cannot say this: ignored", what,
+                     number(source), number(link.peer), transport::to_string(link.connection->remote()));
+}
+
+}  // namespace
+
 /// A neighbour says what it is on its own connection. Of a host further away, who is on the way can say anything, and
 /// the ways there and back may differ.
 bool Node::Impl::speaks_for(const NodeLink& link, OwnerId source) const {
@@ -22,7 +31,12 @@ bool Node::Impl::is_forged(const NodeLink& link, const Package& package) {
   if (header.port == Port::kDeadHost) return is_forged_death(link, package);
   if (header.port != Port::kHello || package.body.empty() || speaks_for(link, header.source)) return false;
   // Not acknowledged: the true one is sent again, on the connection that there is by now.
-  return refuse(counters.forged_hellos, link, header.source, "hello"), true;
+  doubt(counters.forged_hellos, link, header.source, "hello",
+        [this, source = header.source, hello = decode_hello(package.body)] {
+          const auto* host = hosts.find(source);
+          return !host || (hello && host->hello == *hello);
+        });
+  return true;
 }
 
 bool Node::Impl::is_forged_death(const NodeLink& link, const Package& package) {
@@ -33,14 +47,37 @@ bool Node::Impl::is_forged_death(const NodeLink& link, const Package& package) {
   const bool is_by_its_way = link.peer == source || !route || route->link == link.id;
   const bool may = dead->id == options.id || (dead->id == source && is_by_its_way);
   if (may && speaks_for(link, source)) return false;
-  return refuse(counters.forged_deaths, link, source, "DEAD_HOST"), true;
+  const auto* host = hosts.find(source);
+  if (dead->id != source || !host) return refuse(counters.forged_deaths, link, source, "DEAD_HOST"), true;
+  // A neighbour may pass on the goodbye before the host's own copy comes.
+  doubt(counters.forged_deaths, link, source, "DEAD_HOST", [this, source, magic = host->magic] {
+    const auto* present = hosts.find(source);
+    return !present || present->magic != magic;
+  });
+  return true;
 }
 
 void Node::Impl::refuse(std::uint64_t& counter, const NodeLink& link, OwnerId source, std::string_view what) {
   ++counter;
-  log.warning(fmt::format("refused {}", what),
-              fmt::format("{} of component {} came from component {} at {}, which cannot say this: ignored", what,
-                          number(source), number(link.peer), transport::to_string(link.connection->remote())));
+  log.warning(fmt::format("refused {}", what), refusal(link, source, what));
+}
+
+void Node::Impl::doubt(std::uint64_t& counter, const NodeLink& link, OwnerId source, std::string_view what,
+                       std::function<bool()> is_true) {
+  if (doubts.size() >= kMaxDoubts) return refuse(counter, link, source, what);
+  const auto text = refusal(link, source, what);
+  doubts.push_back({scheduler.now() + kProofTime, std::move(is_true), [this, &counter, text, name = std::string(what)] {
+                      ++counter;
+                      log.warning("refused " + name, text);
+                    }});
+  if (doubts.size() == 1) proofs = scheduler.at(doubts.front().due, [this] { judge_doubts(); });
+}
+
+void Node::Impl::judge_doubts() {
+  for (; !doubts.empty() && doubts.front().due <= scheduler.now(); doubts.pop_front()) {
+    if (!doubts.front().is_true()) doubts.front().refuse();
+  }
+  if (!doubts.empty()) proofs = scheduler.at(doubts.front().due, [this] { judge_doubts(); });
 }
 
 /// An empty one is a sign of life.
@@ -115,9 +152,9 @@ void Node::Impl::forgotten_by(OwnerId host) {
   const auto now = scheduler.now();
   if (timer.pending() || now < not_before) {
     ++counters.held_deaths;
-    log.warning("forgotten", fmt::format("component {} declares this one dead again within {} s: it gets all again "
-                                         "only then",
-                                         number(host), kForgottenPause / std::chrono::seconds(1)));
+    log.info("forgotten", fmt::format("component {} declares this one dead again within {} s: it gets all again "
+                                      "only then",
+                                      number(host), kForgottenPause / std::chrono::seconds(1)));
   }
   if (timer.pending()) return;
   timer = scheduler.at(std::max(now, not_before), [this, host] {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -71,6 +73,8 @@ struct Node::Impl {
   static constexpr int kMaxBroadcasts = 1000;  ///< of one connection that are passed on, in a second
   static constexpr int kMaxChanges = 40;       ///< routing pages of one connection that are passed on at once, in 10 s
   static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
+  static constexpr std::size_t kMaxDoubts = 64;
+  static constexpr Duration kProofTime = std::chrono::seconds(3);  ///< for what came another way than its host's own
   static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
 
   Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l, NodeCalls c);
@@ -124,6 +128,10 @@ struct Node::Impl {
   bool is_forged(const NodeLink& link, const Package& package);
   bool is_forged_death(const NodeLink& link, const Package& package);
   void refuse(std::uint64_t& counter, const NodeLink& link, OwnerId source, std::string_view what);
+  /// Refuses it in kProofTime, unless it was true by then.
+  void doubt(std::uint64_t& counter, const NodeLink& link, OwnerId source, std::string_view what,
+             std::function<bool()> is_true);
+  void judge_doubts();
   void take_hello(NodeLink& link, const Package& package);
   void take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message);
   RecordSource source_of(const NodeLink& link, const PackageHeader& header, const HostRecordMessage& message) const;
@@ -175,6 +183,14 @@ struct Node::Impl {
     Timer timer;
   };
   std::map<OwnerId, Forgetful> forgetful;  ///< hosts that forgot this node
+  /// A message in the name of a neighbour that came by another one.
+  struct Doubt {
+    SteadyTime due{};
+    std::function<bool()> is_true;
+    std::function<void()> refuse;
+  };
+  std::deque<Doubt> doubts;
+  Timer proofs;
   std::uint32_t sequence = 0;
   std::unique_ptr<transport::TcpListener> listener;
   transport::Endpoint local;  ///< where it listens

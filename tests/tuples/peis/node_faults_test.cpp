@@ -250,7 +250,8 @@ TEST_F(NodeFaults, ARestartedKernelGetsNoRouteToItsFormerStart) {
   const auto pages = kernel.of(Port::kRouting);
   EXPECT_FALSE(pages.empty());
   for (const auto& package : pages) {
-    for (const auto& entry : read_routing_page(base::as_bytes(package.body))->entries) EXPECT_NE(entry.magic, former);
+    const auto page = read_routing_page(base::as_bytes(package.body));
+    for (const auto& entry : page->entries) EXPECT_NE(entry.magic, former);
   }
 }
 
@@ -311,7 +312,7 @@ TEST_F(NodeFaults, AForgedDeathIsIgnoredAndNotPassedOn) {
   in_its_name.source = OwnerId{101};
   forger.send_raw(in_its_name, dead);
   forger.send_raw(forger.header(Routing::kDirect, Port::kDeadHost, 200), dead);
-  world.run(1s);
+  world.run(4s);
   EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp));
   EXPECT_EQ(counters().forged_deaths, 3u);
   EXPECT_THAT(kernel.of(Port::kDeadHost), IsEmpty());

@@ -66,7 +66,7 @@ TEST_F(NodeForged, AHelloInTheNameOfAKernelMakesItNoneOfOurs) {
   join();
   for (int i = 0; i < 100; ++i)
     forger.send_raw(in_the_name_of(101, Routing::kDirect, Port::kHello), encode(own.options.hello));
-  world.run(1s);
+  world.run(4s);
   EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp));
   EXPECT_FALSE(own.node->host(OwnerId{101})->hello);
   EXPECT_EQ(counters().forged_hellos, 100u);
@@ -207,6 +207,28 @@ TEST_F(NodeForged, OurDeathInTheNameOfAKernelIsIgnored) {
   world.run(1s);
   EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kUp));
   EXPECT_EQ(counters().forged_deaths, 2u);
+}
+
+TEST_F(NodeForged, AHelloThatANeighbourPassesOnFirstIsNotForged) {
+  join();
+  forger.send_raw(in_the_name_of(101, Routing::kDirect, Port::kHello), encode(own.options.hello));
+  world.run(2s);
+  kernel.send_raw(kernel.header(Routing::kDirect, Port::kHello, 200), encode(own.options.hello));
+  world.run(1500ms);
+  EXPECT_TRUE(own.sees(101));
+  EXPECT_EQ(counters().forged_hellos, 0u);
+}
+
+TEST_F(NodeForged, AGoodbyeThatANeighbourPassesOnFirstIsNotForged) {
+  join();
+  const auto dead = write(DeadHost{OwnerId{101}, DeathReason::kLost});
+  forger.send_raw(in_the_name_of(101, Routing::kBroadcast, Port::kDeadHost), dead);
+  world.run(1s);
+  EXPECT_TRUE(own.sees(101));
+  kernel.send_raw(kernel.header(Routing::kBroadcast, Port::kDeadHost), dead);
+  world.run(5s);
+  EXPECT_FALSE(own.sees(101));
+  EXPECT_EQ(counters().forged_deaths, 0u);
 }
 
 TEST_F(NodeForged, OurDeathIsHeededOnceInTenSeconds) {
