@@ -48,7 +48,8 @@ bool Node::Impl::is_forged_death(const NodeLink& link, const Package& package) {
   const bool may = dead->id == options.id || (dead->id == source && is_by_its_way);
   if (may && speaks_for(link, source)) return false;
   const auto* host = hosts.find(source);
-  if (dead->id != source || !host) return refuse(counters.forged_deaths, link, source, "DEAD_HOST"), true;
+  if (dead->id != source) return refuse(counters.forged_deaths, link, source, "DEAD_HOST"), true;
+  if (!host) return true;  // it has left
   // A neighbour may pass on the goodbye before the host's own copy comes.
   doubt(counters.forged_deaths, link, source, "DEAD_HOST", [this, source, magic = host->magic] {
     const auto* present = hosts.find(source);

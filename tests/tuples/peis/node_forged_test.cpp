@@ -228,7 +228,9 @@ TEST_F(NodeForged, AGoodbyeThatANeighbourPassesOnFirstIsNotForged) {
   kernel.send_raw(kernel.header(Routing::kBroadcast, Port::kDeadHost), dead);
   world.run(5s);
   EXPECT_FALSE(own.sees(101));
-  EXPECT_EQ(counters().forged_deaths, 0u);
+  forger.send_raw(in_the_name_of(101, Routing::kBroadcast, Port::kDeadHost), dead);
+  world.run(5s);
+  EXPECT_EQ(counters().forged_deaths, 0u) << "nor is one that comes later";
 }
 
 TEST_F(NodeForged, OurDeathIsHeededOnceInTenSeconds) {
