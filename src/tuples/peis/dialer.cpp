@@ -193,7 +193,7 @@ void Dialer::try_configured(std::size_t index) {
     return schedule(configured.next, kLongestPause);
   configured.next.dialing = true;
   const Target target{{}, static_cast<int>(index)};
-  configured.lookup = transports_.look_up(configured.where.host, [this, index, target](const auto& addresses) {
+  configured.lookup = transports_.look_up(configured.where.host, [this, target](const auto& addresses) {
     if (addresses) return dial_configured(target, *addresses);
     calls_.unresolved(target, addresses.error());
     ended(target, false);
