@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kRest = "**", kOne = "*";
 
-/// Also -5, 3.0 and 07, which are no ids, and which nobody means as keys.
+/// True also for -5, 3.0 and 07: they are not valid ids, and are refused instead of taken as key patterns.
 bool is_number(std::string_view text) {
   return text.find_first_not_of("0123456789.-") == text.npos && text.find_first_of("0123456789") != text.npos;
 }

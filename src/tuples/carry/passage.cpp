@@ -149,7 +149,7 @@ void Passage::show_to_link(const Change& change, std::string_view key) {
   to_reader_.link().publish(kLinkItself, {&change, 1});
 }
 
-/// What the link knows and the snapshot lacks was deleted while nobody observed.
+/// A tuple that the link knows and the snapshot lacks was deleted while there was no observer.
 void Passage::end_observed_snapshot() {
   std::erase_if(to_reader_.observed, [&](const std::string& key) {
     if (fresh_.contains(key)) return false;

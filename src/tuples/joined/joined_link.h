@@ -17,7 +17,7 @@ namespace rubicon::tuples::joined {
 
 /// One component on several engines: offers its tuples, subscriptions and summary on all of them, and sends to each
 /// other component by the engine where that one lives. When it moves to another engine, the listener receives kLost and
-/// kUp, so that both sides begin anew.
+/// kUp, so that both sides start again with a snapshot.
 class JoinedLink final : public Link {
  public:
   /// Subscriptions of one component on one engine; more are ignored.

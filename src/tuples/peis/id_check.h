@@ -11,8 +11,8 @@
 
 namespace rubicon::tuples::peis {
 
-/// Asks whether another component with the id of this one is there, as anyone may say so: a component closes a
-/// connection of its own id without a word (peis.md, section 6.4, 28). Bounded.
+/// Checks a message that says another component has the id of this one, since the message may be forged: connects to
+/// that component. A component closes a connection with its own id and sends nothing (section 6.4, 28). Bounded.
 class IdCheck {
  public:
   static constexpr std::size_t kMaxQuestions = 8;  ///< at a time; others are not asked

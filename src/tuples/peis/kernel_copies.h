@@ -51,7 +51,7 @@ class KernelCopies {
   /// Removes copies that match and were not pushed since begin_round().
   void end_round(std::string_view pattern);
 
-  /// Removes copies whose lifetime is over: kernels do so by themselves, without a word.
+  /// Removes copies whose lifetime is over: kernels do so by themselves, and send no message.
   void expire(SteadyTime now);
   /// SteadyTime::max() = none expires.
   SteadyTime next_expiry() const { return expiries_.empty() ? SteadyTime::max() : expiries_.begin()->first; }

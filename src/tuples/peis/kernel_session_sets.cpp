@@ -52,7 +52,7 @@ Bytes KernelSession::encode(const RemoteSet& set) const {
   out.expire_time =
       set.lifetime > Duration(0) ? wall + std::chrono::ceil<std::chrono::microseconds>(set.lifetime) : WallTime{};
   out.encoding = value.encoding;
-  out.media_type = set.media_type.empty() ? "text/plain" : std::string_view(set.media_type).substr(0, kMaxMediaType);
+  out.media_type = media_type_on_wire(set.media_type);
   out.data = value.data;
   out.sequence = 0;  // = one more; kernels take over any other (section 6.1, 8)
   return write_set_remote(out);

@@ -35,16 +35,7 @@ void KernelSession::publish(const TupleSet& set) {
   const auto& tuple = set.tuple;
   if (!is_publishable(tuple.key)) return;
   const auto value = to_wire(tuple.value, tuple.media_type);
-  NetworkTuple out;
-  out.owner = context_.self;
-  out.key = tuple.key;
-  out.creator = creator_on_wire(tuple.creator, context_.self);
-  out.write_time = tuple.write_time;
-  out.user_time = tuple.user_time;
-  out.expire_time = tuple.expire_time;
-  out.encoding = value.encoding;
-  out.media_type = tuple.media_type.empty() ? "text/plain" : tuple.media_type.substr(0, kMaxMediaType);
-  out.data = value.data;
+  auto out = tuple_on_wire(tuple, value, context_.self);
   if (!subscribers_.wants(tuple.key, out.media_type, value.data, *out.creator)) return;
   out.sequence = view_.keys.number_of(tuple);
   send(Port::kPush, write_push(out), watched({}));
@@ -66,7 +57,7 @@ void KernelSession::push_gone(const std::string& key, std::uint32_t number) {
   out.user_time = WallTime{};
   out.expire_time = kDeleteTime;
   out.encoding = Encoding::kAscii;
-  out.media_type = "text/plain";
+  out.media_type = media_type_on_wire({});
   out.data = kNothing;
   out.sequence = number;
   send(Port::kPush, write_push(out), watched({key, number}));

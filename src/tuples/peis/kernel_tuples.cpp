@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tuples/peis/patterns.h"
+#include "tuples/peis/values.h"
 
 namespace rubicon::tuples::peis {
 
@@ -57,7 +58,7 @@ Bytes write_kernel_tuple(OwnerId self, std::string_view key, const KernelTuples:
   out.write_time = tuple.written;
   out.user_time = out.expire_time = WallTime{};
   out.encoding = Encoding::kAscii;
-  out.media_type = "text/plain";
+  out.media_type = media_type_on_wire({});
   out.data = data;
   out.sequence = tuple.number;
   return write_push(out);

@@ -15,16 +15,11 @@ namespace rubicon::tuples::peis {
 namespace {
 
 constexpr std::size_t kMaxPatterns = 10'000;  ///< the space has the same bound
-constexpr std::string_view kDefaultMediaType = "text/plain";
 constexpr std::string_view kNothing("\0", 1);
 
 Error too_long(std::string_view key) {
   return {ErrorCode::kOutOfRange, fmt::format("key {} has {} characters, a message of PEIS has room for {}",
                                               model::quoted(key), key.size(), kMaxPeisKey)};
-}
-
-std::string_view media_type_or_default(std::string_view media_type) {
-  return media_type.empty() ? kDefaultMediaType : media_type.substr(0, kMaxMediaType);
 }
 
 WallTime end_of(WallTime from, Duration lifetime) {
@@ -45,16 +40,7 @@ void OwnSession::publish(const TupleSet& set) {
     return;
   }
   const auto value = to_wire(tuple.value, tuple.media_type);
-  NetworkTuple out;
-  out.owner = context_.self;
-  out.key = tuple.key;
-  out.creator = creator_on_wire(tuple.creator, context_.self);
-  out.write_time = tuple.write_time;
-  out.user_time = tuple.user_time;
-  out.expire_time = tuple.expire_time;
-  out.encoding = value.encoding;
-  out.media_type = media_type_or_default(tuple.media_type);
-  out.data = value.data;
+  auto out = tuple_on_wire(tuple, value, context_.self);
   out.sequence = static_cast<std::uint32_t>(tuple.sequence - 1) & kMaxId;
   out.annex = to_annex(PushAnnex{tuple.sequence, EventKind::kSet, tuple.media_type.empty()});
   write_push_into(out, body_);
@@ -71,7 +57,7 @@ void OwnSession::publish(const TupleGone& gone) {
   out.user_time = WallTime{};
   out.expire_time = kDeleteTime;
   out.encoding = Encoding::kAscii;
-  out.media_type = kDefaultMediaType;
+  out.media_type = media_type_on_wire({});
   out.data = kNothing;
   out.sequence = static_cast<std::uint32_t>(gone.sequence) & kMaxId;
   out.annex = to_annex(PushAnnex{gone.sequence, gone.how, false});
@@ -149,7 +135,7 @@ Result<void> OwnSession::remote_set(const RemoteSet& set) {
   out.user_time = set.user_time;
   out.expire_time = set.lifetime > Duration(0) ? end_of(wall, set.lifetime) : WallTime{};
   out.encoding = value.encoding;
-  out.media_type = media_type_or_default(set.media_type);
+  out.media_type = media_type_on_wire(set.media_type);
   out.data = value.data;
   out.sequence = 0;
   out.annex = to_annex(annex);

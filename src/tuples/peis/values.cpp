@@ -51,4 +51,22 @@ OwnerId creator_on_wire(OwnerId creator, OwnerId owner) {
   return creator == OwnerId{} || number(creator) > kMaxId ? owner : creator;
 }
 
+std::string_view media_type_on_wire(std::string_view media_type) {
+  return media_type.empty() ? "text/plain" : media_type.substr(0, kMaxMediaType);
+}
+
+NetworkTuple tuple_on_wire(const TupleView& tuple, const WireValue& value, OwnerId self) {
+  NetworkTuple out;
+  out.owner = self;
+  out.key = tuple.key;
+  out.creator = creator_on_wire(tuple.creator, self);
+  out.write_time = tuple.write_time;
+  out.user_time = tuple.user_time;
+  out.expire_time = tuple.expire_time;
+  out.encoding = value.encoding;
+  out.media_type = media_type_on_wire(tuple.media_type);
+  out.data = value.data;
+  return out;
+}
+
 }  // namespace rubicon::tuples::peis

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "rubicon/tuple.hpp"
 #include "tuples/peis/tuple_wire.h"
 
 namespace rubicon::tuples::peis {
@@ -30,5 +31,11 @@ std::string appended(Encoding encoding, std::string_view data, std::string_view 
 /// The creator of a tuple on the wire: the owner for one without an id, or with an id above 2^31-1, which kernels take
 /// for a negative one. Components of the other engines may have such ids.
 OwnerId creator_on_wire(OwnerId creator, OwnerId owner);
+
+/// `text/plain` for none, cut to kMaxMediaType bytes.
+std::string_view media_type_on_wire(std::string_view media_type);
+
+/// An own tuple without its sequence. It refers to the texts of both arguments, which must outlive it.
+NetworkTuple tuple_on_wire(const TupleView& tuple, const WireValue& value, OwnerId self);
 
 }  // namespace rubicon::tuples::peis

@@ -143,7 +143,7 @@ TEST_F(Carrying, OneThatIsDisplacedEndsAndComesBackLater) {
   EXPECT_EQ(island->carrier.stand_ins(), 0U);
   EXPECT_THAT(log.lines, Contains(HasSubstr("component 7 is met on peis by another way too")));
   time.run_for(30s);
-  EXPECT_EQ(island->carrier.stand_ins(), 1U) << "there was nobody";
+  EXPECT_EQ(island->carrier.stand_ins(), 1U) << "no other component has this id";
 }
 
 TEST_F(Carrying, ARestartOfTheReaderLeavesNothingBehind) {
