@@ -177,7 +177,7 @@ function(rubicon_test folder)
     RUBICON_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RUBICON_BINARY_DIR="${CMAKE_BINARY_DIR}")
   target_link_libraries(${target} PRIVATE ${ARG_LINKS} rubicon_test_support GTest::gtest_main)
   add_test(NAME ${target} COMMAND ${target} --gtest_brief=1)
-  set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT RUBICON_TRUST=no)  # whatever this host has
   if(ARG_COST)
     set_tests_properties(${target} PROPERTIES COST ${ARG_COST})
   endif()

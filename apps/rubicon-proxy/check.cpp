@@ -8,14 +8,18 @@
 #include <filesystem>
 
 #include "apps/rubicon-proxy/host_check.h"
+#include "apps/rubicon-proxy/trust_part.h"
+#include "base/text.h"
 #include "config/config_file.h"
 #include "island/island.h"
 #include "island/island_state.h"
 #include "island/network_types.h"
 #include "island/point_names.h"
+#include "island/rights_checks.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 #include "tuples/memory/memory_ecology.h"
+#include "web/access/token_file.h"
 
 namespace rubicon::daemon {
 
@@ -85,6 +89,18 @@ std::string carried(const tuples::carry::CarryRules& rules) {
   return fmt::format("{}", fmt::join(all, ", "));
 }
 
+/// What rules may name; nullopt: some of it is not known here.
+std::optional<std::vector<std::string>> known_names(const island::IslandConfig& config,
+                                                    transport::Transports& transports, Scheduler& scheduler) {
+  auto names = names_of_members(config.engine.trust_folder, scheduler.wall_now());
+  if (!names || !config.web || !config.web->tokens) return names;
+  const auto tokens = web::access::read_tokens(transports, base::resolve_path(config.directory, *config.web->tokens));
+  if (!tokens) return std::nullopt;
+  const auto more = web::access::names_of(*tokens);
+  names->insert(names->end(), more.begin(), more.end());
+  return names;
+}
+
 }  // namespace
 
 int report(const Error& error) {
@@ -98,6 +114,8 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   if (!root) return fail(root.error());
   auto config = island::read_island_config(std::move(*root), island::network_types(), errors);
   config.directory = std::filesystem::path(file).parent_path().string();
+  config.engine.trust_folder = trust_folder(config.engine, config.directory);
+  island::check_rights(config, errors);
   return config;
 }
 
@@ -121,7 +139,12 @@ int check(const CheckOptions& options) {
   if (!island) return report(island.error());
   const ConfigPlaces places(options.file, options.overrides);
   print(warnings(**island, places), "warning: ");
-  const auto found = check_host(**island, transports, places);
+  print(island::rights_warnings((*island)->config(), known_names((*island)->config(), transports, loop.scheduler())),
+        "warning: ");
+  const auto no_carry = island::carry_warning((*island)->config());
+  if (!no_carry.empty())
+    print({fmt::format("{}: tuples.peis.carry: {}", places.of({"tuples", "peis", "carry"}), no_carry)}, "warning: ");
+  const auto found = check_host(**island, transports, loop.scheduler(), places);
   print(found.warnings, "warning: ");
   print(found.wrong);
   if (!options.elsewhere && !found.lacking.empty()) {
@@ -131,7 +154,7 @@ int check(const CheckOptions& options) {
   }
   if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
-  if (const auto all = carried((*island)->config().engine.carry); !all.empty())
+  if (const auto all = carried((*island)->config().engine.carry); !all.empty() && no_carry.empty())
     fmt::print("carries between dds and peis: {}\n", all);
   return options.against ? print_plan(options) : kExitOk;
 }

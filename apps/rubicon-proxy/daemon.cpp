@@ -12,9 +12,11 @@
 #include <utility>
 
 #include "apps/program/spdlog_sink.h"
+#include "apps/rubicon-proxy/audit_part.h"
 #include "apps/rubicon-proxy/check.h"
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/service_notice.h"
+#include "apps/rubicon-proxy/trust_part.h"
 #include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
 #include "console/live_console.h"
@@ -23,6 +25,7 @@
 #include "island/island_state.h"
 #include "island/log_lines.h"
 #include "island/network_types.h"
+#include "island/rights_checks.h"
 #include "island/spare_memory.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_scheduler.h"
@@ -87,6 +90,10 @@ class Session {
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
 
   Result<void> prepare(island::IslandConfig config) {
+    judge_ = island::make_judge(config);
+    if (auto trusted = trust_.open(config.engine.trust_folder, config.id); !trusted) return trusted;
+    if (const auto text = island::carry_warning(config); !text.empty()) log_.warning("tuples.peis.carry: " + text);
+    if (auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept) return kept;
     if (auto opened = open_ecology(config.engine, config.id, lines_); !opened) return opened;
     auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
@@ -96,6 +103,8 @@ class Session {
     if (!island) return fail(island.error());
     island_ = std::move(*island);
     island_->show_log(lines_);
+    if (judge_) island_->judge_by(judge_);
+    if (const auto trusted = trust_.get()) island_->show_days_left([trusted] { return trusted->days_left(); });
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
     auto link = ecology_->join(console_);
@@ -108,10 +117,9 @@ class Session {
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
     past_ = std::make_unique<HistoryPart>(
         HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
-        component_id(Part::kHistory, island_->config().id));
-    page_ =
-        std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
-                                  component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
+        own_id(Part::kHistory, island_->config().id));
+    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id},
+                                      own_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -146,8 +154,11 @@ class Session {
   }
 
  private:
+  /// With trust one of the certificate, which names this process alone.
+  OwnerId own_id(Part part, IslandId island) { return trust_.component_id(component_id(part, island)); }
+
   Result<void> open_ecology(const config::EngineSetup& engine, IslandId id, LogSink& sink) {
-    console_ = component_id(Part::kConsole, id);
+    console_ = own_id(Part::kConsole, id);
     if (!engine.dds && !engine.peis) {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
@@ -165,13 +176,19 @@ class Session {
     };
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
     tuples::engines::EngineOptions options;
-    if (engine.dds) options.dds = engine.options;
+    if (engine.dds) {
+      options.dds = engine.options;
+      options.dds->trust = trust_.get();
+    }
     if (engine.peis) options.peis = engine.peis_options;
+    if (options.dds) options.dds->judge = judge_;
+    if (options.peis) options.peis->judge = judge_;
     options.carrier = island;
     options.carry = engine.carry;
     auto engines = tuples::engines::Engines::open(options, {loop_.scheduler(), post, transports_, sink});
     if (!engines) return fail(engines.error());
     (*engines)->watch_displaced(displaced);
+    engines_ = engines->get();
     ecology_ = std::move(*engines);
     return {};
   }
@@ -191,9 +208,19 @@ class Session {
   void await_hang_up() {
     hang_up_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
+      renew_trust();
       std::ignore = reload_and_show(false);
       await_hang_up();
     });
+  }
+
+  /// What is changed in the folder counts from now on. On an error the components of this process stay where they are:
+  /// in the ecology, or outside and trying again.
+  void renew_trust() {
+    if (!engines_ || !trust_.get()) return;
+    const auto renewed = engines_->renew();
+    if (!renewed) return log_.error("trust: not renewed: " + renewed.error().text);
+    if (*renewed) log_.info("trust: renewed: all components of this process entered again");
   }
 
   /// One line for people who ask the service manager.
@@ -220,6 +247,7 @@ class Session {
 
   /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
   Result<std::vector<std::string>> take_file(bool try_only) {
+    if (!try_only) audit_.reopen();
     base::ConfigErrors errors;
     auto next = load_island(options_.file, options_.overrides, errors);
     if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
@@ -253,6 +281,8 @@ class Session {
   /// What runs beside the island.
   void open_parts() {
     const auto& config = island_->config();
+    if (const auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept)
+      log_.warning(fmt::format("{}; the audit goes on as before", kept.error().text));
     // The page shows the history: it ends before that.
     if (!past_->has(config.history)) page_->take(std::nullopt, {}, nullptr);
     past_->take(config.history, config.directory);
@@ -341,7 +371,11 @@ class Session {
   transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
   transport::LocalTransports transports_{loop_};
+  std::shared_ptr<trust::rights::RightsJudge> judge_;  ///< null: no member is judged
+  AuditPart audit_{loop_.scheduler(), lines_, live_log_};
+  TrustPart trust_{loop_.scheduler(), lines_};
   std::unique_ptr<tuples::Ecology> ecology_;
+  tuples::engines::Engines* engines_ = nullptr;  ///< the same; null: within this process only
   OwnerId console_{};
   int exit_code_ = kExitOk;
   bool finishing_ = false;

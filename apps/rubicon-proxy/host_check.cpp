@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "apps/rubicon-proxy/trust_part.h"
 #include "config/config_file.h"
 #include "config/network_numbers.h"
 #include "island/island_state.h"
@@ -44,6 +45,23 @@ class Findings {
   HostCheck found_;
 };
 
+/// The certificate of the island, as the daemon would read it.
+void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findings& findings) {
+  const auto& folder = config.engine.trust_folder;
+  const std::vector<std::string> path{"tuples", "trust"};
+  if (folder.empty()) return;
+  if (config.engine.options.trust_lan && !config.engine.peis)
+    findings.add({"tuples", "trust_lan"},
+                 fmt::format("means nothing: {} is there, so that only members reach this island", folder),
+                 Kind::kWarning);
+  base::NullLogSink quiet;
+  auto place = trust::place_of_island(folder, config.id);
+  auto opened = place ? trust::Trust::open(std::move(*place), scheduler, Log(quiet, "trust"))
+                      : Result<std::shared_ptr<trust::Trust>>(fail(place.error()));
+  if (!opened) return findings.add(path, opened.error().text);
+  if (const auto text = ending(**opened); !text.empty()) findings.add(path, text, Kind::kWarning);
+}
+
 }  // namespace
 
 std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
@@ -62,7 +80,8 @@ std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
   return to_string(place);
 }
 
-HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places) {
+HostCheck check_host(island::Island& island, transport::Transports& transports, Scheduler& scheduler,
+                     const ConfigPlaces& places) {
   Findings findings(places);
   const auto& config = island.config();
   for (const auto& setup : config.networks) {
@@ -76,6 +95,7 @@ HostCheck check_host(island::Island& island, transport::Transports& transports, 
     const auto good = tuples::peis::select_interfaces(config.engine.peis_options, transport::ipv4_interfaces());
     if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
   }
+  check_trust(config, scheduler, findings);
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
   for (const auto& recorder : config.recorders)
     findings.need_folder({"recorders", recorder.name, "file"}, fs::path(config.directory) / recorder.file);

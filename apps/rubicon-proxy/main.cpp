@@ -2,10 +2,12 @@
 #include <cstdio>
 
 #include "apps/program/usage_error.h"
+#include "apps/program/version.h"
 #include "apps/rubicon-proxy/check.h"
 #include "apps/rubicon-proxy/daemon.h"
 #include "apps/rubicon-proxy/recording_tool.h"
 #include "apps/rubicon-proxy/state_tool.h"
+#include "apps/rubicon-proxy/trust_key.h"
 
 namespace {
 
@@ -91,7 +93,7 @@ CLI::App* describe_recording(CLI::App& app, rubicon::daemon::RecordingOptions& o
 int main(int argc, char** argv) {
   CLI::App app("The proxy of a Rubicon island: every sensor and actuator of unlike networks as tuples",
                "rubicon-proxy");
-  app.set_version_flag("--version", "rubicon-proxy " RUBICON_VERSION);
+  app.set_version_flag("--version", [] { return rubicon::program::version_text("rubicon-proxy"); });
   app.require_subcommand(1);
   RunOptions options;
   describe_run(app, options);
@@ -100,6 +102,10 @@ int main(int argc, char** argv) {
   const auto [check, diff] = describe_check(app, checked, old_file);
   StateTool state;
   describe_state(app, state);
+  std::string key_of;
+  auto* trust_key = app.add_subcommand("trust-key", "Say where the key of the island of FILE lies, for its unit");
+  trust_key->add_option("FILE", key_of, "island configuration (YAML)")->required();
+  trust_key->group("");  // units use it, people need not
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
   rubicon::daemon::RecordingOptions recording_options;
   bool csv = false;
@@ -118,5 +124,6 @@ int main(int argc, char** argv) {
   if (recording->parsed()) return rubicon::daemon::recording(recording_options);
   if (networks->parsed()) return rubicon::daemon::list_networks();
   if (state.state->parsed()) return state.run();
+  if (trust_key->parsed()) return rubicon::daemon::print_trust_key(key_of);
   return rubicon::daemon::run(options);
 }

@@ -33,8 +33,9 @@ Result<void> WebPart::open(const config::WebSetup& setup, const std::string& dir
   const model::Summary summary{"page of the island", transport::host_name(), transport::own_process(), "",
                                scheduler.wall_now()};
   if (auto named = space_->describe(model::to_json(summary)); !named) return named;
-  auto service = web::WebService::open({host_.loop.context(), scheduler, *space_, host_.transports, host_.log, history},
-                                       setup, directory, name_);
+  auto service = web::WebService::open(
+      {host_.loop.context(), scheduler, *space_, host_.transports, host_.log, history, host_.island}, setup, directory,
+      name_);
   if (!service) return fail(service.error());
   service_ = std::move(*service);
   return {};

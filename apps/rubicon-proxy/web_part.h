@@ -6,6 +6,7 @@
 
 #include "base/log.h"
 #include "config/web_config.h"
+#include "history/history.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
 #include "transport/transports.h"
@@ -24,6 +25,7 @@ class WebPart {
     tuples::Ecology& ecology;
     transport::Transports& transports;
     LogSink& log;
+    OwnerId island{};
   };
 
   WebPart(const Host& host, OwnerId id, std::string name)

@@ -3,6 +3,7 @@
 #include <csignal>
 
 #include "apps/program/usage_error.h"
+#include "apps/program/version.h"
 
 namespace rubicon::cli {
 
@@ -27,17 +28,17 @@ constexpr const char* kExamples =
 }  // namespace
 
 Cli::Cli() : app_(kAbout, "rubicon") {
-  app_.set_version_flag("--version", "rubicon " RUBICON_VERSION);
+  app_.set_version_flag("--version", [] { return program::version_text("rubicon"); });
   app_.require_subcommand(1);
   app_.fallthrough();
   app_.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app_.footer(std::string(kExamples) + kExitCodes);
   settings_.add_to(app_);
   for (const auto add :
-       {add_islands,  add_networks, add_ls,     add_tree,  add_get,      add_set,     add_watch,  add_devices,
-        add_describe, add_rename,   add_inbox,  add_send,  add_receive,  add_publish, add_types,  add_record,
-        add_history,  add_recorder, add_replay, add_log,   add_settings, add_top,     add_doctor, add_knx,
-        add_zigbee,   add_wsn,      add_web,    add_token, add_complete, add_manual}) {
+       {add_islands,  add_networks, add_ls,     add_tree, add_get,      add_set,      add_watch,  add_devices,
+        add_describe, add_rename,   add_inbox,  add_send, add_receive,  add_publish,  add_types,  add_record,
+        add_history,  add_recorder, add_replay, add_log,  add_settings, add_top,      add_doctor, add_knx,
+        add_zigbee,   add_trust,    add_wsn,    add_web,  add_token,    add_complete, add_manual}) {
     add(*this);
   }
 }

@@ -67,6 +67,7 @@ void add_top(Cli& cli);
 void add_doctor(Cli& cli);
 void add_knx(Cli& cli);
 void add_zigbee(Cli& cli);
+void add_trust(Cli& cli);
 void add_wsn(Cli& cli);
 void add_web(Cli& cli);
 void add_token(Cli& cli);

@@ -55,10 +55,15 @@ class WebProgram {
   Result<void> open(const WebOptions& wanted) {
     auto options = settings_.options;
     if (auto good = client::check(options); !good) return good;
-    const auto id = client::random_component_id();
+    auto trusted = client::open_trust(options, loop_.scheduler(), log_);
+    if (!trusted) return fail(trusted.error());
+    const auto own_id = client::component_id(options, trusted->get());
+    if (!own_id) return fail(own_id.error());
+    const auto id = *own_id;
+    auto engines = client::engine_options(options);
+    if (engines.dds) engines.dds->trust = *trusted;
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto ecology =
-        tuples::engines::Engines::open(client::engine_options(options), {loop_.scheduler(), post, transports_, log_});
+    auto ecology = tuples::engines::Engines::open(engines, {loop_.scheduler(), post, transports_, log_});
     if (!ecology) return fail(ecology.error());
     ecology_ = std::move(*ecology);
     auto link = ecology_->join(id);

@@ -7,8 +7,11 @@
 #include "apps/rubicon/island_look.h"
 #include "apps/rubicon/peis_findings.h"
 #include "apps/rubicon/secure_findings.h"
+#include "apps/rubicon/trust_findings.h"
 #include "apps/rubicon/tuple_text.h"
+#include "client/ecology_options.h"
 #include "model/json_members.h"
+#include "transport/poll_loop.h"
 
 namespace rubicon::cli {
 
@@ -33,6 +36,7 @@ class Doctor {
     interfaces_ = transport::interfaces();
     add(check_interfaces(options_, interfaces_));
     look_at_udp();
+    look_at_trust();
     return uses(options_, client::Engine::kDds) ? examine_dds() : examine_peis();
   }
 
@@ -48,6 +52,7 @@ class Doctor {
     for (const auto& peer : options_.peers) {
       if (!options_.tcp) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
     }
+    if (passes && islands_ == 0 && !has_problem()) look_at_other_side();
     if (passes) look_elsewhere(here);
     if (islands_ == 0 && !has_problem()) {
       add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
@@ -88,6 +93,27 @@ class Doctor {
     }
   }
 
+  void look_at_trust() {
+    base::NullLogSink quiet;
+    const auto loop = transport::PollLoop::make();
+    if (!loop) return;
+    const auto own = client::open_trust(options_, **loop, quiet);
+    has_trust_ = own && *own;
+    add(check_own_trust(own));
+  }
+
+  /// Members and others do not see each other.
+  void look_at_other_side() {
+    auto options = options_;
+    options.warn = nullptr;
+    options.trust = has_trust_ ? client::kNoTrust : "";
+    const auto opened = Client::open(options);
+    if (!opened) return;
+    (*opened)->run_until([&] { return !(*opened)->tuples().peers().empty(); }, std::chrono::seconds(1));
+    (*opened)->discover();
+    add(check_other_side((*opened)->islands(), has_trust_));
+  }
+
   void look_inside(unsigned processes) {
     auto opened = Client::open(options_);
     if (!opened) {
@@ -111,10 +137,16 @@ class Doctor {
       add({{"tag", Grade::kNote,
             fmt::format("{} of this host use domain {}, but were not discovered", counted(processes, "program"),
                         options_.domain),
-            "they use another tuples.tag or other interfaces, or are not Rubicon components"}});
+            has_trust_ ? "they use another tuples.tag or other interfaces, have no trust or another realm, or are not "
+                         "Rubicon components"
+                       : "they use another tuples.tag or other interfaces, have trust (rubicon trust join), or are not "
+                         "Rubicon components"}});
     }
-    for (const auto& text : complaints_)
-      add({{"complaint", Grade::kNote, text, "reported during the check; " + page("errors.md")}});
+    for (const auto& text : complaints_) {
+      const auto fix = trust_remedy(text);
+      add({{"complaint", Grade::kNote, text,
+            fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)}});
+    }
   }
 
   void look_at_peis(Client& client, const client::PeisView& view) {
@@ -152,7 +184,9 @@ class Doctor {
     add(check_inbox(seen));
     add(check_settings(seen));
     add(check_brokers(seen));
-    add({check_access(seen, options_)});
+    add(check_island_trust(seen));
+    add({has_trust_ ? check_access_with_trust(seen, uses(options_, client::Engine::kPeis))
+                    : check_access(seen, options_)});
   }
 
   void look_elsewhere(const std::map<unsigned, unsigned>& here) {
@@ -193,6 +227,7 @@ class Doctor {
   Duration length_;
   std::vector<transport::Interface> interfaces_;
   std::size_t islands_ = 0;
+  bool has_trust_ = false;  ///< this program has a certificate
   std::vector<std::string> complaints_;
   Findings findings_;
 };

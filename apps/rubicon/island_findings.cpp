@@ -253,14 +253,14 @@ Finding check_access(const IslandSeen& seen, const client::Options& options) {
   const bool host_only =
       std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
   const auto id = number(seen.island.id);
+  const auto remedy = "sudo rubicon trust init, then restart it; " + page("trust.md");
   if (host_only)
-    return {"access", Grade::kNote, fmt::format("every local user of this host can read and command island {}", id),
-            page("service.md")};
+    return {"access", Grade::kNote, fmt::format("anybody on this host may read and command island {}", id), remedy};
   return {"access", Grade::kNote,
           fmt::format(
               "every host that reaches the interfaces of island {} can read it; `trust_lan: no` only prevents mistakes",
               id),
-          page("service.md")};
+          remedy};
 }
 
 }  // namespace rubicon::cli

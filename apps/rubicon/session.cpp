@@ -10,6 +10,8 @@ namespace {
 
 /// A kernel announces itself each second, and has 0.5 s to say that it is a component of ours.
 constexpr Duration kFirstPeerWait = std::chrono::seconds(1), kFirstKernelWait = std::chrono::seconds(3);
+/// With trust the first component is there when the handshake with it is over.
+constexpr Duration kFirstMemberWait = std::chrono::seconds(2);
 
 volatile std::sig_atomic_t signalled = 0;
 Client* woken = nullptr;
@@ -55,7 +57,9 @@ WallTime Session::now() const {
 void Session::discover() {
   if (discovered_) return;
   discovered_ = true;
-  const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait : kFirstPeerWait;
+  const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait
+                       : client_->member().empty()                    ? kFirstPeerWait
+                                                                      : kFirstMemberWait;
   client_->run_until([this] { return !client_->tuples().peers().empty(); }, longest);
   client_->discover();
 }

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "base/config_reader.h"
@@ -18,11 +19,15 @@ namespace {
 constexpr const char* kGroup = "Options of all commands";
 
 using OptionOfEngine = std::pair<const char*, client::Engine>;
-constexpr OptionOfEngine kOptionsOfEngines[] = {
-    {"--domain", client::Engine::kDds},        {"--peers", client::Engine::kDds},
-    {"--tcp", client::Engine::kDds},           {"--tag", client::Engine::kDds},
-    {"--peis-network", client::Engine::kPeis}, {"--peis-listen", client::Engine::kPeis},
-    {"--peis-connect", client::Engine::kPeis}, {"--peis-multicast", client::Engine::kPeis}};
+constexpr OptionOfEngine kOptionsOfEngines[] = {{"--domain", client::Engine::kDds},
+                                                {"--peers", client::Engine::kDds},
+                                                {"--tcp", client::Engine::kDds},
+                                                {"--tag", client::Engine::kDds},
+                                                {"--trust", client::Engine::kDds},
+                                                {"--peis-network", client::Engine::kPeis},
+                                                {"--peis-listen", client::Engine::kPeis},
+                                                {"--peis-connect", client::Engine::kPeis},
+                                                {"--peis-multicast", client::Engine::kPeis}};
 
 const char* to_string(client::Engine engine) {
   return engine == client::Engine::kDds ? "dds" : "peis";
@@ -59,6 +64,9 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   options.interfaces = engine.options.interfaces;
   options.peers = engine.options.peers;
   options.tcp = engine.options.transport == tuples::dds::DdsTransport::kTcp;
+  if (engine.trust.choice == config::TrustSetup::Choice::kNo) options.trust = client::kNoTrust;
+  if (!engine.trust.folder.empty())
+    options.trust = (std::filesystem::path(path).parent_path() / engine.trust.folder).string();
   return {};
 }
 
@@ -102,6 +110,7 @@ std::string place_options(const client::Options& options) {
   text += fmt::format("--domain {} {}", options.domain, interfaces);
   if (options.tcp) text += " --tcp";
   if (!options.tag.empty()) text += " --tag " + options.tag;
+  if (!options.trust.empty()) text += " --trust " + options.trust;
   if (!options.peers.empty()) text += fmt::format(" --peers {}", fmt::join(options.peers, ","));
   return text;
 }
@@ -124,6 +133,9 @@ void SettingsOptions::add_to(CLI::App& app) {
       ->group(group);
   app.add_flag("--tcp", tcp_, "reach the peers (HOST:PORT) over TCP")->group(group);
   app.add_option("--tag", tag_, "see only components with this tag")->group(group);
+  app.add_option("--trust", trust_, "folder with the certificate to use, or no; default that of the user or host")
+      ->type_name("FOLDER")
+      ->group(group);
   app.add_option("--lease", lease_, "silence after which a component counts as lost")
       ->type_name("SPAN")
       ->check(check_duration)
@@ -135,8 +147,9 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--prefix", prefix_, "first part of the islands' keys; default proxy")->group(group);
   app.add_option("--config", config_, "take these options from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
-  for (const auto* name : {"engine", "domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix",
-                           "config", "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
+  for (const auto* name :
+       {"engine", "domain", "interfaces", "peers", "tcp", "tag", "trust", "lease", "patience", "prefix", "config",
+        "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
     std::string variable = "RUBICON_";
     for (const char c : std::string_view(name)) variable += c == '-' ? '_' : static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
@@ -212,10 +225,12 @@ Result<Settings> SettingsOptions::read() const {
   if (given("--peers")) options.peers = peers_;
   if (given("--tcp")) options.tcp = tcp_;
   if (given("--tag")) options.tag = tag_;
+  if (given("--trust")) options.trust = trust_;
   if (given("--prefix")) settings.prefix = prefix_;
   options.lease = parse_duration_or(lease_, options.lease);
   settings.patience = parse_duration_or(patience_, settings.patience);
   settings.json = json_;
+  settings.config = config_;
   return settings;
 }
 

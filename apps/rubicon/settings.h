@@ -14,6 +14,7 @@ struct Settings {
   std::string prefix = "proxy";  ///< first part of the islands' keys
   Duration patience = std::chrono::seconds(3);
   bool json = false;
+  std::string config;  ///< the file of --config; empty = none
 };
 
 bool uses(const client::Options& options, client::Engine engine);
@@ -39,7 +40,7 @@ class SettingsOptions {
   std::uint32_t peis_listen_ = 0;
   std::vector<std::string> engines_, interfaces_, peers_, peis_connect_;
   std::string peis_network_, peis_multicast_;
-  std::string tag_, lease_, patience_, prefix_, config_;
+  std::string tag_, trust_, lease_, patience_, prefix_, config_;
   bool json_ = false, tcp_ = false;
   CLI::App* app_ = nullptr;
 };

@@ -7,7 +7,7 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr std::uint32_t kFirstOfMany = 71000;
+constexpr std::uint32_t kFirstOfMany = 1'071'000;
 
 }  // namespace
 

@@ -13,13 +13,14 @@
 
 namespace rubicon::bench {
 
-/// The two components of most measurements.
-inline constexpr OwnerId kFirst{70001}, kSecond{70002};
+/// The two components of most measurements. All ids here are of the block that the first member of a realm gets.
+inline constexpr OwnerId kFirst{1'070'001}, kSecond{1'070'002};
 
 /// Where the components of one measurement meet; no other components have this tag.
 struct Meeting {
   std::uint32_t domain = 0;  ///< of DDS
   std::string tag;
+  std::string trust{};  ///< folder of a realm, whose member `local` all of them are; empty = without trust
 };
 
 /// The engine that this program measures: each program defines it. Throws if the engine does not work.

@@ -82,7 +82,8 @@ Child start_role(const std::string& role, const Meeting& meeting, const Json& op
                  const std::vector<std::string>& prefix) {
   auto command = prefix;
   command.insert(command.end(), {std::filesystem::read_symlink("/proc/self/exe").string(), "--role", role, "--domain",
-                                 std::to_string(meeting.domain), "--tag", meeting.tag, "--options", options.dump()});
+                                 std::to_string(meeting.domain), "--tag", meeting.tag, "--trust-folder", meeting.trust,
+                                 "--options", options.dump()});
   return {command, {}};
 }
 

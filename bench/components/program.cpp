@@ -19,24 +19,35 @@ namespace {
 struct Options {
   std::uint32_t domain = 199;
   std::vector<std::string> only;
-  bool quick = false, json = false;
-  std::string role, tag, role_options = "{}";
+  bool quick = false, json = false, trust = false;
+  std::string role, tag, trust_folder, role_options = "{}";
 };
 
-void describe(CLI::App& app, const ComponentProgram& program, Options& options) {
+std::vector<std::string> names_of(const ComponentProgram& program) {
   std::vector<std::string> names;
-  for (const auto& [name, measure] : program.measurements) names.push_back(name);
+  for (const auto* all : {&program.measurements, &program.of_trust}) {
+    for (const auto& [name, measure] : *all) {
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+void describe(CLI::App& app, const ComponentProgram& program, Options& options) {
   app.add_option("--domain", options.domain, fmt::format("DDS domain, 0 to {}", program.highest_domain))
       ->check(CLI::Range(0U, std::max(program.highest_domain, options.domain)))
       ->capture_default_str()
       ->group(program.highest_domain > 0 ? "Options" : "");
   app.add_option("--only", options.only, "only this measurement (may be repeated)")
-      ->check(CLI::IsMember(names))
+      ->check(CLI::IsMember(names_of(program)))
       ->allow_extra_args(false);
+  app.add_flag("--trust", options.trust, "without and with trust, side by side")
+      ->group(program.of_trust.empty() ? "" : "Options");
   app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
   app.add_flag("--json", options.json, "no progress on standard error");
   app.add_option("--role", options.role)->group("");
   app.add_option("--tag", options.tag)->group("");
+  app.add_option("--trust-folder", options.trust_folder)->group("");
   app.add_option("--options", options.role_options)->group("");
 }
 
@@ -52,7 +63,8 @@ Role role_of(const ComponentProgram& program, const std::string& name) {
 int play(const ComponentProgram& program, const Options& options) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // so that an aborted measurement leaves no process behind
   const auto role = role_of(program, options.role);
-  fmt::print("{}\n", role({options.domain, options.tag}, Json::parse(options.role_options)).dump());
+  fmt::print("{}\n",
+             role({options.domain, options.tag, options.trust_folder}, Json::parse(options.role_options)).dump());
   return 0;
 }
 
@@ -70,7 +82,7 @@ int measure(const ComponentProgram& program, const Options& options) {
   if (options.quick) plan.rounds = 1, plan.seconds = 1;
   Report report;
   report.detail("private_network", enter_private_network());
-  for (const auto& [name, measure] : program.measurements) {
+  for (const auto& [name, measure] : options.trust ? program.of_trust : program.measurements) {
     const auto& only = options.only;
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
     if (!options.json) fmt::print(stderr, "measuring {} ...\n", name);

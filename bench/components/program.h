@@ -16,8 +16,10 @@ struct ComponentProgram {
   const char* purpose = "";
   /// By name, in this order.
   std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> measurements;
+  /// Those of `--trust`, in this order.
+  std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> of_trust{};
   /// Of its own; those of roles.h are known.
-  std::map<std::string, Role> roles;
+  std::map<std::string, Role> roles{};
   std::uint32_t highest_domain = 0;  ///< of DDS; 0 = the engine has no domains
 };
 

@@ -9,7 +9,7 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr std::uint32_t kFirstVisitor = 80'000;
+constexpr std::uint32_t kFirstVisitor = 1'080'000;
 constexpr int kVisitorTuples = 500, kWarmUp = 100;
 
 /// Of the main arena, where the loop allocates.

@@ -4,13 +4,16 @@
 
 #include "components/program.h"
 #include "ecology/measurements.h"
+#include "ecology/trust/measurements.h"
 #include "tuples/dds/dds_ecology.h"
 
 namespace rubicon::bench {
 
 std::shared_ptr<tuples::Ecology> open_engine(const Meeting& meeting, transport::Loop& loop, base::LogSink& log) {
   const auto post = [&loop](std::function<void()> call) { loop.scheduler().post(std::move(call)); };
-  auto ecology = tuples::dds::DdsEcology::open(options_of(meeting), loop.scheduler(), post, log);
+  auto options = options_of(meeting);
+  if (!meeting.trust.empty()) trust::add_to(options, meeting.trust, loop.scheduler(), log);
+  auto ecology = tuples::dds::DdsEcology::open(options, loop.scheduler(), post, log);
   if (!ecology) throw std::runtime_error(ecology.error().text);
   return std::move(*ecology);
 }
@@ -26,16 +29,21 @@ tuples::dds::DdsOptions options_of(const Meeting& meeting) {
 
 int main(int count, char** values) {
   using namespace rubicon::bench;
-  return run_components(
-      count, values,
-      {"Measures the tuple space over DDS with several processes on this host. Prints one JSON object.",
-       {{"latency", measure_latency},
-        {"throughput", measure_throughput},
-        {"remote-sets", measure_remote_sets},
-        {"joins", measure_joins},
-        {"memory", measure_memory},
-        {"crowd", measure_crowd},
-        {"churn", measure_churn}},
-       {{"holder", holder}, {"taker", taker}, {"keeper", keeper}, {"visitors", visitors}},
-       rubicon::tuples::dds::kMaxDomain});
+  ComponentProgram program;
+  program.purpose = "Measures the tuple space over DDS with several processes on this host. Prints one JSON object.";
+  program.measurements = {
+      {"latency", measure_latency}, {"throughput", measure_throughput}, {"remote-sets", measure_remote_sets},
+      {"joins", measure_joins},     {"memory", measure_memory},         {"crowd", measure_crowd},
+      {"churn", measure_churn}};
+  program.of_trust = {{"latency", trust::measure_latency},
+                      {"throughput", trust::measure_throughput},
+                      {"remote-sets", trust::measure_remote_sets},
+                      {"meeting", trust::measure_meeting},
+                      {"memory", trust::measure_memory},
+                      {"get", trust::measure_get},
+                      {"crowd", trust::measure_crowd}};
+  program.roles = {{"holder", holder},     {"taker", taker},          {"keeper", keeper},
+                   {"visitors", visitors}, {"stayer", trust::stayer}, {"newcomer", trust::newcomer}};
+  program.highest_domain = rubicon::tuples::dds::kMaxDomain;
+  return run_components(count, values, program);
 }

@@ -12,9 +12,9 @@ namespace rubicon::bench {
 
 namespace {
 
-/// A line `VmRSS:  1234 kB` of the status of this process.
-double status_mb(const std::string& name) {
-  std::ifstream file("/proc/self/status");
+/// A line `VmRSS:  1234 kB` of a file about this process.
+double mb_in(const char* path, const std::string& name) {
+  std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
     if (line.starts_with(name)) return std::stod(line.substr(name.size() + 1)) * 1.024 / 1000;
   }
@@ -40,11 +40,15 @@ double processor_seconds(pid_t pid) {
 }
 
 double resident_mb() {
-  return status_mb("VmRSS");
+  return mb_in("/proc/self/status", "VmRSS");
+}
+
+double private_mb() {
+  return mb_in("/proc/self/smaps_rollup", "Private_Dirty");
 }
 
 double peak_mb() {
-  return status_mb("VmHWM");
+  return mb_in("/proc/self/status", "VmHWM");
 }
 
 void forget_peak() {

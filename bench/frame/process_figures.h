@@ -10,6 +10,8 @@ double thread_seconds();
 double processor_seconds(pid_t pid);
 /// Of this process, in MB (10^6 bytes).
 double resident_mb();
+/// The part of it that this process wrote: without pages of programs and libraries, which all processes share.
+double private_mb();
 /// Highest resident_mb() since forget_peak().
 double peak_mb();
 void forget_peak();

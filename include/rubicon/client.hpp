@@ -32,10 +32,13 @@ struct PeisNetwork {
   bool multicast = true;             ///< announce this host, and search for others
 };
 
+/// Options::trust of a client without a certificate.
+inline constexpr const char* kNoTrust = "no";
+
 /// How a client finds other components. The defaults find islands with the default configuration on this host.
 struct Options {
-  std::string name;                              ///< display name in lists of components; empty = `component`
-  OwnerId id = model::kNoOwner;                  ///< 65536 to 2^31-1; kNoOwner = a random one
+  std::string name;              ///< display name in lists of components; empty = `component`
+  OwnerId id = model::kNoOwner;  ///< 65536 to 2^31-1, with trust one of its certificate; kNoOwner = a random one
   std::vector<Engine> engines = {Engine::kDds};  ///< at least one
   PeisNetwork peis;                              ///< for Engine::kPeis; domain, peers, tcp, port and tag are for kDds
   std::uint32_t domain = 0;                      ///< 0..230, as in the islands' `tuples.domain`
@@ -46,6 +49,9 @@ struct Options {
   std::string tag;         ///< as in `tuples.tag`: components with another tag are not seen
   Duration lease = std::chrono::seconds(2);  ///< other components lose this one after such a silence
   bool trust_lan = false;  ///< components on other hosts may set tuples of this one and send messages to it
+  /// Folder with the certificate by which DDS knows this component (docs/trust.md); `no`: it has none, and meets only
+  /// others without. Empty: that of RUBICON_TRUST, else ~/.config/rubicon/trust, else /etc/rubicon/trust, else none.
+  std::string trust;
   /// Receives warnings, one per subject and minute.
   std::function<void(std::string_view)> warn;
 };
@@ -208,13 +214,15 @@ using SentCall = std::function<void(const std::string& error)>;
 class Client final {
  public:
   /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network
-  /// cannot be used as the options require.
+  /// cannot be used as the options require, kRefused if this user may not use the certificate of this host.
   static Result<std::unique_ptr<Client>> open(Options options = {});
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
   OwnerId id() const;
+  /// The member that this client is by its certificate (docs/trust.md); empty = it takes part without trust.
+  std::string member() const;
   /// Own tuples, subscriptions, cached copies, remote sets. Lives as long as the client.
   TupleSpace& tuples();
 

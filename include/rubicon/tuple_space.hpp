@@ -17,6 +17,7 @@ class Scheduler;
 namespace rubicon::tuples {
 
 class Link;
+struct SpaceRights;
 
 /// Refers to one own tuple, for writing it often without a search by key. Valid until the tuple is deleted or expires;
 /// then every use fails with kNotFound, because the generation differs.
@@ -152,6 +153,7 @@ class TupleSpace final {
   Stats stats() const;
 
  private:
+  friend struct SpaceRights;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -22,6 +22,8 @@ class OwnFile {
   /// kRefused: no permission; kNotFound: the folder does not exist; kInvalid: it is a symbolic link; kIo: other errors
   /// of the system.
   static Result<OwnFile> open(const std::string& path, int flags);
+  /// Takes over a descriptor that the system gave; a negative one is no file.
+  static OwnFile of_descriptor(int descriptor) { return OwnFile(descriptor); }
   /// Only takes away access by others, from a file that need not exist.
   static void close_to_others(const std::string& path);
 

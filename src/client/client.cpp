@@ -61,7 +61,14 @@ struct Client::Impl {
 
   Result<void> join() {
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
-    const auto engines = engine_options(options);
+    auto opened_trust = open_trust(options, *loop, log);
+    if (!opened_trust) return fail(std::move(opened_trust.error()));
+    trusted = std::move(*opened_trust);
+    const auto id = component_id(options, trusted.get());
+    if (!id) return fail(id.error());
+    options.id = *id;
+    auto engines = engine_options(options);
+    if (engines.dds) engines.dds->trust = trusted;
     if (engines.peis) sockets = std::make_unique<transport::PollSockets>(*loop);
     auto opened = tuples::engines::Engines::open(engines, {*loop, post, transports(), log});
     if (!opened) return fail(std::move(opened.error()));
@@ -70,7 +77,8 @@ struct Client::Impl {
     link = joined(*ecology, options.id, error);
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
-    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, engines.peis ? kPeisPace : kDdsPace);
+    pace = engines.peis ? kPeisPace : trusted ? kTrustPace : kDdsPace;
+    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, pace);
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
@@ -98,9 +106,11 @@ struct Client::Impl {
   std::unique_ptr<transport::PollLoop> loop;
   NoSockets no_sockets;
   std::unique_ptr<transport::PollSockets> sockets;
+  std::shared_ptr<trust::Trust> trusted;  ///< null: without
   std::unique_ptr<tuples::engines::Engines> ecology;
   std::unique_ptr<tuples::Link> link;
   std::unique_ptr<TupleSpace> space;
+  DiscoveryPace pace = kDdsPace;
   std::unique_ptr<PeerDiscovery> peer_discovery;
   std::unique_ptr<MessageClient> message_client;
   std::list<std::unique_ptr<TupleQuery>> queries;
@@ -113,7 +123,6 @@ Client::~Client() = default;
 
 Result<std::unique_ptr<Client>> Client::open(Options options) {
   if (auto good = check(options); !good) return fail(std::move(good.error()));
-  if (options.id == model::kNoOwner) options.id = random_component_id();
   if (options.name.empty()) options.name = "component";
   auto loop = transport::PollLoop::make();
   if (!loop) return fail(std::move(loop.error()));
@@ -124,6 +133,9 @@ Result<std::unique_ptr<Client>> Client::open(Options options) {
 
 OwnerId Client::id() const {
   return impl_->options.id;
+}
+std::string Client::member() const {
+  return impl_->trusted ? impl_->trusted->own().name : std::string();
 }
 TupleSpace& Client::tuples() {
   return *impl_->space;
@@ -180,8 +192,9 @@ std::vector<Component> Client::islands() const {
 }
 
 void Client::discover() {
-  const auto complete = [this] { return impl_->peer_discovery->complete({}); };
-  while (!run_until(complete, kDdsPace.quiet / 4)) {
+  const auto& discovery = *impl_->peer_discovery;
+  const auto complete = [&discovery] { return discovery.complete({}); };
+  while (!run_until(complete, discovery.complete_at({}) - impl_->loop->now())) {
   }
 }
 

@@ -12,6 +12,10 @@ struct DiscoveryPace {
   Duration named_owner;  ///< how long an owner that is named may take to appear
 };
 inline constexpr DiscoveryPace kDdsPace{std::chrono::milliseconds(300), {}, std::chrono::seconds(1)};
+/// Two processes that meet shake hands, for some 0.35 s, before one of them is a peer of the other. The handshakes of
+/// all who are there run at the same time, so those who are slower follow soon.
+inline constexpr DiscoveryPace kTrustPace{std::chrono::milliseconds(150), std::chrono::milliseconds(500),
+                                          std::chrono::seconds(2)};
 /// Kernels announce themselves each second, and have 0.5 s to say that they are components of ours.
 inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::chrono::seconds(2),
                                          std::chrono::seconds(3)};

@@ -36,7 +36,8 @@ std::string name_of(const model::Commander& commander) {
 
 RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key,
                                    std::string_view value, OutcomeCall ended, Duration time_to_live, Duration patience,
-                                   OutcomeCall under_way, tuples::ReplyCall replied, const tuples::SetOptions& options)
+                                   OutcomeCall under_way, tuples::ReplyCall replied, const tuples::SetOptions& options,
+                                   tuples::ReplyCall noted)
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),
@@ -49,8 +50,14 @@ RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, Owne
   if (is_command_) watch_point(space, {std::string(model::parent_key(key))});
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   wait(lives);
-  outcome_.request = space.set_remote(
-      owner, key, value, lives, lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }), options);
+  tuples::ReplyCall answer = lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); });
+  if (noted) {
+    answer = [noted = std::move(noted), tell = std::move(answer)](const tuples::Reply& reply) {
+      noted(reply);
+      tell(reply);
+    };
+  }
+  outcome_.request = space.set_remote(owner, key, value, lives, std::move(answer), options);
 }
 
 void RemoteSetTracker::watch_point(TupleSpace& space, const model::PointKey& point) {

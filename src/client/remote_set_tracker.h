@@ -17,7 +17,8 @@ class RemoteSetTracker {
  public:
   RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
                    OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way = {},
-                   tuples::ReplyCall replied = {}, const tuples::SetOptions& options = {});
+                   tuples::ReplyCall replied = {}, const tuples::SetOptions& options = {},
+                   tuples::ReplyCall noted = {});
 
   std::uint64_t request() const { return outcome_.request; }
 

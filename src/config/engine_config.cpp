@@ -136,6 +136,10 @@ void read_carry(ConfigReader& peis, std::uint32_t own, EngineSetup& engine) {
   if (!peis.has("carry")) return;
   if (!engine.dds || !engine.peis)
     return peis.error("carry", "needs two engines to carry between, expected engine: [dds, peis]");
+  if (engine.trust.choice == TrustSetup::Choice::kYes)
+    return peis.error("carry",
+                      "carry and trust do not work together: no certificate has the ids of components of engine peis, "
+                      "expected one of them");
   if (entries.empty() || entries.size() > kMostCarried) {
     return peis.error("carry", fmt::format("has {} entries, expected 1 to {} ids of components or patterns of keys",
                                            entries.size(), kMostCarried));
@@ -200,6 +204,29 @@ void read_dds(ConfigReader& tuples, DdsOptions& dds) {
   read_tag(tuples, dds);
 }
 
+/// `yes`, `no`, or a folder, which has a slash.
+void read_trust(ConfigReader& tuples, EngineSetup& engine) {
+  if (tuples.node("security")) tuples.error("security", "has another name, expected trust: yes, no or a folder");
+  if (!tuples.has("trust")) return;
+  const auto text = tuples.text("trust", "");
+  const auto is = [&text](std::initializer_list<const char*> words) {
+    return std::find(words.begin(), words.end(), text) != words.end();
+  };
+  if (is({"no", "off", "false"})) {
+    engine.trust.choice = TrustSetup::Choice::kNo;
+    return;
+  }
+  engine.trust.choice = TrustSetup::Choice::kYes;
+  if (text.find('/') != text.npos) engine.trust.folder = text;
+  if (engine.trust.folder.empty() && !is({"yes", "on", "true"}))
+    tuples.error("trust", fmt::format("is '{}', expected yes, no, or a folder (with a /)", text));
+  if (!engine.dds)
+    return tuples.error("trust", fmt::format("only engine dds has this option{}",
+                                             engine.peis ? ": in a PEIS network no peer proves who it is" : ""));
+  if (engine.options.trust_lan && !engine.peis)
+    tuples.error("trust_lan", "only without trust, where no peer proves who it is; rights decide what members may do");
+}
+
 }  // namespace
 
 EngineSetup read_engine(ConfigReader& root) {
@@ -221,11 +248,7 @@ EngineSetup read_engine(ConfigReader& root) {
   dds.lease = tuples.duration("lease", dds.lease);
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
-  if (tuples.node("security")) {
-    tuples.error("security",
-                 "is not supported yet, expected no such key; until then trust_lan: yes|no decides whether other "
-                 "hosts may set tuples");
-  }
+  read_trust(tuples, engine);
   read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
   tuples.finish();

@@ -9,12 +9,23 @@
 
 namespace rubicon::config {
 
+/// `tuples.trust`: whether peers have to prove who they are, and where the certificates lie.
+struct TrustSetup {
+  enum class Choice : std::uint8_t { kDefault, kNo, kYes };
+  Choice choice = Choice::kDefault;  ///< kDefault: yes if the host has a folder
+  std::string folder;                ///< of kYes, as configured; empty = that of the host
+
+  friend bool operator==(const TrustSetup&, const TrustSetup&) = default;
+};
+
 /// `tuples:`: how the components reach each other.
 struct EngineSetup {
   bool dds = true;
   bool peis = false;  ///< neither: within this process only
   tuples::dds::DdsOptions options;
   tuples::peis::PeisOptions peis_options;
+  TrustSetup trust;
+  std::string trust_folder;         ///< that counts, as whoever runs the island found it; empty = without trust
   tuples::carry::CarryRules carry;  ///< from one engine to the other
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section

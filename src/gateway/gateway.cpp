@@ -14,6 +14,7 @@
 #include "gateway/gateway_tuple.h"
 #include "gateway/inbox.h"
 #include "gateway/listeners.h"
+#include "gateway/message_rights.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::gateway {
@@ -44,6 +45,15 @@ bool requires_listener(MessageKind kind) {
          kind == MessageKind::kSetProperty || kind == MessageKind::kProbe;
 }
 
+bool is_command(MessageKind kind) {
+  return kind == MessageKind::kActuate || kind == MessageKind::kSetProperty;
+}
+
+/// Answers need no right: who asked waits for them.
+bool is_answer(const Message& message) {
+  return message.kind() == MessageKind::kAcknowledge;
+}
+
 void add(Gateway::Counters& sum, const Gateway::Counters& part) {
   sum.delivered += part.delivered;
   sum.dropped_readings += part.dropped_readings;
@@ -53,20 +63,29 @@ void add(Gateway::Counters& sum, const Gateway::Counters& part) {
   sum.looped += part.looped;
   sum.malformed += part.malformed;
   sum.forged += part.forged;
+  sum.not_permitted += part.not_permitted;
 }
 
 }  // namespace
 
 struct Gateway::Impl {
+  struct Foreign {
+    Message message;
+    Relay relay;
+  };
   Impl(Scheduler& s, TupleSpace& space, base::LogSink& sink, GatewayLimits l)
       : scheduler(s),
         self(space.self()),
         log(Log(sink, "gateway"), s),
         limits(l),
         last_number(static_cast<std::uint64_t>(s.wall_now().time_since_epoch().count()) << 10),
+        rights(space),
         next_turn(s, [this] { turn(); }),
         gateway_tuple(
-            space, limits, [this](Message message, std::size_t size) { return on_arrival(std::move(message), size); },
+            space, rights, limits,
+            [this](Message message, Relay relay, std::size_t size) {
+              return on_arrival({std::move(message), std::move(relay)}, size);
+            },
             [this](const Envelope& envelope, Outcome outcome, std::string why) {
               undelivered(envelope, outcome, std::move(why));
             },
@@ -78,7 +97,7 @@ struct Gateway::Impl {
             }) {}
 
   Inbox& inbox(const std::string& network);
-  Result<void> on_arrival(Message message, std::size_t size);
+  Result<void> on_arrival(Foreign message, std::size_t size);
   std::uint64_t send(Message message);
   void stamp(Message& message);
   void turn();
@@ -93,6 +112,9 @@ struct Gateway::Impl {
   void to_network(const Message& message, Counters& count);
   Result<void> to_own_network(const Message& message);
   bool is_ours(const Message& message) const;
+  /// False: its sender may not send it there, and was answered.
+  bool permits(const Message& message, std::string_view where);
+  bool permitted(const Message& message, Result<void> answer);
   bool names_only_a_device(const Message& message) const;
   void to_device(Message& message, Counters& count);
 
@@ -106,11 +128,14 @@ struct Gateway::Impl {
   std::uint64_t last_number;  ///< starts at the wall clock, so that numbers are unique over restarts
   std::map<std::string, Inbox> inboxes;
   Inbox* last_inbox = nullptr;
-  std::vector<Message> foreign, outbox;  ///< from other islands; from own components
+  std::vector<Foreign> foreign;  ///< from other processes
+  std::vector<Message> outbox;   ///< from own components
+  Relay relay;                   ///< of the message that is on its way through route()
   std::size_t foreign_bytes = 0;
   std::array<Listeners, std::variant_size_v<model::Body>> listeners;
   std::map<std::string, Listeners, std::less<>> user_listeners;
   Counters own;
+  MessageRights rights;
   base::OncePerTurn next_turn;
   GatewayTuple gateway_tuple;
 };
@@ -136,11 +161,15 @@ void Gateway::Impl::turn() {
     box.drain([&, count = &box.counters](Message& message) { route(message, *count); });
     report_drops(box);
   }
-  for (Message& message : from_islands) route(message, own);
+  for (auto& one : from_islands) {
+    relay = std::move(one.relay);
+    route(one.message, own);
+  }
+  relay.reset();
   for (Message& message : from_components) route(message, own);
 }
 
-Result<void> Gateway::Impl::on_arrival(Message message, std::size_t size) {
+Result<void> Gateway::Impl::on_arrival(Foreign message, std::size_t size) {
   if (foreign.size() >= limits.queue || foreign_bytes + size > kForeignBytes) {
     ++own.refused_busy;
     return fail(ErrorCode::kBusy, "too many messages are waiting at this gateway");
@@ -205,17 +234,31 @@ void Gateway::Impl::refuse(Inbox& box, const Message& message) {
 }
 
 void Gateway::Impl::route(Message& message, Counters& count) {
-  if (message.destination.island != self) return gateway_tuple.send(message);
+  const auto to = message.destination.island;
+  if (to != self) {
+    if (is_answer(message) || permits(message, fmt::format("island:{}", number(to)))) gateway_tuple.send(message);
+    return;
+  }
   if (names_only_a_device(message)) return to_device(message, count);
   // Networks accept no Acknowledge: an answer to a device goes to the listeners.
-  if (message.destination.network.empty() || message.kind() == MessageKind::kAcknowledge)
-    return to_listeners(message, count);
+  if (message.destination.network.empty() || is_answer(message)) return to_listeners(message, count);
   to_network(message, count);
 }
 
 bool Gateway::Impl::names_only_a_device(const Message& message) const {
   const auto& to = message.destination;
   return networks_of && to.network.empty() && !to.device.empty() && requires_listener(message.kind());
+}
+
+bool Gateway::Impl::permits(const Message& message, std::string_view where) {
+  return permitted(message, rights.may_send(message, relay, where));
+}
+
+bool Gateway::Impl::permitted(const Message& message, Result<void> answer) {
+  if (answer) return true;
+  ++own.not_permitted;
+  undelivered(Envelope(message), Outcome::kRefused, std::move(answer.error().text));
+  return false;
 }
 
 /// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
@@ -233,6 +276,7 @@ void Gateway::Impl::to_device(Message& message, Counters& count) {
 }
 
 void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
+  if (!is_answer(message) && !permits(message, "own")) return;
   std::size_t calls = listeners[message.body.index()].call(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque) {
@@ -251,7 +295,12 @@ void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
                   : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
+/// Commands need the right `set` of their sender, which the command desk judges.
 void Gateway::Impl::to_network(const Message& message, Counters& count) {
+  const auto where = place_of(message.destination);
+  if (!permitted(message, is_command(message.kind()) ? rights.may_relay(message, relay, where)
+                                                     : rights.may_send(message, relay, where)))
+    return;
   if (auto sent = to_own_network(message); !sent)
     return undelivered(Envelope(message), outcome_of(sent.error().code), std::move(sent.error().text));
   ++count.delivered;
@@ -262,8 +311,7 @@ Result<void> Gateway::Impl::to_own_network(const Message& message) {
   if (networks == nullptr) return fail(ErrorCode::kNotFound, "this island has no networks");
   const auto kind = message.kind();
   if (is_ours(message) || kind == MessageKind::kOpaque) return networks->send(message);
-  const bool command = kind == MessageKind::kActuate || kind == MessageKind::kSetProperty;
-  if (command && handle_command) return handle_command(message);
+  if (is_command(kind) && handle_command) return handle_command(message);
   return fail(
       ErrorCode::kRefused,
       fmt::format("networks accept no {} of others: subscribe to tuples and set them instead", to_string(kind)));

@@ -28,7 +28,7 @@ using tuples::Handle;
 /// Routes messages: own networks <-> local listeners <-> other islands through their GATEWAY tuple (D1.4,
 /// Implementation). Delivers in a later turn, once and in order per source. A message that cannot be delivered is
 /// answered with an Acknowledge{kUndeliverable | kBusy | ..., reason} to its source, unless it is an Acknowledge
-/// itself.
+/// itself. Where members are known, a message of another component needs the right `send` for where it goes.
 class Gateway final : public network::MessageSink {
  public:
   Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits = {});
@@ -53,8 +53,9 @@ class Gateway final : public network::MessageSink {
   using NetworksOf = std::function<std::vector<std::string>(const std::string& device)>;
   void set_device_lookup(NetworksOf networks_of);
 
-  /// Accepts and answers, or refuses by an error, an Actuate or SetProperty of others (devices, other islands,
-  /// components) for a device of an own network. They never reach a network directly (docs/decisions/015).
+  /// Accepts and answers, or refuses by an error (also for want of the right `set`), an Actuate or SetProperty of
+  /// others (devices, other islands, components) for a device of an own network. They never reach a network directly
+  /// (docs/decisions/015).
   using CommandCall = std::function<Result<void>(const Message&)>;
   void set_command_handler(CommandCall call);
 
@@ -69,7 +70,7 @@ class Gateway final : public network::MessageSink {
 
   struct Counters {
     std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0, looped = 0,
-                  malformed = 0, forged = 0;
+                  malformed = 0, forged = 0, not_permitted = 0;
   };
   Counters counters() const;
   /// Counters of one network's queue.

@@ -48,9 +48,10 @@ Envelope::Envelope(const Message& message)
       number(answerable_number(message)),
       answerable(message.kind() != MessageKind::kAcknowledge) {}
 
-GatewayTuple::GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure,
-                           Forged forged, Foreign foreign)
+GatewayTuple::GatewayTuple(TupleSpace& space, const MessageRights& rights, const GatewayLimits& limits, Arrival arrival,
+                           Failure failure, Forged forged, Foreign foreign)
     : space_(space),
+      rights_(rights),
       limit_(limits.queue),
       arrival_(std::move(arrival)),
       failure_(std::move(failure)),
@@ -120,6 +121,8 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   auto message = model::from_cbor(base::as_bytes(request.value));
   if (!message) return malformed(std::move(message.error()));
   if (auto own = check_sender(*message, request.from); !own) return forged(request.from, std::move(own.error()));
+  auto relay = rights_.name_sender(request.from, *message);
+  if (!relay) return forged(request.from, std::move(relay.error()));
   // A component that is no island sends without origin and number: its duplicates cannot be recognised.
   if (message->origin == model::kNoOwner) {
     message->origin = request.from;
@@ -142,7 +145,7 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
   if (message->source.island == model::kNoOwner) message->source.island = request.from;
   const auto [origin, number] = std::pair(message->origin, message->number);
-  if (auto taken = arrival_(std::move(*message), request.value.size()); !taken)
+  if (auto taken = arrival_(std::move(*message), std::move(*relay), request.value.size()); !taken)
     return tuples::SetDecision::refused(std::move(taken.error()));
   if (numbered) seen_.note(origin, number);
   return tuples::SetDecision::consumed();

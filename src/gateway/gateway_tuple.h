@@ -7,6 +7,7 @@
 
 #include "base/lifetime.h"
 #include "gateway/gateway.h"
+#include "gateway/message_rights.h"
 #include "gateway/seen_messages.h"
 
 namespace rubicon::gateway {
@@ -28,7 +29,7 @@ struct Envelope {
 class GatewayTuple {
  public:
   /// A message arrived; an error refuses it.
-  using Arrival = std::function<Result<void>(Message message, std::size_t size)>;
+  using Arrival = std::function<Result<void>(Message message, Relay relay, std::size_t size)>;
   /// A message did not reach its island.
   using Failure = std::function<void(const Envelope& envelope, model::Outcome outcome, std::string why)>;
   /// A message was accepted by its island.
@@ -38,8 +39,8 @@ class GatewayTuple {
   /// A component posted a message in the Java serialisation of the original, which is refused.
   using Foreign = std::function<void(OwnerId from, const std::string& why)>;
 
-  GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged,
-               Foreign foreign);
+  GatewayTuple(TupleSpace& space, const MessageRights& rights, const GatewayLimits& limits, Arrival arrival,
+               Failure failure, Forged forged, Foreign foreign);
   ~GatewayTuple();
   GatewayTuple(const GatewayTuple&) = delete;
   GatewayTuple& operator=(const GatewayTuple&) = delete;
@@ -57,6 +58,7 @@ class GatewayTuple {
   void answered(const Envelope& envelope, const tuples::Reply& reply);
 
   TupleSpace& space_;
+  const MessageRights& rights_;
   std::size_t limit_;
   Arrival arrival_;
   Failure failure_;

@@ -17,10 +17,12 @@
 #include "island/network_memory.h"
 #include "island/options_file.h"
 #include "island/point_names.h"
+#include "island/rights_checks.h"
 #include "model/former_types.h"
 #include "model/point_keys.h"
 #include "proxy/proxy.h"
 #include "transport/host_name.h"
+#include "tuples/space_rights.h"
 
 namespace rubicon::island {
 
@@ -75,6 +77,7 @@ struct Island::Impl {
                            base::ConfigErrors& errors);
   void warn_of_lost_names(const island::IslandConfig& next, const network::Supervisor& trial, island::ReloadPlan& plan);
   void apply(island::IslandConfig next, island::ReloadPlan& plan);
+  void take_rights(std::optional<config::RightsSetup> next);
 
   island::IslandConfig config;
   transport::Transports& transports;
@@ -91,6 +94,7 @@ struct Island::Impl {
   SettingsTuples settings;
   NetworkControls controls;
   std::unique_ptr<LogTuples> log_tuples;
+  std::shared_ptr<trust::rights::RightsJudge> judge;
   FreeSpace free_space;
   IslandMetrics metrics;
   IslandPresence presence;
@@ -119,6 +123,7 @@ void Island::Impl::watch_numbers() {
     publish("gateway-looped", messages.looped);
     publish("gateway-malformed", messages.malformed);
     publish("gateway-forged", messages.forged);
+    publish("gateway-not-permitted", messages.not_permitted);
     const auto tuples = space.stats();
     publish("tuples-cached", tuples.cached);
     publish("tuples-subscriptions", tuples.subscriptions);
@@ -170,7 +175,7 @@ Result<void> Island::Impl::add(const island::NetworkSetup& setup, network::Super
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
   auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml,
-                                    most_devices, !config.state.file.empty()});
+                                    most_devices, !config.state.file.empty(), !config.engine.trust_folder.empty()});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.also_known(island::kCommonNetworkKeys);
   options.finish();
@@ -197,6 +202,18 @@ Result<std::unique_ptr<Island>> Island::make(island::IslandConfig config, Schedu
 void Island::show_log(LogLines& lines) {
   impl_->log_tuples = std::make_unique<LogTuples>(scheduler_, impl_->space,
                                                   model::IslandKey{impl_->config.proxy.prefix}.log_lines(), lines);
+}
+
+void Island::judge_by(std::shared_ptr<trust::rights::RightsJudge> judge) {
+  impl_->judge = std::move(judge);
+  impl_->metrics.add(
+      [judge = impl_->judge](const IslandMetrics::Publish& publish) { publish("rights-refused", judge->refused()); });
+}
+
+void Island::show_days_left(std::function<int()> days_left) {
+  impl_->metrics.add([days_left = std::move(days_left)](const IslandMetrics::Publish& publish) {
+    publish.word("trust-days-left", std::to_string(days_left()));
+  });
 }
 
 void Island::start() {
@@ -317,6 +334,8 @@ std::string line_of(const proxy::Objection& objection, const island::IslandConfi
 
 Result<island::ReloadPlan> Island::plan(const island::IslandConfig& next, base::ConfigErrors& errors) {
   auto plan = island::plan_reload(impl_->config, next);
+  if (!impl_->judge && impl_->config.rights != next.rights)
+    plan.refusals.push_back("rights: nobody is judged here; restart the island to begin");
   for (const auto& objection : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(line_of(objection, next));
   if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "\n")));
   impl_->add_what_files_changed(next, plan);
@@ -330,6 +349,14 @@ Result<island::ReloadPlan> Island::reload(island::IslandConfig next, base::Confi
   return planned;
 }
 
+void Island::Impl::take_rights(std::optional<config::RightsSetup> next) {
+  const bool same = config.rights == next;
+  config.rights = std::move(next);
+  if (!judge) return;
+  judge->replace(rights_of(config));
+  if (!same) tuples::SpaceRights::rejudge(space);
+}
+
 void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   base::ConfigErrors errors;  // stays empty: plan() read the same options without errors
   const auto remove = [this](const std::string& id) {
@@ -340,8 +367,9 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    const auto changed = networks.change({id, config.id, options, config.types, next.directory, config::parse_yaml,
-                                          next.limits.devices, !config.state.file.empty()});
+    const auto changed =
+        networks.change({id, config.id, options, config.types, next.directory, config::parse_yaml, next.limits.devices,
+                         !config.state.file.empty(), !config.engine.trust_folder.empty()});
     if (!changed) recreated.push_back(id);
   }
   for (const auto& id : plan.removed) remove(id);
@@ -355,6 +383,8 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   config.recorders = std::move(next.recorders);
   config.history = std::move(next.history);
   config.web = std::move(next.web);
+  config.audit = std::move(next.audit);
+  take_rights(std::move(next.rights));
   recorders.take(config.recorders, config.directory);
   proxy.reconfigure(config.proxy);
   for (const auto& id : recreated) proxy.restart(id);

@@ -13,6 +13,7 @@
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 #include "transport/transports.h"
+#include "trust/rights/rights_judge.h"
 #include "tuples/link.h"
 
 namespace rubicon::island {
@@ -32,6 +33,11 @@ class Island {
 
   /// Shows the last lines of this log as a tuple; it must outlive the island.
   void show_log(LogLines& lines);
+  /// The judge that the links of the process ask: a reload replaces its rules. Without one a reload that begins or ends
+  /// `rights:` is refused.
+  void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge);
+  /// Shows how many days the certificate of the process is valid, as `<prefix>.property.trust-days-left.value`.
+  void show_days_left(std::function<int()> days_left);
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 

@@ -249,6 +249,8 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
   config.recorders = config::read_recorders(root);
   config.web = config::read_web(root);
   config.history = config::read_history(root);
+  config.rights = config::read_rights(root);
+  config.audit = config::read_audit(root);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
     const auto* node = std::as_const(root_node).find(section);

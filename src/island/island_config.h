@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "base/config_reader.h"
+#include "config/audit_config.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
 #include "config/history_config.h"
 #include "config/recorder_config.h"
+#include "config/rights_config.h"
 #include "config/web_config.h"
 #include "gateway/gateway.h"
 #include "island/own_tuples.h"
@@ -63,6 +65,8 @@ struct IslandConfig {
   std::vector<config::RecorderSetup> recorders;
   std::optional<config::HistorySetup> history;  ///< what the daemon keeps beside the island
   std::optional<config::WebSetup> web;          ///< what the daemon serves beside the island
+  std::optional<config::RightsSetup> rights;    ///< of others; without it members with the role admin may all
+  config::AuditSetup audit;                     ///< of what others ask for, where they are judged
   std::vector<OwnTuple> tuples;                 ///< of the command line
   /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.
   std::string shown;

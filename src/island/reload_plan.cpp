@@ -163,6 +163,14 @@ void compare_web(const std::optional<config::WebSetup>& now, const std::optional
   plan.lines.push_back(fmt::format("web: the page {}", what));
 }
 
+void compare_rights(const std::optional<config::RightsSetup>& now, const std::optional<config::RightsSetup>& next,
+                    ReloadPlan& plan) {
+  if (now == next) return;
+  const auto count = next ? next->rules.size() : 0;
+  plan.lines.push_back(next ? fmt::format("rights: {} rule{} from now on", count, count == 1 ? "" : "s")
+                            : std::string("rights: only members with the role admin have any from now on"));
+}
+
 }  // namespace
 
 ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
@@ -176,6 +184,8 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   compare_recorders(now.recorders, next.recorders, plan);
   compare_history(now.history, next.history, plan);
   compare_web(now.web, next.web, plan);
+  compare_rights(now.rights, next.rights, plan);
+  if (!(now.audit == next.audit)) plan.lines.push_back("audit: its options change");
   if (!(now.limits == next.limits)) plan.lines.push_back("limits change");
   if (!(now.proxy.discovery == next.proxy.discovery)) plan.lines.push_back("discovery rules change");
   const bool commands = now.proxy.command_time_to_live == next.proxy.command_time_to_live &&

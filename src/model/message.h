@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -140,6 +141,19 @@ std::string_view to_string(MessageKind kind);
 /// Most islands a message may enter after its origin.
 inline constexpr std::uint8_t kMaxHops = 4;
 
+/// Who sent a message that other components may send: the member of its certificate, where the ecology knows members.
+struct Sender {
+  std::string name;
+  std::vector<std::string> roles{};
+  IslandId island = kNoOwner;  ///< the island whose certificate it is
+  std::string serial{};        ///< of the certificate, in upper-case hexadecimal digits
+
+  friend bool operator==(const Sender&, const Sender&) = default;
+};
+
+/// Most roles of a sender.
+inline constexpr std::size_t kMaxRoles = 32;
+
 /// What networks, gateways and listeners exchange (D1.4: RubiconMessage).
 struct Message {
   IslandId origin = kNoOwner;  ///< the island it was born on; set by its gateway
@@ -148,6 +162,9 @@ struct Message {
   Address source;
   Address destination;
   Body body;
+  /// Set by the first island that it entered, which relays it with this; absent = a component of this island sent it,
+  /// or no members are known.
+  std::optional<Sender> sender{};
 
   MessageKind kind() const { return static_cast<MessageKind>(body.index()); }
 };

@@ -17,6 +17,7 @@ constexpr std::uint64_t kFormVersion = 1;
 constexpr std::uint64_t kAny64 = UINT64_MAX;
 constexpr std::uint64_t kLongestDeadline = 3'200'000'000'000;  // ms; what a configuration may say, fits a Duration
 constexpr std::uint64_t kHighestWord = 65535;
+constexpr std::size_t kMaxSenderText = 64;  ///< name, role, serial
 
 json address_out(const Address& address) {
   json out{{"island", number(address.island)}};
@@ -28,6 +29,22 @@ json address_out(const Address& address) {
 Address address_in(FieldReader in) {
   return {OwnerId(static_cast<std::uint32_t>(in.number("island", UINT32_MAX))), in.text("network", 255),
           in.text("device", 255)};
+}
+
+json sender_out(const Sender& sender) {
+  json out{{"name", sender.name}};
+  if (!sender.roles.empty()) out["roles"] = sender.roles;
+  if (sender.island != kNoOwner) out["island"] = number(sender.island);
+  if (!sender.serial.empty()) out["serial"] = sender.serial;
+  return out;
+}
+
+Sender sender_in(FieldReader in) {
+  Sender sender{in.text("name", kMaxSenderText), in.names("roles", kMaxRoles, kMaxSenderText)};
+  if (sender.name.empty()) in.wrong("name", "the name of a member");
+  sender.island = OwnerId(static_cast<std::uint32_t>(in.number("island", UINT32_MAX)));
+  sender.serial = in.text("serial", kMaxSenderText);
+  return sender;
 }
 
 void point_out(const PointId& point, json& out) {
@@ -247,6 +264,7 @@ Bytes to_cbor(const Message& message) {
            {"to", address_out(message.destination)},
            {"kind", to_string(message.kind())},
            {"body", std::visit(BodyWriter{}, message.body)}};
+  if (message.sender) out["sender"] = sender_out(*message.sender);
   return json::to_cbor(out);
 }
 
@@ -267,6 +285,7 @@ Result<Message> from_cbor(ByteView bytes) {
   message.hops = static_cast<std::uint8_t>(in.number("hops", UINT8_MAX));
   message.source = address_in(in.map("from"));
   message.destination = address_in(in.map("to"));
+  if (in.has("sender")) message.sender = sender_in(in.map("sender"));
   const auto kind = word_in(in, "kind", MessageKind::kUnreachable);
   if (in.ok()) message.body = body_in(kind, in.map("body"));
   if (!in.ok()) return fail(std::move(error));

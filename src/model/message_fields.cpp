@@ -1,8 +1,8 @@
 #include "model/message_fields.h"
 
 #include <fmt/format.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <cmath>
 
 #include "model/message_cbor.h"
@@ -67,6 +67,20 @@ std::string FieldReader::text(const char* key, std::size_t maximum) {
   if (!found) return {};
   if (found->is_string() && found->get_ref<const std::string&>().size() <= maximum) return found->get<std::string>();
   wrong(key, fmt::format("a text of at most {} bytes", maximum));
+  return {};
+}
+
+std::vector<std::string> FieldReader::names(const char* key, std::size_t most, std::size_t longest) {
+  const auto* found = find(key);
+  if (!found) return {};
+  const auto is_name = [longest](const json& one) {
+    if (!one.is_string()) return false;
+    const auto& text = one.get_ref<const std::string&>();
+    return !text.empty() && text.size() <= longest;
+  };
+  if (found->is_array() && found->size() <= most && std::all_of(found->begin(), found->end(), is_name))
+    return found->get<std::vector<std::string>>();
+  wrong(key, fmt::format("a list of at most {} texts of 1 to {} bytes", most, longest));
   return {};
 }
 

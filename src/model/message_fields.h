@@ -3,6 +3,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "model/message.h"
 #include "rubicon/result.hpp"
@@ -26,6 +27,8 @@ class FieldReader {
   Bytes bytes(const char* key);
   Value value(const char* key);
   FieldReader map(const char* key);
+  /// A list of texts that are not empty; absent is an empty list.
+  std::vector<std::string> names(const char* key, std::size_t most, std::size_t longest);
   /// Each map of a list; absent is an empty list.
   void each(const char* key, const std::function<void(FieldReader&)>& visit);
   /// Names and numbers of a map; absent is empty.

@@ -89,6 +89,7 @@ struct NetworkConfig {
   Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
   std::size_t most_devices = 20000;  ///< `limits.devices` of the island
   bool remembers = false;            ///< the island has a state file: NetworkHost::remember
+  bool closed = false;  ///< only members reach the island (docs/trust.md): nothing is open to other programs by default
 };
 
 /// A device that the options name, with all its points.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <tuple>
 
-#include "gateway/gateway_tuple.h"
 #include "model/property_alias.h"
 #include "proxy/commander.h"
 #include "proxy/tuple_text.h"
@@ -38,18 +37,6 @@ model::Outcome outcome_of(const Command& command, CommandState state) {
     case CommandState::kFailed: return command.outcome;
     default: return model::Outcome::kFailed;
   }
-}
-
-const PointId* point_of(const Message& message) {
-  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return &actuate->point;
-  const auto* set = std::get_if<model::SetProperty>(&message.body);
-  return set ? &set->point : nullptr;
-}
-
-/// The commanded value.
-const Value& value_of(const Message& message) {
-  const auto* actuate = std::get_if<model::Actuate>(&message.body);
-  return actuate ? actuate->value : std::get<model::SetProperty>(message.body).value;
 }
 
 }  // namespace
@@ -107,51 +94,6 @@ Result<Point*> CommandDesk::resolve_target(const tuples::RemoteSet& request, Dev
   auto* point = device ? find_point(*device, place->point) : nullptr;
   if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(request.key)));
   return point;
-}
-
-Result<void> CommandDesk::on_message(const Message& message) {
-  const auto* id = point_of(message);
-  if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
-  Device* device = nullptr;
-  const auto point = resolve_target(message, *id, device);
-  if (!point) return fail(point.error());
-  tuples::RemoteSet request;
-  request.from = message.origin;
-  request.request = gateway::answerable_number(message);
-  request.key = point_key(*device, **point).command();
-  write_value((*point)->type, value_of(message), request.value);
-  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) {
-    request.time_to_live = actuate->time_to_live;
-    request.time_to_live_given = request.time_to_live > Duration(0);
-  }
-  const auto decision = accept(request, *device, **point);
-  if (decision.verdict != tuples::Verdict::kApplied) return fail(decision.code, decision.text);
-  auto& command = *accepted_.back();
-  if (!message.source.network.empty())
-    command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
-  command.asker = {message.source, message.destination, request.request};
-  std::ignore = context_.space.set((*point)->mirror.command, request.value);
-  return {};
-}
-
-Result<Point*> CommandDesk::resolve_target(const Message& message, const PointId& id, Device*& device) {
-  const auto& to = message.destination;
-  const auto network = directory_.networks().find(to.network);
-  if (network == directory_.networks().end()) {
-    return fail(ErrorCode::kNotFound,
-                fmt::format("no network {} on island {}", model::quoted(to.network), number(to.island)));
-  }
-  device = directory_.find(*network->second, to.device);
-  if (!device)
-    return fail(ErrorCode::kNotFound, fmt::format("{} has no device {}", to.network, model::quoted(to.device)));
-  auto* point = find_point(*device, id);
-  if (!point) {
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{} has no {} of type {} instance {}", device->key, to_string(id.kind),
-                            static_cast<unsigned>(id.type), model::quoted(id.instance)));
-  }
-  if (point->mirror.command != TupleRef{}) return point;
-  return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
 }
 
 tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device& device, Point& point) {

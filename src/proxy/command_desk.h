@@ -51,6 +51,9 @@ class CommandDesk {
   Result<Point*> resolve_target(const tuples::RemoteSet& request, Device*& device);
   Result<Point*> resolve_target(const Message& message, const PointId& id, Device*& device);
   tuples::SetDecision accept(const tuples::RemoteSet& request, Device& device, Point& point);
+  Result<void> refuse_unresolved(const Message& message, const Error& why) const;
+  tuples::SetDecision accept_judged(const Message& message, const tuples::RemoteSet& request, Device& device,
+                                    Point& point);
   tuples::SetDecision accept_under_other_key(const tuples::RemoteSet& request, Device& device, Point& point);
   void start_accepted();
   void start(std::unique_ptr<Command> command);

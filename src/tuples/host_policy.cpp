@@ -17,6 +17,11 @@ void HostPolicy::peer_down(OwnerId peer) {
   refusal_logged_.erase(peer);
 }
 
+std::string_view HostPolicy::host(OwnerId peer) const {
+  const auto found = hosts_.find(peer);
+  return found == hosts_.end() ? std::string_view() : found->second;
+}
+
 Result<void> HostPolicy::may_set(const RemoteSet& set) {
   const auto found = hosts_.find(set.from);
   if (trusts_others_ || (found != hosts_.end() && found->second == own_host_)) return {};

@@ -33,6 +33,14 @@ class HostPolicy final : public PeerPolicy {
   void peer_down(OwnerId peer) override;
   Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return {}; }
   Result<void> may_set(const RemoteSet& set) override;
+  /// Messages arrive as remote sets, which may_set() decided.
+  Result<void> may_send(OwnerId, std::string_view) override { return {}; }
+  void answered(const RemoteSet&, const Reply&) override {}
+  const Member* member(OwnerId) const override { return nullptr; }
+  std::string_view host(OwnerId peer) const override;
+  Judge* judge() override { return nullptr; }
+  bool filters(OwnerId) const override { return false; }
+  Access access(OwnerId, std::string_view) const override { return {}; }
 
  private:
   OwnerId self_;

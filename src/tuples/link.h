@@ -11,6 +11,7 @@
 
 #include "rubicon/summary.hpp"
 #include "tuples/change.h"
+#include "tuples/member.h"
 
 namespace rubicon::tuples {
 
@@ -23,13 +24,15 @@ struct SubscriptionSpec {
   Flow flow;
 };
 
-/// What a component declares about itself.
+/// What a component declares about itself, and who it is as the engine proved.
 struct PeerIdentity {
   OwnerId id{};
   /// Its start: microseconds since 1970 UTC, by its own clock, and the same on every engine. Components of other
   /// programs may have another number here, below that of the year 2000.
   std::uint64_t incarnation = 0;
   std::string host;  ///< identifies its host; equal for all components of a host, on every engine
+  std::shared_ptr<const Member> member = nullptr;  ///< null: the engine does not know
+  bool own_process = false;  ///< a component of this process, as the engine itself knows; never what the peer declares
 };
 
 /// As subscriber: the link itself, which some engines need to know all own tuples. No component has this id.

@@ -1,17 +1,19 @@
 #include "tuples/outbox.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace rubicon::tuples {
 
 void Outbox::add(PeerQueue& peer, std::uint32_t index) {
   if (peer.closed) return;
+  if (!peer.withdrawn.empty()) peer.withdrawn.erase(index);
   if (peer.queued.size() <= index) peer.queued.resize(std::max<std::size_t>(index + 1, peer.queued.size() * 2));
   if (peer.queued[index]) {
     ++merged_;
     return;
   }
-  if (peer.entries.size() >= kMaxEntries) {
+  if (peer.entries.size() >= most_) {
     ++dropped_;
     return;
   }
@@ -19,6 +21,14 @@ void Outbox::add(PeerQueue& peer, std::uint32_t index) {
   peer.entries.emplace_back(PeerQueue::TupleIndex(index));
   store_.pool().pin(index);
   list(peer);
+}
+
+bool Outbox::withdraw(PeerQueue& peer, std::uint32_t index) {
+  if (peer.closed) return true;
+  add(peer, index);
+  if (!peer.queued[index]) return std::exchange(peer.broken, true);
+  peer.withdrawn.insert(index);
+  return true;
 }
 
 void Outbox::add_control(PeerQueue& peer, const PeerQueue::Entry& entry) {
@@ -58,20 +68,21 @@ Outbox::State Outbox::flush(PeerQueue& peer) {
   return state;
 }
 
-Change Outbox::change_of(const PeerQueue::Entry& entry) const {
+Change Outbox::change_of(const PeerQueue& peer, const PeerQueue::Entry& entry) const {
   if (const auto* end = std::get_if<SnapshotEnd>(&entry)) return *end;
   if (const auto* restart = std::get_if<Restart>(&entry)) return *restart;
   const auto index = static_cast<std::uint32_t>(std::get<PeerQueue::TupleIndex>(entry));
   const auto& tuple = store_.at(index);
-  if (tuple.present) return TupleSet{store_.view(index)};
-  return TupleGone{tuple.end, tuple.key(), tuple.sequence};
+  const bool withdrawn = !peer.withdrawn.empty() && peer.withdrawn.contains(index);
+  if (tuple.present && !withdrawn) return TupleSet{store_.view(index)};
+  return TupleGone{withdrawn ? EventKind::kDeleted : tuple.end, tuple.key(), tuple.sequence};
 }
 
 std::size_t Outbox::fill_frame(const PeerQueue& peer, std::size_t from) {
   frame_.clear();
   std::size_t bytes = 0;
   for (auto at = from; at < peer.entries.size() && frame_.size() < kFrameChanges && bytes < kFrameBytes; ++at) {
-    bytes += text_size(frame_.emplace_back(change_of(peer.entries[at])));
+    bytes += text_size(frame_.emplace_back(change_of(peer, peer.entries[at])));
   }
   return frame_.size();
 }
@@ -84,6 +95,7 @@ void Outbox::release(PeerQueue& peer, std::size_t from, std::size_t count) {
     if (!tuple) continue;
     const auto index = static_cast<std::uint32_t>(*tuple);
     peer.queued[index] = false;
+    if (!peer.withdrawn.empty()) peer.withdrawn.erase(index);
     store_.pool().unpin(index);
   }
 }

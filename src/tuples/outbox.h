@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <unordered_set>
 #include <variant>
 #include <vector>
 
@@ -17,8 +18,10 @@ struct PeerQueue {
   OwnerId id{};
   bool closed = false;  ///< the subscriber is gone
   bool listed = false;  ///< among the queues of the outbox that are not empty
+  bool broken = false;  ///< a withdrawal found no room: the subscriber needs a new beginning
   std::vector<Entry> entries;
-  std::vector<bool> queued;  ///< by tuple index
+  std::vector<bool> queued;                     ///< by tuple index
+  std::unordered_set<std::uint32_t> withdrawn;  ///< queued tuples that are taken away from the subscriber
 };
 
 /// Passes the latest values to the link, per subscriber and turn; keeps what the link does not accept.
@@ -33,7 +36,13 @@ class Outbox {
 
   Outbox(Store& store, Link& link) : store_(store), link_(link) {}
 
+  /// Entries of each queue at most, instead of kMaxEntries.
+  void limit(std::size_t most) { most_ = most; }
+
   void add(PeerQueue& peer, std::uint32_t index);
+  /// The subscriber may no longer see the tuple: it receives that the tuple was deleted. False, once for each queue:
+  /// there is no room, so that the subscriber would keep its copy; its queue has to be closed and begun again.
+  [[nodiscard]] bool withdraw(PeerQueue& peer, std::uint32_t index);
   void add(PeerQueue& peer, const SnapshotEnd& end) { add_control(peer, end); }
   /// To be called while the queue is empty.
   void add(PeerQueue& peer, const Restart& restart) { add_control(peer, restart); }
@@ -50,7 +59,7 @@ class Outbox {
   void add_control(PeerQueue& peer, const PeerQueue::Entry& entry);
   void list(PeerQueue& peer);
   State flush(PeerQueue& peer);
-  Change change_of(const PeerQueue::Entry& entry) const;
+  Change change_of(const PeerQueue& peer, const PeerQueue::Entry& entry) const;
   std::size_t fill_frame(const PeerQueue& peer, std::size_t from);
   void release(PeerQueue& peer, std::size_t from, std::size_t count);
 
@@ -59,6 +68,7 @@ class Outbox {
   std::vector<PeerQueue*> listed_;
   std::vector<Change> frame_;
   std::size_t size_ = 0;
+  std::size_t most_ = kMaxEntries;
   std::uint64_t merged_ = 0;
   std::uint64_t dropped_ = 0;
 };

@@ -131,11 +131,13 @@ void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
 }
 
 void TupleSpace::Impl::on_remote_set(const RemoteSet& set) {
-  if (auto may = link.policy().may_set(set); !may) {
-    ++refused;
-    return link.reply({set.from, set.request, Verdict::kRefused, may.error().code, std::move(may.error().text)});
-  }
-  link.reply(answer(set));
+  auto& policy = link.policy();
+  auto may = policy.may_set(set);
+  if (!may) ++refused;
+  const auto reply =
+      may ? answer(set) : Reply{set.from, set.request, Verdict::kRefused, may.error().code, may.error().text};
+  policy.answered(set, reply);
+  link.reply(reply);
 }
 
 void TupleSpace::Impl::on_reply(const Reply& reply) {

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
 
 /// An operation on all tuples that match a pattern, done in slices of some nodes per turn.
 struct Walk {
-  enum class Purpose { kJoin, kLeave, kErase, kReconcile, kForget };
+  enum class Purpose { kJoin, kLeave, kErase, kReconcile, kForget, kRejudge };
 
   Walk(Purpose why, PartTrie& trie, const Pattern& p, SubscriptionPtr s, std::uint32_t g)
       : purpose(why), pattern(p), subscription(std::move(s)), generation(g), steps(trie, p) {}
@@ -92,6 +92,15 @@ struct TupleSpace::Impl final : LinkListener {
   void join(const SubscriptionPtr& subscription, std::uint32_t index);
   void leave(const SubscriptionPtr& subscription, std::uint32_t index);
   void run_walks();
+
+  // -- rights of others (space_rights.cpp)
+  SubscriptionPtr judged(const SubscriptionPtr& subscription, std::string_view key);
+  SubscriptionPtr add_variant(Subscription& subscription, const Flow& flow);
+  void settle(const SubscriptionPtr& subscription, std::uint32_t index);
+  void take_away(const SubscriptionPtr& subscription, std::uint32_t index);
+  void restart_stream(OwnerId peer);
+  void rejudge();
+  void end_rejudge(Subscription& subscription);
   std::uint32_t free_wire_id();
 
   // -- other components (space_distant.cpp, space_remote_sets.cpp)

@@ -27,7 +27,9 @@ TupleSpace::Impl::Impl(OwnerId id, Scheduler& sched, Link& far)
       expiry(deadlines, store),
       pacer(deadlines, store),
       requests(id, sched),
-      walk_budget(kNodesPerTurn) {}
+      walk_budget(kNodesPerTurn) {
+  store.judge_by([this](const SubscriptionPtr& one, std::string_view key) { return judged(one, key); });
+}
 
 /// The clocks are read once per turn: all writes of a turn have the same time.
 void TupleSpace::Impl::open_turn() {

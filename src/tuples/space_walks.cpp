@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "tuples/peer_policy.h"
 #include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
@@ -34,6 +35,7 @@ SubscriptionPtr TupleSpace::Impl::subscribe(const Pattern& pattern, const Flow& 
   subscription->flow = bounded(flow);
   subscription->call = std::move(call);
   subscription->peer = std::move(peer);
+  subscription->judged = !subscription->local() && link.policy().filters(subscription->peer->id);
   by_number.emplace(subscription->number, subscription);
   store.add(subscription);
   walk(Walk::Purpose::kJoin, pattern, subscription);
@@ -44,6 +46,7 @@ void TupleSpace::Impl::unsubscribe(const SubscriptionPtr& subscription) {
   open_turn();
   subscription->die();
   by_number.erase(subscription->number);
+  for (const auto& variant : subscription->variants) by_number.erase(variant->number);
   store.drop(subscription);
   walk(Walk::Purpose::kLeave, subscription->pattern, subscription);
 }
@@ -66,7 +69,8 @@ void TupleSpace::Impl::walk(Walk::Purpose purpose, const Pattern& pattern, Subsc
 
 /// True: the walk is complete.
 bool TupleSpace::Impl::resume(Walk& walk) {
-  const bool over = walk.purpose == Walk::Purpose::kJoin && !walk.subscription->alive;
+  const bool joins = walk.purpose == Walk::Purpose::kJoin || walk.purpose == Walk::Purpose::kRejudge;
+  const bool over = joins && !walk.subscription->alive;
   while (!over) {
     if (queue.size() > kQueueForWalks) return false;
     const auto index = walk.steps.next(walk_budget);
@@ -75,6 +79,7 @@ bool TupleSpace::Impl::resume(Walk& walk) {
     visit(walk, *index);
   }
   if (!over && !walk.steps.done()) return false;
+  if (walk.purpose == Walk::Purpose::kRejudge && !over) end_rejudge(*walk.subscription);
   if (walk.purpose == Walk::Purpose::kJoin && !over && !walk.subscription->local()) {
     outbox.add(*walk.subscription->peer, SnapshotEnd{walk.subscription->wire_id});
   }
@@ -91,6 +96,7 @@ void TupleSpace::Impl::run_walks() {
 void TupleSpace::Impl::visit(Walk& walk, std::uint32_t index) {
   const auto& tuple = store.at(index);
   switch (walk.purpose) {
+    case Walk::Purpose::kRejudge:
     case Walk::Purpose::kJoin: join(walk.subscription, index); break;
     case Walk::Purpose::kLeave: leave(walk.subscription, index); break;
     case Walk::Purpose::kErase:
@@ -109,6 +115,7 @@ void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t i
   const auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
   if ((!own && !subscription->local()) || pending_erase(index)) return;
+  if (!subscription->local()) return settle(subscription, index);
   const auto demand_before = store.subscribers(index).demand;
   if (!store.join(index, subscription)) return;
   if (own) demand.note(index, demand_before);
@@ -119,7 +126,9 @@ void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t i
 /// A copy without subscribers is dropped without an event.
 void TupleSpace::Impl::leave(const SubscriptionPtr& subscription, std::uint32_t index) {
   const auto demand_before = store.subscribers(index).demand;
-  if (!store.leave(index, subscription)) return;
+  bool left = store.leave(index, subscription);
+  for (const auto& variant : subscription->variants) left = store.leave(index, variant) || left;
+  if (!left) return;
   if (store.at(index).owner == self) {
     demand.note(index, demand_before);
   } else if (store.at(index).subscribers == 0) {

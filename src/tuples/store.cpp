@@ -32,7 +32,9 @@ std::uint32_t Store::subscribers_of(OwnerId owner, std::string_view key) {
   std::vector<SubscriptionPtr> members;
   for (const auto pattern : matching_) {
     for (const auto& subscription : by_pattern_[pattern]) {
-      if (subscription->local() || owner == self_) members.push_back(subscription);
+      if (!subscription->local() && owner != self_) continue;
+      auto member = subscription->judged ? judged_(subscription, key) : subscription;
+      if (member) members.push_back(std::move(member));
     }
   }
   if (members.size() > kFewSubscribers) return sets_.of(std::move(members));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "tuples/subscriber_sets.h"
 
 namespace rubicon::tuples {
@@ -20,6 +22,10 @@ class Store {
   const Tuple& at(std::uint32_t index) const { return pool_[index]; }
   const SubscriberSet& subscribers(std::uint32_t index) const { return sets_[pool_[index].subscribers]; }
   bool is_present(TupleRef tuple) const;
+
+  /// What a distant subscription with rights of its own gets of an own tuple; null = nothing.
+  using Judged = std::function<SubscriptionPtr(const SubscriptionPtr&, std::string_view key)>;
+  void judge_by(Judged judged) { judged_ = std::move(judged); }
 
   /// Adds the subscription to future tuples; present ones are joined one by one.
   void add(const SubscriptionPtr& subscription);
@@ -45,6 +51,7 @@ class Store {
   bool move_to(std::uint32_t index, std::uint32_t set);
 
   OwnerId self_;
+  Judged judged_;
   PartNames names_;
   PartTrie tuples_;
   PartTrie patterns_;

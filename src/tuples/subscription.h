@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <unordered_map>
+#include <vector>
 
 #include "tuples/tuple_pool.h"
 
@@ -29,6 +30,11 @@ struct Subscription {
   std::function<void(OwnerId)> snapshot;  ///< local only: called when all tuples of an owner have arrived
   std::shared_ptr<PeerQueue> peer;        ///< queue of a distant subscriber; null = local
   std::size_t place = 0;                  ///< position among the subscriptions with the same pattern
+  bool judged = false;                    ///< of a distant subscriber whose rights differ between tuples
+  /// The same subscription with less demand, for the tuples where the subscriber has no right to more.
+  std::vector<std::shared_ptr<Subscription>> variants;
+  bool used = false;           ///< of a variant: a tuple got it since the last kRejudge walk began
+  std::uint32_t rejudges = 0;  ///< kRejudge walks that are under way
   bool alive = true;
   bool running = false;  ///< inside its call
   std::unordered_map<std::uint32_t, Pace> paces;
@@ -42,6 +48,7 @@ struct Subscription {
     alive = false;
     if (!running) call = nullptr;
     paces.clear();
+    for (const auto& variant : variants) variant->die();
   }
 };
 using SubscriptionPtr = std::shared_ptr<Subscription>;

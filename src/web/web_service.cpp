@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "tuples/space_rights.h"
 #include "web/access/access.h"
 #include "web/api/api.h"
 #include "web/files/embedded_page.h"
@@ -18,9 +19,9 @@ namespace {
 
 using base::resolve_path;
 
-access::AccessRules rules_of(const config::WebSetup& setup) {
+access::AccessRules rules_of(const config::WebSetup& setup, bool needs_token) {
   access::AccessRules rules;
-  rules.needs_token = setup.tokens.has_value();
+  rules.needs_token = needs_token || setup.tokens.has_value();
   rules.origins = {setup.hosts, setup.origins};
   return rules;
 }
@@ -50,11 +51,16 @@ struct WebService::Impl {
       : parts(p),
         setup(s),
         directory(std::move(folder)),
-        access(p.scheduler, rules_of(s)),
+        has_trust(tuples::SpaceRights::judge(p.space) != nullptr),
+        access(p.scheduler, rules_of(s, has_trust)),
         page(page_of(s, directory)) {}
 
   Result<void> open(const std::string& name, const Place& place) {
     if (const auto wrong = config::web_exposure(setup); !wrong.empty()) return fail(ErrorCode::kInvalid, wrong);
+    if (access.rules().needs_token && !setup.tokens)
+      return fail(ErrorCode::kRefused,
+                  "web: with trust each caller needs a token, on this host too: expected tokens: {file: web.tokens} "
+                  "(`rubicon token NAME --file web.tokens` adds one)");
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     access.take(std::move(*tokens));
@@ -63,7 +69,8 @@ struct WebService::Impl {
                                                       .place = place.text,
                                                       .place_options = place.options,
                                                       .metrics_patterns = setup.metrics,
-                                                      .history = parts.history});
+                                                      .history = parts.history,
+                                                      .island = parts.island});
     auto opened = server::Server::open({parts.context, parts.scheduler, access, *site, *page, Log(parts.log, "web")},
                                        options_of(setup, directory));
     if (!opened) return fail(opened.error());
@@ -72,12 +79,14 @@ struct WebService::Impl {
     return {};
   }
 
-  /// Takes the new tokens only together with the new certificate.
+  /// Takes the new tokens only together with the new certificate. Feeds that were opened by the rights of before end in
+  /// any case.
   Result<void> reload() {
+    if (has_trust) server->disconnect();
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     if (auto read = server->reload(); !read) return read;
-    if (access.take(std::move(*tokens))) server->disconnect();
+    if (access.take(std::move(*tokens)) && !has_trust) server->disconnect();
     return {};
   }
 
@@ -89,6 +98,7 @@ struct WebService::Impl {
   Parts parts;
   config::WebSetup setup;
   std::string directory;
+  bool has_trust;
   access::Access access;
   std::unique_ptr<files::Page> page;
   std::unique_ptr<Site> site;

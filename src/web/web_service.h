@@ -30,6 +30,7 @@ class WebService {
     transport::Transports& transports;
     LogSink& log;
     history::HistorySource* history = nullptr;  ///< nullptr = there is none
+    OwnerId island = model::kNoOwner;           ///< that it belongs to, whose rights hold here; kNoOwner = none
   };
 
   /// Where a component that belongs to no island looks for islands.
@@ -38,14 +39,15 @@ class WebService {
     std::string options;  ///< of the command line: `--domain 3 --interfaces eth0`
   };
 
-  /// Relative paths start at `directory`. kBusy: the port is in use; otherwise what is wrong with a file that the setup
-  /// names, or why nothing can listen.
+  /// Relative paths start at `directory`. kBusy: the port is in use; kRefused: the ecology has trust, and there are no
+  /// tokens; otherwise what is wrong with a file that the setup names, or why nothing can listen.
   static Result<std::unique_ptr<WebService>> open(const Parts& parts, const config::WebSetup& setup,
                                                   const std::string& directory, const std::string& name,
                                                   const Place& place = {});
   ~WebService();
 
-  /// Reads tokens and certificate again. On an error those before stay.
+  /// Reads tokens and certificate again. On an error those before stay. Where there are rights, all connections are
+  /// closed once: they may have changed.
   Result<void> reload();
   /// `http://127.0.0.1:8642`
   std::string address() const;

@@ -69,7 +69,19 @@ TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
   const auto carry = good("{engine: [dds, peis], peis: {carry: [4711, kitchen.**, \"*.name\"]}}").carry;
   EXPECT_THAT(carry.ids, ElementsAre(OwnerId(4711)));
   EXPECT_THAT(carry.patterns, ElementsAre("kitchen.**", "*.name"));
+  EXPECT_FALSE(good("{engine: [dds, peis], trust: no, peis: {carry: [2]}}").carry.empty());
   EXPECT_THAT(good("{engine: [dds, peis], peis: {carry: kitchen.**}}").carry.patterns, ElementsAre("kitchen.**"));
+}
+
+TEST(EngineConfig, TakesTheFolderOfTrust) {
+  using Choice = TrustSetup::Choice;
+  EXPECT_EQ(good("{}").trust, TrustSetup());
+  EXPECT_EQ(good("{trust: yes}").trust, (TrustSetup{Choice::kYes, ""}));
+  EXPECT_EQ(good("{trust: no, trust_lan: yes}").trust, (TrustSetup{Choice::kNo, ""}));
+  EXPECT_EQ(good("{trust: /srv/trust}").trust, (TrustSetup{Choice::kYes, "/srv/trust"}));
+  EXPECT_EQ(good("{trust: ./trust}").trust, (TrustSetup{Choice::kYes, "./trust"}));
+  EXPECT_TRUE(good("{engine: [dds, peis], trust: yes, trust_lan: yes}").peis_options.trust_lan) << "for PEIS alone";
+  EXPECT_EQ(good("{engine: memory, trust: no}").trust.choice, Choice::kNo);
 }
 
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
@@ -89,6 +101,9 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
        "home.yaml:2:52: tuples.peis.connect[1]: lo reaches no other host, expected interfaces too"},
       {"{engine: peis, peis: {carry: [2]}}",
        "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
+      {"{engine: [dds, peis], trust: yes, peis: {carry: [2]}}",
+       "home.yaml:2:57: tuples.peis.carry: carry and trust do not work together: no certificate has the ids of "
+       "components of engine peis, expected one of them"},
       {"{engine: [dds, peis], peis: {carry: []}}", "tuples.peis.carry: has 0 entries, expected 1 to 1000"},
       {"{engine: [dds, peis], peis: {carry: [2, a..b]}}",
        "home.yaml:2:49: tuples.peis.carry[1]: expected the id of a component, or a pattern of keys such as kitchen.**"},
@@ -127,7 +142,11 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{tag: " + long_tag + "}", "tuples.tag: expected at most 64 of A-Z a-z 0-9 . _ -"},
       {"{tag: \"a<b\"}", "tuples.tag: expected at most 64"},
       {"{trust_lan: perhaps}", "home.yaml:2:21: tuples.trust_lan: is 'perhaps', expected yes or no"},
-      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: is not supported yet, expected no such key"},
+      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: has another name, expected trust: yes, no or a folder"},
+      {"{trust: perhaps}", "home.yaml:2:17: tuples.trust: is 'perhaps', expected yes, no, or a folder (with a /)"},
+      {"{trust: yes, trust_lan: yes}", "home.yaml:2:33: tuples.trust_lan: only without trust, where"},
+      {"{engine: peis, trust: yes}", "tuples.trust: only engine dds has this option: in a PEIS network no peer proves"},
+      {"{engine: memory, trust: /srv/trust}", "tuples.trust: only engine dds has this option"},
       {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
   };
   for (const auto& [text, part] : cases) {

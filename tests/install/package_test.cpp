@@ -26,18 +26,21 @@ class Package : public testing::Test {
 TEST_F(Package, EverythingHasItsPlace) {
   std::vector<std::string> wanted{"bin/rubicon-proxy",
                                   "lib/librubicon.so",
+                                  "lib/rubicon/librubicon-guard.so",
                                   "lib/librubicon.so.0",
-                                  "lib/librubicon.so.0.1.0",
+                                  "lib/librubicon.so." RUBICON_VERSION,
                                   "lib/cmake/rubicon/rubiconConfig.cmake",
                                   "lib/cmake/rubicon/rubiconConfigVersion.cmake",
                                   "lib/cmake/rubicon/rubiconTargets.cmake",
                                   "lib/pkgconfig/rubicon.pc",
                                   "lib/systemd/system/rubicon-proxy@.service",
+                                  "lib/systemd/system/rubicon-trust@.service",
                                   "include/rubicon/client.hpp",
                                   "share/doc/rubicon/LICENSE",
                                   "share/doc/rubicon/docs/service.md",
                                   "share/doc/rubicon/examples/home.yaml.example",
                                   "share/doc/rubicon/examples/loopback-only.conf",
+                                  "share/doc/rubicon/examples/lan-only.conf",
                                   "share/doc/rubicon/examples/client/3_own_loop/CMakeLists.txt",
                                   "share/man/man1/rubicon-proxy.1",
                                   "share/bash-completion/completions/rubicon-proxy"};
@@ -50,7 +53,7 @@ TEST_F(Package, EverythingHasItsPlace) {
 TEST_F(Package, TheLibraryNamesItselfByItsInterfaceVersion) {
   const auto dynamic = all_.shell("objdump -p " + (all_.prefix() / "lib/librubicon.so").string()).output;
   EXPECT_TRUE(std::regex_search(dynamic, std::regex(R"re(SONAME +librubicon\.so\.0\n)re"))) << dynamic;
-  EXPECT_EQ(fs::read_symlink(all_.prefix() / "lib/librubicon.so.0"), "librubicon.so.0.1.0");
+  EXPECT_EQ(fs::read_symlink(all_.prefix() / "lib/librubicon.so.0"), "librubicon.so." RUBICON_VERSION);
 }
 
 /// What include/rubicon declares, as far as it can be told from the text. A header is about one namespace.
@@ -215,7 +218,7 @@ TEST_F(Package, NothingOfTheBuildTreeIsNeeded) {
   const auto ran = all_.shell(hidden + "ls " RUBICON_SOURCE_DIR "; " + all_.daemon() + " --version; " + all_.daemon() +
                               " check --elsewhere " + sample + "'");
   EXPECT_EQ(ran.code, 0) << ran.output;
-  EXPECT_TRUE(ran.output.starts_with("rubicon-proxy 0.1.0\n")) << ran.output;
+  EXPECT_TRUE(ran.output.starts_with("rubicon-proxy " RUBICON_VERSION "\ncommit: ")) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("ok: 1 network ("));
 }
 

@@ -62,7 +62,9 @@ TEST(Scripts, RunningInstallsNoTestToolsAndNoServices) {
 TEST(Scripts, EachPackageIsListedOnce) {
   auto all = packages("run");
   EXPECT_FALSE(all.empty());
-  for (const auto& one : packages("test")) all.push_back(one);
+  for (const auto* list : {"test", "package", "root"}) {
+    for (const auto& one : packages(list)) all.push_back(one);
+  }
   std::sort(all.begin(), all.end());
   EXPECT_EQ(std::adjacent_find(all.begin(), all.end()), all.end());
 }

@@ -72,17 +72,50 @@ TEST_F(Unit, HasABoundForItsMemory) {
   EXPECT_EQ(words("MemoryMax"), std::vector<std::string>{"1G"});
 }
 
-TEST_F(Unit, TakesTheDropInForIslandsThatStayOnTheirHost) {
-  const auto drop_in = read_text(all_.prefix() / "share/doc/rubicon/examples/loopback-only.conf");
-  for (const auto* line : {"[Service]\n", "\nIPAddressDeny=any\n", "\nIPAddressAllow=localhost\n"})
-    EXPECT_THAT(drop_in, HasSubstr(line));
+TEST_F(Unit, IsLittleExposed) {
   if (all_.shell("command -v systemd-analyze").code != 0) GTEST_SKIP() << "there is no systemd here";
-  const auto folder = all_.workshop() / "with-drop-in";
-  write_text(folder / "rubicon-proxy@.service", read_text(unit_));
-  write_text(folder / "rubicon-proxy@.service.d/loopback-only.conf", drop_in);
-  const auto verified = all_.shell("systemd-analyze verify --man=no " + (folder / "rubicon-proxy@.service").string());
-  EXPECT_EQ(verified.code, 0);
-  EXPECT_EQ(verified.output, "");
+  for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service"}) {
+    const auto judged = all_.shell("systemd-analyze security --no-pager --offline=true --threshold=16 " +
+                                   (unit_.parent_path() / unit).string());
+    EXPECT_EQ(judged.code, 0) << judged.output;
+    EXPECT_THAT(judged.output, HasSubstr("Overall exposure level"));
+  }
+}
+
+TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
+  EXPECT_EQ(words("Requires"), std::vector<std::string>{"rubicon-trust@home.service"});
+  EXPECT_THAT(words("After"), testing::Contains("rubicon-trust@home.service"));
+  EXPECT_EQ(words("LoadCredential"), std::vector<std::string>{"trust-key:/run/rubicon-keys/home.pem"});
+  // Without the file the island starts all the same, and says what is wrong.
+  EXPECT_EQ(words("SetCredential"), std::vector<std::string>{"trust-key:none"});
+  const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
+  const auto command = (all_.prefix() / "bin/rubicon").string();
+  EXPECT_THAT(keys, HasSubstr("ExecStart=/usr/bin/flock /run/rubicon-keys/.lock " + command + " trust init --for " +
+                              (island_.parent_path() / "%i.yaml").string() + "\n"));
+  EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key " + (island_.parent_path() / "%i.yaml").string()));
+}
+
+TEST_F(Unit, NeverStartsOpenBecauseAFolderIsLostAndWritesNoKeyToACoreFile) {
+  EXPECT_EQ(words("Environment"), std::vector<std::string>{"RUBICON_TRUST=/etc/rubicon/trust"});
+  EXPECT_EQ(words("LimitCORE"), std::vector<std::string>{"0"});
+}
+
+TEST_F(Unit, TakesTheDropInsForItsAddresses) {
+  const bool systemd = all_.shell("command -v systemd-analyze").code == 0;
+  for (const auto* name : {"loopback-only.conf", "lan-only.conf"}) {
+    const auto drop_in = read_text(all_.prefix() / "share/doc/rubicon/examples" / name);
+    for (const auto* line :
+         {"[Service]\n", "\nIPAddressDeny=any\n", "\nIPAddressAllow=localhost\n", "\nIPAddressAllow=227.1.3.5\n"})
+      EXPECT_THAT(drop_in, HasSubstr(line)) << name;
+    if (!systemd) continue;
+    const auto folder = all_.workshop() / (std::string("with-") + name);
+    for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service"})
+      write_text(folder / unit, read_text(unit_.parent_path() / unit));
+    write_text(folder / "rubicon-proxy@.service.d" / name, drop_in);
+    const auto verified = all_.shell("systemd-analyze verify --man=no " + (folder / "rubicon-proxy@.service").string());
+    EXPECT_EQ(verified.code, 0) << name;
+    EXPECT_EQ(verified.output, "") << name;
+  }
 }
 
 TEST_F(Unit, SaysWhenTheIslandIsUpReloadsAndStops) {

@@ -79,6 +79,21 @@ constexpr std::string_view kGoldenUnreachable =
     "64686f7073 01 646b696e64 6b756e726561636861626c65 666e756d626572 07 666f726967696e 19198d"
     "62746f a1 6669736c616e64 0c 6176 01";
 
+constexpr std::string_view kGoldenRelayed =
+    "a9 64626f6479 a2 656279746573 4568656c6c6f 6474797065 6463686174"       // bytes hello, type chat
+    "6466726f6d a1 6669736c616e64 1a00011170 64686f7073 01"                  // from component 70000, hops 1
+    "646b696e64 666f7061717565 666e756d626572 00 666f726967696e 1a00011170"  // kind opaque, number 0, origin 70000
+    "6673656e646572 a4 6669736c616e64 02 646e616d65 65726f626f74"            // sender: island 2, name robot
+    "65726f6c6573 81 6570616e656c 6673657269616c 6430413146"                 // roles [panel], serial 0A1F
+    "62746f a1 6669736c616e64 19198d 6176 01";                               // to 6541, v 1
+
+Message golden_relayed() {
+  Message message{
+      OwnerId{70000}, 0, 1, {OwnerId{70000}, "", ""}, {kHome, "", ""}, Opaque{"chat", {'h', 'e', 'l', 'l', 'o'}}};
+  message.sender = Sender{"robot", {"panel"}, OwnerId{2}, "0A1F"};
+  return message;
+}
+
 Message golden_join() {
   auto light = light_capability();
   light.type_name.clear();
@@ -105,6 +120,27 @@ TEST(MessageCbor, WritesTheGoldenBytes) {
   EXPECT_EQ(base::to_hex(to_cbor(golden_actuate())), base::to_hex(hex(kGoldenActuate)));
   EXPECT_EQ(base::to_hex(to_cbor(golden_opaque())), base::to_hex(hex(kGoldenOpaque)));
   EXPECT_EQ(base::to_hex(to_cbor(message_with(Unreachable{"no answer"}))), base::to_hex(hex(kGoldenUnreachable)));
+}
+
+TEST(MessageCbor, ARelayedMessageNamesItsSender) {
+  EXPECT_EQ(base::to_hex(to_cbor(golden_relayed())), base::to_hex(hex(kGoldenRelayed)));
+  EXPECT_EQ(from_cbor(hex(kGoldenRelayed))->sender, golden_relayed().sender);
+  EXPECT_FALSE(back(golden_opaque()).sender);
+}
+
+TEST(MessageCbor, ASenderWithoutNameOrWithLongOrManyRolesIsRefused) {
+  const auto with = [](nlohmann::json sender) {
+    auto form = form_of("keepalive", nlohmann::json::object());
+    form["sender"] = std::move(sender);
+    return refusal(form);
+  };
+  EXPECT_EQ(with({{"name", "robot"}, {"roles", {"panel"}}}), "accepted");
+  EXPECT_THAT(with({{"roles", {"panel"}}}), HasSubstr("sender.name: expected the name of a member"));
+  EXPECT_THAT(with({{"name", std::string(65, 'x')}}), HasSubstr("sender.name: expected a text of at most 64 bytes"));
+  EXPECT_THAT(with({{"name", "robot"}, {"roles", "panel"}}), HasSubstr("sender.roles: expected a list"));
+  EXPECT_THAT(with({{"name", "robot"}, {"roles", {""}}}), HasSubstr("sender.roles"));
+  EXPECT_THAT(with({{"name", "robot"}, {"roles", std::vector<std::string>(33, "panel")}}), HasSubstr("sender.roles"));
+  EXPECT_THAT(with("robot"), HasSubstr("sender is not a map"));
 }
 
 TEST(MessageCbor, ReadsTheGoldenBytes) {

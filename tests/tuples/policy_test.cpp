@@ -13,10 +13,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// Refuses what its test says, and writes down what it is asked.
-struct Doorkeeper final : PeerPolicy {
-  Result<void> may_join(const PeerIdentity&) override { return {}; }
-  void peer_up(const PeerIdentity&) override {}
-  void peer_down(OwnerId) override {}
+struct Doorkeeper final : OpenPolicy {
   Result<void> may_subscribe(OwnerId peer, const SubscriptionSpec& spec) override {
     asked.push_back(std::to_string(number(peer)) + " subscribes " + spec.pattern.key);
     return answer("subscribing");

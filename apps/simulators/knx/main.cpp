@@ -6,6 +6,7 @@
 #include <random>
 
 #include "apps/program/spdlog_sink.h"
+#include "apps/program/version.h"
 #include "apps/simulators/knx/simulator.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
@@ -121,7 +122,7 @@ int run(Arguments& a) {
 int main(int argc, char** argv) {
   CLI::App app("A KNX line without hardware: a tunnelling server, a router, and devices that follow a script",
                "knx-simulator");
-  app.set_version_flag("--version", "knx-simulator " RUBICON_VERSION);
+  app.set_version_flag("--version", [] { return program::version_text("knx-simulator"); });
   Arguments arguments;
   describe(app, arguments);
   try {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "apps/program/version.h"
 #include "apps/simulators/motes/computer.h"
 #include "apps/simulators/motes/scaled_scheduler.h"
 #include "apps/simulators/motes/world.h"
@@ -255,7 +256,7 @@ int run(Arguments& a) {
 int main(int argc, char** argv) {
   CLI::App app("Simulates sinks and motes with the original firmware on TCP ports or pseudo-terminals",
                "motes-simulator");
-  app.set_version_flag("--version", "motes-simulator " RUBICON_VERSION);
+  app.set_version_flag("--version", [] { return program::version_text("motes-simulator"); });
   Arguments arguments;
   describe_world(app, arguments);
   describe_line(app, arguments);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "apps/program/spdlog_sink.h"
+#include "apps/program/version.h"
 #include "apps/simulators/salad/simulator.h"
 #include "base/host_port.h"
 #include "config/config_file.h"
@@ -154,7 +155,7 @@ int run(Arguments& a) {
 int main(int argc, char** argv) {
   CLI::App app("SALAD without its flat: publishes the devices of a table to a Rubicon proxy and executes its commands",
                "salad-simulator");
-  app.set_version_flag("--version", "salad-simulator " RUBICON_VERSION);
+  app.set_version_flag("--version", [] { return program::version_text("salad-simulator"); });
   Arguments arguments;
   describe(app, arguments);
   try {

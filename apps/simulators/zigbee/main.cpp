@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "apps/program/spdlog_sink.h"
+#include "apps/program/version.h"
 #include "apps/simulators/zigbee/replay.h"
 #include "apps/simulators/zigbee/simulator.h"
 #include "base/config_reader.h"
@@ -151,7 +152,7 @@ int run(Arguments& a) {
 
 int main(int argc, char** argv) {
   CLI::App app("A Zigbee2MQTT without radio: devices on an MQTT broker that follow a script", "zigbee-simulator");
-  app.set_version_flag("--version", "zigbee-simulator " RUBICON_VERSION);
+  app.set_version_flag("--version", [] { return program::version_text("zigbee-simulator"); });
   Arguments arguments;
   describe(app, arguments);
   try {

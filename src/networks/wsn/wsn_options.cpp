@@ -87,12 +87,14 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
   return transport::Endpoint{at->host, at->port};
 }
 
-/// By default a sink with a line of its own is shared; behind a forwarder it is shared already.
+/// By default a sink with a line of its own is shared, unless only members reach the island: the protocol of the
+/// forwarder asks nobody who he is. Behind a forwarder it is shared already.
 std::optional<share::ForwarderOptions> read_share(ConfigReader& options, const sink::Source& source,
-                                                  std::uint16_t island) {
+                                                  const network::NetworkConfig& config) {
   share::ForwarderOptions out;
+  const auto island = static_cast<std::uint16_t>(model::number(config.island));
   const bool own_line = source.kind == sink::Source::Kind::kSerial || source.kind == sink::Source::Kind::kStream;
-  const auto text = options.text("share", own_line ? "9002" : "no");
+  const auto text = options.text("share", own_line && !config.closed ? "9002" : "no");
   out.may_configure = options.boolean("share-config", false);
   out.island = island;
   out.clients =
@@ -129,7 +131,7 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
     options.error("island-check", "expected at least 1s, or never");
   out.messages_to = OwnerId(static_cast<std::uint32_t>(options.integer("messages-to", 0, 0, UINT32_MAX)));
   out.messages_as_json = options.choice("messages-as", "bytes", {"bytes", "json"}) == "json";
-  out.share = read_share(options, out.source, static_cast<std::uint16_t>(model::number(config.island)));
+  out.share = read_share(options, out.source, config);
   return out;
 }
 

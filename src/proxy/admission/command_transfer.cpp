@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "gateway/message_rights.h"
 #include "model/former_types.h"
 #include "model/json_members.h"
 #include "model/point_tuples.h"
@@ -110,6 +111,11 @@ void CommandTransfer::clear(const Device& device) {
 }
 
 tuples::SetDecision CommandTransfer::decide_set(const tuples::RemoteSet& request) {
+  if (request.from != context_.space.self() && !gateway::is_true_island(context_.space, request.from)) {
+    return tuples::SetDecision::refused(
+        {ErrorCode::kRefused,
+         fmt::format("{}: component {} is no island of its certificate", request.key, number(request.from))});
+  }
   const Identity* identity = nullptr;
   auto* device = roaming_.device_of_claim(request.key, identity);
   if (!device) {

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "gateway/message_rights.h"
 #include "rubicon/key.hpp"
+#include "tuples/space_rights.h"
 
 namespace rubicon::proxy::admission {
 
@@ -53,6 +55,17 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   if (tuple.owner == context_.space.self() || !model::is_island(tuple.owner)) return;
   const OtherKey where{tuple.owner, std::string(tuple.key)};
   if (event.kind != tuples::EventKind::kSet) return drop(where);
+  if (!gateway::is_true_island(context_.space, tuple.owner)) {
+    context_.warn(
+        fmt::format("roaming/{}", number(tuple.owner)),
+        fmt::format("claim {} of component {}: it is no island of its certificate", tuple.key, number(tuple.owner)));
+    return drop(where);
+  }
+  if (auto may = may_claim(tuple); !may) {
+    context_.warn(fmt::format("roaming/{}", number(tuple.owner)),
+                  fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), may.error().text));
+    return drop(where);
+  }
   auto claim = parse_claim(tuple.owner, tuple.value);
   if (!claim) {
     context_.warn(fmt::format("roaming/{}", number(tuple.owner)),
@@ -68,6 +81,16 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
     return context_.warn("roaming", fmt::format("more than {} claims of other islands: some are ignored", kMaxClaims));
   }
   store(identity, where.second, std::move(*claim));
+}
+
+/// Who may claim a device may set its claim here too: by that its commands follow it.
+Result<void> RoamingClaims::may_claim(const tuples::TupleView& tuple) const {
+  if (tuples::SpaceRights::judge(context_.space) == nullptr) return {};
+  tuples::RemoteSet set;
+  set.from = tuple.owner;
+  set.owner = context_.space.self();
+  set.key = tuple.key;
+  return tuples::SpaceRights::policy(context_.space).may_set(set);
 }
 
 void RoamingClaims::check_clock(const Claim& claim) {

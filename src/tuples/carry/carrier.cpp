@@ -179,7 +179,7 @@ void Carrier::refuse_excess(OwnerId id) {
                   stand_ins_.size(), number(id)));
 }
 
-/// The link is destroyed in a later turn: a call of it may be under way.
+/// The link is destroyed in a later turn, because a call of it may be under way, and before its engine at the latest.
 void Carrier::end(OwnerId id) {
   auto gone = stand_ins_.extract(id);
   if (gone.empty()) return;
@@ -189,7 +189,8 @@ void Carrier::end(OwnerId id) {
   }
   sets_.forget(id);
   gone.mapped()->end();
-  scheduler_.post([port = std::move(gone.mapped())] {});
+  ended_.push_back(std::move(gone.mapped()));
+  lifetime_.post(scheduler_, [this] { ended_.clear(); });
   for (const auto waiting : std::exchange(excess_, {})) review_at(scheduler_.now(), waiting);
 }
 

@@ -110,6 +110,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   std::map<OwnerId, Known> known_;
   std::array<std::map<OwnerId, std::uint64_t>, 2> hidden_;  ///< own stand-ins that the engine reported, by start
   std::map<OwnerId, std::shared_ptr<StandInPort>> stand_ins_;
+  std::vector<std::shared_ptr<StandInPort>> ended_;  ///< in this turn
   std::uint64_t last_incarnation_ = 0;
   std::map<OwnerId, SteadyTime> reviews_;
   std::set<OwnerId> excess_;  ///< without a stand-in because of the bound

@@ -143,9 +143,11 @@ void Carrier::on_remote_set(OwnerId id, const RemoteSet& set) {
   auto good = check(*owner, set);
   const auto number = good ? sets_.add(id, set, scheduler_.now(), scheduler_.wall_now()) : 0;
   if (good && number == 0) good = fail(ErrorCode::kBusy, "too many remote sets wait for their replies");
-  if (!good)
-    return owner->link().reply(
-        {set.from, set.request, Verdict::kRefused, good.error().code, std::move(good.error().text)});
+  if (!good) {
+    const Reply refusal{set.from, set.request, Verdict::kRefused, good.error().code, std::move(good.error().text)};
+    owner->link().policy().answered(set, refusal);
+    return owner->link().reply(refusal);
+  }
   next_set_.advance_to(sets_.find(number)->due);
   forward(number);
   review(set.from);

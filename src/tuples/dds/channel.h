@@ -1,8 +1,10 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <variant>
 
+#include "tuples/dds/dds_trust.h"
 #include "tuples/dds/entity.h"
 #include "tuples/dds/frame_codec.h"
 
@@ -17,9 +19,13 @@ class Channel {
     OwnerId source{}, target{};
     std::uint64_t source_incarnation = 0, target_incarnation = 0;
   };
+  /// Whether the participant may read what is for the destination.
+  using MayRead = std::function<bool(const GuidPrefix& participant)>;
+
   /// `listener`, which must outlive the channel, is called on a thread of DDS when the destination can be reached.
+  /// `may_read`: asked for each reader before the first frame that it would receive; empty = all may.
   static Result<std::unique_ptr<Channel>> make(const Ends& ends, dds_entity_t participant, dds_entity_t topic,
-                                               const dds_listener_t* listener);
+                                               const dds_listener_t* listener, MayRead may_read = {});
 
   /// Entries encoded by a FrameWriter, at most kFrameBytes, or one longer entry.
   void add(Bytes changes);
@@ -27,9 +33,9 @@ class Channel {
   void add(Reply reply);
   void add(const IdentityCheck& check);
 
-  enum class State : std::uint8_t { kEmpty, kMore, kFull };
+  enum class State : std::uint8_t { kEmpty, kMore, kFull, kForeign };
   /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
-  /// now.
+  /// now; kForeign: a reader is there that may not read this: the channel is of no use any more.
   State flush(SteadyTime now);
 
   /// Approximate number of bytes that wait.
@@ -45,16 +51,21 @@ class Channel {
   };
   using Entry = std::variant<Bytes, TimedSet, Reply>;
 
-  Channel(const Ends& ends, Entity publisher, Entity writer)
-      : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)) {}
-  bool is_matched();
+  enum class Readers : std::uint8_t { kNone, kGood, kForeign };
+
+  Channel(const Ends& ends, Entity publisher, Entity writer, MayRead may_read)
+      : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)), may_read_(std::move(may_read)) {}
+  Readers readers();
+  bool all_may_read() const;
   std::size_t fill(SteadyTime now);
   bool write();
   void push(Entry entry, std::size_t size);
 
   Ends ends_;
   Entity publisher_, writer_;
+  MayRead may_read_;
   bool matched_ = false;
+  std::uint32_t readers_checked_ = 0;  ///< of all that were ever matched
   std::deque<std::pair<Entry, std::size_t>> entries_;
   std::size_t waiting_ = 0;
   FrameWriter frame_;

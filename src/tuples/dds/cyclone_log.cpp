@@ -17,6 +17,11 @@ constexpr std::size_t kMaxLength = 500;  // of a message
 thread_local CycloneLog::Capture* capture = nullptr;
 CycloneLog* latest = nullptr;  // used on the loop's thread only
 
+/// Cyclone 0.10.2 says so before the handshake of each pair.
+bool is_harmless(const std::string& text, bool has_trust) {
+  return has_trust && text.find("Remote secure participant") != text.npos;
+}
+
 /// The text without line end and full stop.
 std::string message_of(const dds_log_data_t& data) {
   std::string_view text(data.message);
@@ -27,14 +32,15 @@ std::string message_of(const dds_log_data_t& data) {
 }  // namespace
 
 struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
-  Shared(Scheduler& loop, DdsEcology::Post to, base::LogSink& sink)
-      : scheduler(loop), post(std::move(to)), log(sink, "dds") {}
+  Shared(Scheduler& loop, DdsEcology::Post to, base::LogSink& sink, bool trusts)
+      : scheduler(loop), post(std::move(to)), log(sink, "dds"), has_trust(trusts) {}
 
   void take(std::string text) {
     if (capture) {
       capture->text += (capture->text.empty() ? "" : "; ") + text;
       return;
     }
+    if (is_harmless(text, has_trust)) return;
     if (pending.fetch_add(1) >= kMaxPending) {
       --pending;
       return;
@@ -53,13 +59,14 @@ struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
   Scheduler& scheduler;
   DdsEcology::Post post;
   Log log;
+  const bool has_trust;
   base::RateLimit limit;
   std::atomic<int> pending{0};
   bool alive = true;  // used on the loop's thread only
 };
 
-CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log)
-    : shared_(std::make_shared<Shared>(scheduler, std::move(post), log)) {
+CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log, bool has_trust)
+    : shared_(std::make_shared<Shared>(scheduler, std::move(post), log, has_trust)) {
   latest = this;
   dds_set_log_sink(
       [](void* shared, const dds_log_data_t* data) {

@@ -6,6 +6,9 @@
 #include <utility>
 
 #include "transport/host_name.h"
+#include "tuples/dds/reading_judge.h"
+#include "tuples/host_policy.h"
+#include "tuples/member_policy.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -30,6 +33,11 @@ rubicon_wire_Interest interest_of(OwnerId id, std::uint64_t incarnation, std::ui
   return interest;
 }
 
+std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const DdsOptions& options, const Log& log) {
+  if (!options.trust) return std::make_unique<HostPolicy>(self, transport::host_id("host"), options.trust_lan, log);
+  return std::make_unique<MemberPolicy>(self, options.judge ? options.judge : std::make_shared<ReadingJudge>());
+}
+
 /// Estimated size of an entry, with its numbers.
 std::size_t size_of(const Change& change) {
   return text_size(change) + 64;
@@ -37,35 +45,36 @@ std::size_t size_of(const Change& change) {
 
 }  // namespace
 
-DdsLink::DdsLink(StandIn who, Entity participant, const DdsOptions& options, Scheduler& scheduler,
-                 DdsEcology::Post post, std::shared_ptr<ComponentStarts> starts, base::LogSink& log)
+DdsLink::DdsLink(StandIn who, Entity participant, Shared& shared)
     : self_(who.id),
-      scheduler_(scheduler),
-      log_(log, "dds"),
-      limited_log_(log_, scheduler),
-      lease_(options.lease),
+      shared_(shared),
+      identities_(shared.identities),
+      scheduler_(shared.scheduler),
+      log_(shared.log, "dds"),
+      limited_log_(log_, scheduler_),
+      lease_(shared.options.lease),
       host_(who.host.empty() ? transport::host_id("host") : std::move(who.host)),
-      policy_(self_, transport::host_id("host"), options.trust_lan, log_),
-      starts_(std::move(starts)),
-      signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
+      policy_(policy_of(self_, shared.options, log_)),
+      starts_(shared.starts),
+      signal_(shared.post, [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)),
-      id_conflicts_(self_, scheduler, lease_, log_,
+      id_conflicts_(self_, scheduler_, lease_, log_,
                     {[this](std::uint64_t incarnation) {
                        return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(),
-                                            frame_topic_.get(), signal_.listener(Signal::kWriter));
+                                            frame_topic_.get(), signal_.listener(Signal::kWriter), readers_of(self_));
                      },
-                     std::move(who.displaced), carrier_of(host_) == model::kNoOwner}) {}
+                     std::move(who.displaced), carrier_of(host_) == model::kNoOwner}) {
+  shared_.links.insert(this);
+}
 
-Result<std::unique_ptr<DdsLink>> DdsLink::make(StandIn who, Entity participant, const DdsOptions& options,
-                                               Scheduler& scheduler, DdsEcology::Post post,
-                                               std::shared_ptr<ComponentStarts> starts, base::LogSink& log) {
-  std::unique_ptr<DdsLink> link(
-      new DdsLink(std::move(who), std::move(participant), options, scheduler, std::move(post), std::move(starts), log));
+Result<std::unique_ptr<DdsLink>> DdsLink::make(StandIn who, Entity participant, Shared& shared) {
+  std::unique_ptr<DdsLink> link(new DdsLink(std::move(who), std::move(participant), shared));
   if (auto done = link->make_entities(); !done) return fail(std::move(done.error()));
   return link;
 }
 
 DdsLink::~DdsLink() {
+  shared_.links.erase(this);
   leave();
 }
 
@@ -74,14 +83,17 @@ void DdsLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   if (auto done = make_entities(); !done) return log_.error(done.error().text);
   listener_ = &listener;
   incarnation_ = std::max(incarnation, incarnation_ + 1);
+  if (!participant_) return;  // resume() does the rest
   id_conflicts_.begin(incarnation_);
-  if (!write_presence()) retry_flush();
+  revoked_unwritten_ = identities_ != nullptr;
+  if (!write_presence() || revoked_unwritten_) retry_flush();
   for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);
 }
 
-/// Does nothing if they exist. Readers are made first, so that a component that sees this one can reach it.
+/// Does nothing if they exist, or while the link is outside of the domain. Readers are made first, so that a component
+/// that sees this one can reach it.
 Result<void> DdsLink::make_entities() {
-  if (presence_writer_) return {};
+  if (presence_writer_ || !participant_) return {};
   auto done = make_topics();
   if (done) done = make_readers();
   if (done) done = make_writers();
@@ -104,15 +116,17 @@ Result<void> DdsLink::make_topics() {
 }
 
 Result<void> DdsLink::make_readers() {
+  unmatched_seen_ = 0;
   auto frames = make_qos();
   dds_qset_reliability(frames.get(), DDS_RELIABILITY_RELIABLE, 0);
   dds_qset_history(frames.get(), DDS_HISTORY_KEEP_ALL, 0);
   dds_qset_resource_limits(frames.get(), kQueuedFrames, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
-  auto partition = make_qos();
-  dds_qset_partition1(partition.get(), fmt::format("*.{}", number(self_)).c_str());
-  auto subscriber = made(dds_create_subscriber(participant_.get(), partition.get(), nullptr), "subscriber of frames");
-  if (!subscriber) return fail(std::move(subscriber.error()));
-  frame_subscriber_ = std::move(*subscriber);
+  auto of_frames = group_in("subscriber of frames", {fmt::format("*.{}", hex_id(self_))}, true);
+  if (!of_frames) return fail(std::move(of_frames.error()));
+  frame_subscriber_ = std::move(*of_frames);
+  auto of_all = group_in("subscriber of presence and interests", {"*"}, true);
+  if (!of_all) return fail(std::move(of_all.error()));
+  all_subscriber_ = std::move(*of_all);
   // The readers request no lease: that would hide components with a longer one. Each component has its own.
   const auto make_one = [](Entity& entity, const char* what, dds_entity_t answer) -> Result<void> {
     auto reader = made(answer, fmt::format("reader of {}", what));
@@ -124,7 +138,7 @@ Result<void> DdsLink::make_readers() {
                                 Signal::Source source) {
     return make_one(
         entity, what,
-        store.make_reader(participant_.get(), topic.get(), make_kept_qos().get(), signal_.listener(source)));
+        store.make_reader(all_subscriber_.get(), topic.get(), make_kept_qos().get(), signal_.listener(source)));
   };
   auto done = make_one(
       frame_reader_, "frames",
@@ -134,21 +148,39 @@ Result<void> DdsLink::make_readers() {
   return done;
 }
 
+/// A publisher or a subscriber.
+Result<Entity> DdsLink::group_in(const std::string& what, const std::vector<std::string>& partitions,
+                                 bool of_readers) const {
+  std::vector<const char*> names;
+  for (const auto& one : partitions) names.push_back(one.c_str());
+  auto qos = make_qos();
+  dds_qset_partition(qos.get(), static_cast<std::uint32_t>(names.size()), names.data());
+  return made(of_readers ? dds_create_subscriber(participant_.get(), qos.get(), nullptr)
+                         : dds_create_publisher(participant_.get(), qos.get(), nullptr),
+              what);
+}
+
 Result<void> DdsLink::make_writers() {
+  const auto make_one = [this](Entity& publisher, Entity& entity, const std::string& what, const Entity& topic,
+                               const Qos& with, const std::vector<std::string>& partitions) -> Result<void> {
+    auto group = group_in("publisher of " + what, partitions, false);
+    if (!group) return fail(std::move(group.error()));
+    auto writer = made(dds_create_writer(group->get(), topic.get(), with.get(), nullptr), "writer of " + what);
+    if (!writer) return fail(std::move(writer.error()));
+    publisher = std::move(*group);
+    entity = std::move(*writer);
+    return {};
+  };
+  const auto own = hex_id(self_);
   auto qos = make_kept_qos();
   dds_qset_writer_data_lifecycle(qos.get(), false);  // a crash must not look like an orderly leave
-  const auto make_one = [this](const char* what, const Entity& topic, const Qos& with) {
-    return made(dds_create_writer(participant_.get(), topic.get(), with.get(), nullptr),
-                fmt::format("writer of {}", what));
-  };
-  auto interests = make_one("interests", interest_topic_, qos);
-  if (!interests) return fail(std::move(interests.error()));
+  auto done = make_one(interest_publisher_, interest_writer_, "interests", interest_topic_, qos, {own});
+  if (!done) return done;
   dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
-  auto presence = make_one("presence", presence_topic_, qos);
-  if (!presence) return fail(std::move(presence.error()));
-  interest_writer_ = std::move(*interests);
-  presence_writer_ = std::move(*presence);
-  return {};
+  // Components of version 1 read in the default partition only: they should see that another version is there.
+  const std::vector<std::string> seen_by_all{own, ""};
+  return make_one(presence_publisher_, presence_writer_, "presence", presence_topic_, qos,
+                  identities_ ? std::vector{own} : seen_by_all);
 }
 
 bool DdsLink::write_presence() {
@@ -168,6 +200,13 @@ void DdsLink::leave() {
   flush();  // what can still be sent
   listener_ = nullptr;
   flush_retry_.clear();
+  forget_own();
+  waiting_timer_.cancel();
+  replies_.clear();
+  if (!participant_) {
+    peers_.clear();
+    return gone_.clear();
+  }
   rubicon_wire_Presence presence{};
   presence.id = number(self_);
   presence.incarnation = incarnation_;
@@ -175,25 +214,34 @@ void DdsLink::leave() {
   presence.summary = summary_.data();
   dds_dispose(presence_writer_.get(), &presence);
   dds_unregister_instance(presence_writer_.get(), &presence);
-  forget_all();
-  for (auto* entity : {&presence_reader_, &interest_reader_, &frame_reader_, &frame_subscriber_, &interest_writer_,
-                       &presence_writer_}) {
+  forget_others();
+  peers_.clear();
+  gone_.clear();
+  delete_entities();
+}
+
+/// All but the participant and the topics.
+void DdsLink::delete_entities() {
+  for (auto* entity : {&presence_reader_, &interest_reader_, &all_subscriber_, &frame_reader_, &frame_subscriber_,
+                       &interest_writer_, &interest_publisher_, &presence_writer_, &presence_publisher_}) {
     entity->reset();
   }
 }
 
-void DdsLink::forget_all() {
+/// What DDS told of them; peers_ stays.
+void DdsLink::forget_others() {
   for (const auto& [id, peer] : peers_) {
-    if (peer.is_up()) policy_.peer_down(id);
+    if (peer.is_up()) policy_->peer_down(id);
   }
-  peers_.clear();
-  gone_.clear();
   id_conflicts_.begin(0);
   interests_.clear();
   participants_.clear();
   writers_.clear();
   early_frames_.clear();
   early_timer_.cancel();
+}
+
+void DdsLink::forget_own() {
   slots_.clear();
   slot_of_.clear();
   free_slots_.clear();
@@ -203,7 +251,7 @@ void DdsLink::forget_all() {
 Channel* DdsLink::channel_to(OwnerId id, Peer& peer) {
   if (peer.channel) return peer.channel.get();
   auto channel = Channel::make({self_, id, incarnation_, peer.incarnation}, participant_.get(), frame_topic_.get(),
-                               signal_.listener(Signal::kWriter));
+                               signal_.listener(Signal::kWriter), readers_of(id));
   if (!channel) {
     warn("channel", channel.error().text);
     return nullptr;
@@ -228,24 +276,26 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
     entries.add(change);
   }
   if (entries.size() > 0) channel->add(entries.take());
-  flush(*channel);
+  flush(*peer);
   return true;
 }
 
 /// To be called by publish(), which brings all changes of a turn at once.
-void DdsLink::flush(Channel& channel) {
-  const auto state = channel.flush(scheduler_.now());
+void DdsLink::flush(Peer& peer) {
+  const auto state = peer.channel->flush(scheduler_.now());
+  if (state == Channel::State::kForeign) return peer.channel.reset();
   if (state == Channel::State::kFull) retry_flush();
   if (state == Channel::State::kMore) flush_soon_.request();
 }
 
 Result<void> DdsLink::remote_set(const RemoteSet& set) {
   auto* peer = find_up(set.owner);
-  if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  if (!peer) return hold(set);
   auto* channel = channel_to(set.owner, *peer);
   if (!channel || channel->waiting() > kMaxSetsWaiting)
     return fail(ErrorCode::kBusy,
                 fmt::format("component {} does not accept requests at the moment", number(set.owner)));
+  if (identities_) keep(*peer, set);
   channel->add(set, scheduler_.now());
   flush_soon_.request();
   return {};
@@ -253,6 +303,7 @@ Result<void> DdsLink::remote_set(const RemoteSet& set) {
 
 /// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
 void DdsLink::reply(const Reply& reply) {
+  if (identities_) replies_.answered(reply);
   auto* peer = find_up(reply.to);
   auto* channel = peer ? channel_to(reply.to, *peer) : nullptr;
   if (!channel) return;
@@ -313,13 +364,15 @@ void DdsLink::retry_flush() {
 }
 
 void DdsLink::flush() {
-  if (!listener_) return;
+  if (!listener_ || !participant_) return;
   const auto now = scheduler_.now();
-  bool full = !flush_slots(), more = false;
+  bool full = (revoked_unwritten_ && !write_revoked()), more = false;
+  full |= !flush_slots();
   if (presence_unwritten_) full |= !write_presence();
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;
     const auto state = peer.channel->flush(now);
+    if (state == Channel::State::kForeign) peer.channel.reset();
     full |= state == Channel::State::kFull;
     more |= state == Channel::State::kMore;
   }

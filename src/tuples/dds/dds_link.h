@@ -11,10 +11,11 @@
 #include "tuples/dds/early_frames.h"
 #include "tuples/dds/guarded_store.h"
 #include "tuples/dds/id_conflicts.h"
+#include "tuples/dds/identities.h"
 #include "tuples/dds/interests.h"
 #include "tuples/dds/peer.h"
 #include "tuples/dds/signal.h"
-#include "tuples/host_policy.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::dds {
 
@@ -22,13 +23,37 @@ namespace rubicon::tuples::dds {
 /// channel to each component to which it sends.
 class DdsLink final : public Link, private FrameReader {
  public:
+  /// What the links of a process share; it outlives them.
+  struct Shared {
+    DdsOptions options;
+    Scheduler& scheduler;
+    DdsEcology::Post post;
+    base::LogSink& log;
+    std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
+    std::shared_ptr<Identities> identities = nullptr;  ///< null: without trust
+    /// Receives the list of revoked certificates that another member publishes, with its name. It may call renounce().
+    std::function<void(const std::string& member, std::string_view signed_list)> heard_revoked = {};
+    /// One that was refused because it was not known is known now: the domain has to be made again to hear what it
+    /// said.
+    std::function<void()> known_later = {};
+    std::set<DdsLink*> links = {};  ///< all of them
+  };
+
   /// Makes its DDS entities; kIo names the one that cannot be made. `displaced` is called if another process uses the
   /// id, and used it before.
   /// An empty host is that of this machine.
-  static Result<std::unique_ptr<DdsLink>> make(StandIn who, Entity participant, const DdsOptions& options,
-                                               Scheduler& scheduler, DdsEcology::Post post,
-                                               std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
+  static Result<std::unique_ptr<DdsLink>> make(StandIn who, Entity participant, Shared& shared);
   ~DdsLink() override;
+
+  // -- trust (dds_link_trust.cpp)
+  OwnerId id() const { return self_; }
+  /// Leaves the domain, with all DDS entities. The listener sees that all others are lost; what it asks for meanwhile
+  /// is kept.
+  void suspend();
+  /// Enters a domain that was made again.
+  Result<void> resume(Entity participant);
+  /// Others were revoked: they are lost at once. Publishes the list. True: some were here.
+  bool renounce();
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override;
   void detach() override { leave(); }
@@ -39,11 +64,11 @@ class DdsLink final : public Link, private FrameReader {
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
-  PeerPolicy& policy() override { return policy_; }
+  PeerPolicy& policy() override { return *policy_; }
+  void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
 
  private:
-  DdsLink(StandIn who, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
-          std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
+  DdsLink(StandIn who, Entity participant, Shared& shared);
 
   // FrameReader: the entries of the present frame
   void on_changes(std::span<const Change> changes) override;
@@ -55,18 +80,20 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> make_topics();
   Result<void> make_readers();
   Result<void> make_writers();
+  Result<Entity> group_in(const std::string& what, const std::vector<std::string>& partitions, bool of_readers) const;
   void leave();
-  void forget_all();
+  void delete_entities();
+  void forget_others();
+  void forget_own();
   void drain(unsigned sources);
 
   // -- presence (dds_link_presence.cpp)
   /// A sample of a component's presence.
   struct PresenceNews {
     Participants::Start who;
-    dds_instance_handle_t publication = 0;
     bool there = false, left = false;
     std::uint16_t version = 0;  ///< this and the rest: only if it is present
-    Peer::Start start;
+    Peer::Start start;          ///< of an absence the publication only
   };
   void take_presences();
   bool accepts(const PresenceNews& news);
@@ -74,11 +101,15 @@ class DdsLink final : public Link, private FrameReader {
   void add_start(Peer& peer, const PresenceNews& news);
   Peer::Starts::iterator excess_start(Peer& peer, std::uint64_t newcomer);
   void remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start);
-  void on_absence(const Participants::Start& who, bool left);
+  void on_absence(const PresenceNews& news);
+  void end_start(const Participants::Start& who, bool left);
+  void end_unmatched();
   void ban(const Participant& who);
+  void shut_out(const Participant& who);
   Peer* find_or_add_peer(OwnerId id);
   void evict_peers();
   void drop_gone_peers();
+  void forget_gone_peers();
   void select_incarnation(OwnerId id, Peer& peer, bool left);
   void report_summary(OwnerId id, Peer& peer);
   void peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation);
@@ -94,45 +125,79 @@ class DdsLink final : public Link, private FrameReader {
   void drop_expired_frames();
   void deliver(OwnerId id, ByteView content);
 
+  // -- trust (dds_link_trust.cpp)
+  /// The slot of the interests that has the signed list.
+  static constexpr std::uint32_t kRevokedSlot = 0xffffffff;
+  static constexpr std::size_t kMaxRevoked = 1024UL * 1024;  ///< bytes of a signed list; longer ones are dropped
+  const Writer* origin_of(dds_entity_t reader, dds_instance_handle_t publication);
+  PeerIdentity identity_of(OwnerId id, std::uint64_t incarnation, const Peer::Start& start) const;
+  void delete_while_reading(const std::function<void()>& remove) const;
+  void await(Peer& peer, PeerEvent event);
+  void end_waiting();
+  bool keep(Peer& peer, const RemoteSet& set);
+  Result<void> hold(const RemoteSet& set);
+  void send_again(OwnerId id, Peer& peer);
+  void repeat_reply(Peer& peer, std::uint64_t request);
+  /// A list of revoked certificates, and the member that published it.
+  using HeardList = std::pair<std::string, std::string>;
+  void hear_revoked(const std::vector<HeardList>& lists);
+  bool write_revoked();
+  bool may_use(const Writer& writer, OwnerId source);
+  void report_false_claims();
+  void note_unknown(const GuidPrefix& who);
+  void look_at_unknown();
+  Channel::MayRead readers_of(OwnerId target);
+  void drop_foreign(OwnerId id, Peer& peer);
+
   Channel* channel_to(OwnerId id, Peer& peer);
   Peer* find_up(OwnerId id);
   void retry_flush();
   void flush();
-  void flush(Channel& channel);
+  void flush(Peer& peer);
   bool flush_slots();
   bool write_slot(std::uint32_t number, const Bytes& content);
   bool write_presence();
   void warn(const std::string& subject, const std::string& text) { limited_log_.warning(subject, text); }
 
   OwnerId self_;
+  Shared& shared_;
+  std::shared_ptr<Identities> identities_;  ///< null: without trust
   Scheduler& scheduler_;
   Log log_;
   base::LimitedLog limited_log_;
   Duration lease_;
   std::string host_;
-  HostPolicy policy_;
+  std::unique_ptr<PeerPolicy> policy_;
   std::shared_ptr<ComponentStarts> starts_;
   std::string summary_;
-  bool presence_unwritten_ = false;
+  bool presence_unwritten_ = false, revoked_unwritten_ = false;
   Signal signal_;
   InstanceQuota presence_quota_{2 * Participants::kMaxComponents};  // these outlive the readers
   InstanceQuota interest_quota_{Interests::kMaxOfOne};
-  GuardedStore presence_store_{presence_quota_}, interest_store_{interest_quota_};
+  Claims presence_claims_{identities_, [this] { signal_.raise(Signal::kClaims); }};
+  Claims interest_claims_{identities_, [this] { signal_.raise(Signal::kClaims); }};
+  GuardedStore presence_store_{presence_quota_, &presence_claims_}, interest_store_{interest_quota_, &interest_claims_};
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
-  Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;
+  Entity all_subscriber_, presence_reader_, interest_reader_, frame_subscriber_, frame_reader_;
+  Entity presence_publisher_, presence_writer_, interest_publisher_, interest_writer_;
   LinkListener* listener_ = nullptr;
   std::uint64_t incarnation_ = 0;
   std::map<OwnerId, Peer> peers_;
   std::uint64_t starts_seen_ = 0;
+  std::uint32_t unmatched_seen_ = 0;  ///< of the publications of presence
+  std::uint64_t false_frames_ = 0;
+  std::map<GuidPrefix, SteadyTime> unknown_;  ///< refused because they are not known; until when they are looked at
+  Timer unknown_timer_;
   std::map<std::uint32_t, Bytes> slots_;            ///< contents; empty = no subscription
   std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
   std::set<std::uint32_t> free_slots_, unwritten_slots_;
   std::deque<OwnerId> gone_;  ///< of peers_, in the order in which they went down
+  RecentReplies replies_;     ///< to requests of the present starts
   Writers writers_;
   Participants participants_;
   Interests interests_{participants_};
   EarlyFrames early_frames_;
-  Timer early_timer_;
+  Timer early_timer_, waiting_timer_;
   IdConflicts id_conflicts_;
   OwnerId reading_from_{};
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};  ///< so that the changes of a turn are sent together

@@ -26,14 +26,17 @@ void DdsLink::take_presences() {
   take<rubicon_wire_Presence>(presence_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
     PresenceNews one;
     one.who = {OwnerId(sample.id), sample.incarnation};
-    one.publication = info.publication_handle;
+    one.start.publication = info.publication_handle;
     one.there = info.instance_state == DDS_IST_ALIVE;
     one.left = info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED;
     if (one.there) {
-      const auto* writer = info.valid_data ? writers_.find(presence_reader_.get(), info.publication_handle) : nullptr;
+      const auto* writer = info.valid_data ? origin_of(presence_reader_.get(), info.publication_handle) : nullptr;
       if (!writer) return;
       one.version = sample.version;
-      one.start = {writer->participant, text_of(sample.host, kMaxHostLength), text_of(sample.summary, kMaxSummary + 1)};
+      one.start.participant = writer->participant;
+      one.start.member = writer->member;
+      one.start.host = text_of(sample.host, kMaxHostLength);
+      one.start.summary = text_of(sample.summary, kMaxSummary + 1);
       if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
     } else {
       presence_quota_.release(info.publication_handle, info.instance_handle);
@@ -46,6 +49,7 @@ void DdsLink::take_presences() {
   for (const auto& one : news) {
     if (listener_ && accepts(one)) on_presence(one);
   }
+  if (listener_ && identities_) end_unmatched();
   drop_gone_peers();
 }
 
@@ -53,7 +57,11 @@ void DdsLink::take_presences() {
 bool DdsLink::accepts(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   if (news.there && participants_.is_banned(news.start.participant)) {
-    presence_quota_.ban(news.publication);
+    presence_quota_.ban(news.start.publication);
+    return false;
+  }
+  if (news.there && identities_ && !news.start.member) {  // revoked meanwhile, or the clock of this host is wrong
+    note_unknown(prefix_of(news.start.participant));
     return false;
   }
   if (news.who != Participants::Start(self_, incarnation_))
@@ -65,7 +73,7 @@ bool DdsLink::accepts(const PresenceNews& news) {
                      news.version, kProtocolVersion));
     return false;
   }
-  const auto may = policy_.may_join({id, incarnation, news.start.host});
+  const auto may = policy_->may_join(identity_of(id, incarnation, news.start));
   if (!may) warn(fmt::format("refused {}", number(id)), may.error().text + ": ignored");
   return may.has_value();
 }
@@ -74,7 +82,7 @@ void DdsLink::on_presence(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   if (id == self_)
     return news.there ? id_conflicts_.seen(incarnation, news.start.participant) : id_conflicts_.gone(incarnation);
-  if (!news.there) return on_absence(news.who, news.left);
+  if (!news.there) return on_absence(news);
   if (auto* peer = find_or_add_peer(id); peer && listener_) add_start(*peer, news);
 }
 
@@ -83,6 +91,7 @@ void DdsLink::add_start(Peer& peer, const PresenceNews& news) {
   const auto& who = news.start.participant;
   const auto known = peer.alive.find(incarnation);
   if (known != peer.alive.end() && known->second.participant != who) {
+    if (identities_) return void(known->second.heir = std::make_shared<const Peer::Start>(news.start));
     return warn(
         fmt::format("forged {}", number(id)),
         fmt::format("another DDS participant claims to be component {}, with the same start: ignored", number(id)));
@@ -95,8 +104,10 @@ void DdsLink::add_start(Peer& peer, const PresenceNews& news) {
     }
   }
   const auto place = known == peer.alive.end() ? ++starts_seen_ : known->second.place;
-  peer.alive[incarnation] = news.start;
-  peer.alive[incarnation].place = place;
+  auto heir = known == peer.alive.end() ? nullptr : known->second.heir;
+  auto& start = peer.alive[incarnation] = news.start;
+  start.place = place;
+  start.heir = std::move(heir);
   if (peer.alive.size() > Peer::kMaxStarts) remove_start(id, peer, excess_start(peer, incarnation));
   select_incarnation(id, peer, false);
 }
@@ -117,23 +128,64 @@ void DdsLink::remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start)
   peer.alive.erase(start);
 }
 
-void DdsLink::on_absence(const Participants::Start& who, bool left) {
+/// With trust an absence counts only from the publication that made the presence.
+void DdsLink::on_absence(const PresenceNews& news) {
+  const auto [id, incarnation] = news.who;
+  const auto found = peers_.find(id);
+  if (found == peers_.end()) return;
+  const auto start = found->second.alive.find(incarnation);
+  if (start == found->second.alive.end()) return;
+  auto& heir = start->second.heir;
+  if (heir && heir->publication == news.start.publication) heir.reset();
+  if (!identities_ || start->second.publication == news.start.publication) end_start(news.who, news.left);
+}
+
+void DdsLink::end_start(const Participants::Start& who, bool left) {
   const auto [id, incarnation] = who;
   const auto found = peers_.find(id);
   if (found == peers_.end()) return;
   const auto start = found->second.alive.find(incarnation);
   if (start == found->second.alive.end()) return;
+  const auto heir = start->second.heir;
   remove_start(id, found->second, start);
   select_incarnation(id, found->second, left);
+  if (!heir || !listener_) return;
+  if (auto* peer = find_or_add_peer(id); peer && listener_)
+    add_start(*peer, {who, true, false, kProtocolVersion, *heir});
+}
+
+/// A presence lives as long as its publication is matched, whatever others do with the instance.
+void DdsLink::end_unmatched() {
+  dds_subscription_matched_status_t status;
+  if (dds_get_subscription_matched_status(presence_reader_.get(), &status) != DDS_RETCODE_OK) return;
+  if (std::exchange(unmatched_seen_, status.total_count - status.current_count) == unmatched_seen_) return;
+  const auto there = matched_writers({presence_reader_.get()});
+  std::vector<PresenceNews> gone;
+  for (const auto& [id, peer] : peers_) {
+    for (const auto& [incarnation, start] : peer.alive) {
+      for (const auto* one : {&start, start.heir.get()}) {
+        if (one && !there.contains(one->publication)) gone.push_back({{id, incarnation}, false, false, 0, *one});
+      }
+    }
+  }
+  for (const auto& one : gone) {
+    if (!listener_) return;
+    starts_->note({one.who.first, one.who.second, 0, false, {}});
+    on_absence(one);
+  }
 }
 
 /// Ignores the participant and all its components for as long as it is present.
 void DdsLink::ban(const Participant& who) {
   warn("banned",
        fmt::format("one DDS participant claims more than {} components: it is ignored", Participants::kMaxComponents));
+  shut_out(who);
+}
+
+void DdsLink::shut_out(const Participant& who) {
   for (const auto& start : participants_.ban(who)) {
     starts_->note({start.first, start.second, kProtocolVersion, false, {}});
-    on_absence(start, false);
+    end_start(start, false);
   }
   interests_.erase_all(who);
 }
@@ -149,16 +201,28 @@ Peer* DdsLink::find_or_add_peer(OwnerId id) {
 
 /// Removes the peers that went down; if that is not enough, bans the participant with most components.
 void DdsLink::evict_peers() {
-  std::erase_if(peers_, [](const auto& one) { return one.second.alive.empty() && !one.second.is_up(); });
+  forget_gone_peers();
   if (peers_.size() < kMaxPeers) return;
   if (const auto largest = participants_.largest()) ban(*largest);
-  std::erase_if(peers_, [](const auto& one) { return one.second.alive.empty() && !one.second.is_up(); });
+  forget_gone_peers();
 }
 
+void DdsLink::forget_gone_peers() {
+  std::erase_if(peers_, [this](const auto& one) {
+    const bool gone = one.second.alive.empty() && !one.second.is_up();
+    if (gone) replies_.forget(one.first);
+    return gone;
+  });
+}
+
+/// One that is awaited has requests and replies that wait for it. It keeps those that went later, for a few seconds.
 void DdsLink::drop_gone_peers() {
   for (; gone_.size() > kMaxGone; gone_.pop_front()) {
     const auto found = peers_.find(gone_.front());
-    if (found != peers_.end() && found->second.alive.empty() && !found->second.is_up()) peers_.erase(found);
+    if (found == peers_.end() || !found->second.alive.empty() || found->second.is_up()) continue;
+    if (found->second.awaited_until > scheduler_.now()) return;
+    replies_.forget(found->first);
+    peers_.erase(found);
   }
 }
 
@@ -184,10 +248,15 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.incarnation = incarnation;
   peer.participant = start.participant;
   peer.host = start.host;
-  if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
+  peer.member = start.member;
+  if (std::exchange(peer.requests_of, incarnation) != incarnation) {
+    peer.last_request = 0;
+    replies_.forget(id);
+  }
   peer.summary.clear();
-  const PeerIdentity identity{id, incarnation, start.host};
-  policy_.peer_up(identity);
+  if (identities_) send_again(id, peer);
+  const auto identity = identity_of(id, incarnation, start);
+  policy_->peer_up(identity);
   listener_->on_peer(identity, PeerEvent::kUp);
   if (listener_) report_summary(id, peer);
   for (const auto& spec : interests_.of(id, incarnation, sender.participant)) {
@@ -199,11 +268,12 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
 }
 
 void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
-  const PeerIdentity identity{id, std::exchange(peer.incarnation, 0), peer.host};
+  const PeerIdentity identity{id, std::exchange(peer.incarnation, 0), peer.host, std::exchange(peer.member, nullptr)};
   peer.channel.reset();
+  if (identities_) await(peer, event);
   gone_.push_back(id);
   listener_->on_peer(identity, event);
-  policy_.peer_down(id);
+  policy_->peer_down(id);
 }
 
 /// So that nothing is kept of participants that come and go.

@@ -16,8 +16,12 @@ ByteView view(const dds_sequence_octet& octets) {
 
 /// Processes the samples that arrived. Each listener call may detach the link.
 void DdsLink::drain(unsigned sources) {
+  if (!participant_) return;
+  // With trust the interests bring the list of revoked certificates, which comes before all else.
+  if (listener_ && identities_ && (sources & Signal::kInterests) != 0) take_interests();
   if (listener_ && (sources & Signal::kPresence) != 0) take_presences();
-  if (listener_ && (sources & Signal::kInterests) != 0) take_interests();
+  if (listener_ && !identities_ && (sources & Signal::kInterests) != 0) take_interests();
+  if ((sources & Signal::kClaims) != 0) report_false_claims();
   if (listener_ && (sources & Signal::kFrames) != 0 && take_frames()) signal_.raise(Signal::kFrames);
   if (listener_ && (sources & Signal::kWriter) != 0) flush();
   if (listener_ && writers_.is_long()) drop_gone_writers();
@@ -30,21 +34,29 @@ void DdsLink::take_interests() {
     std::optional<SubscriptionSpec> spec;
   };
   std::vector<News> news;
+  std::vector<HeardList> revoked;
   take<rubicon_wire_Interest>(interest_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
     News one{{OwnerId(sample.subscriber), sample.incarnation, sample.slot}, {}, {}};
     if (info.instance_state != DDS_IST_ALIVE) {
       interest_quota_.release(info.publication_handle, info.instance_handle);
     } else {
-      const auto* writer = info.valid_data ? writers_.find(interest_reader_.get(), info.publication_handle) : nullptr;
+      const auto* writer = info.valid_data ? origin_of(interest_reader_.get(), info.publication_handle) : nullptr;
       if (!writer) return;
       if (participants_.is_banned(writer->participant)) return interest_quota_.ban(info.publication_handle);
-      auto spec = read_subscription(view(sample.content));
+      const auto content = view(sample.content);
+      if (sample.slot == kRevokedSlot) {
+        if (writer->member && content.size() <= kMaxRevoked)
+          revoked.emplace_back(std::string(content.begin(), content.end()), writer->member->name);
+        return;
+      }
+      auto spec = read_subscription(content);
       if (!spec) return warn(fmt::format("interest {}", sample.subscriber), spec.error().text);
       one.participant = writer->participant;
       one.spec = std::move(*spec);
     }
     if (one.key.subscriber != self_) news.push_back(std::move(one));
   });
+  hear_revoked(revoked);
   for (auto& one : news) {
     if (listener_) on_interest(one.key, one.participant, std::move(one.spec));
   }
@@ -80,10 +92,11 @@ bool DdsLink::take_frames() {
   std::vector<News> news;
   const auto count = take<rubicon_wire_Frame>(frame_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
     if (!info.valid_data || sample.target_incarnation != incarnation_) return;
-    const auto* writer = writers_.find(frame_reader_.get(), info.publication_handle);
+    const auto* writer = origin_of(frame_reader_.get(), info.publication_handle);
     // Without a writer: it went before its first frame was read, so its component is not known.
     if (!writer || !writer->source || participants_.is_banned(writer->participant)) return;
     const OwnerId source{sample.source};
+    if (identities_ && !may_use(*writer, source)) return;
     if (*writer->source != source)
       return warn(
           fmt::format("forged {}", sample.source),
@@ -103,6 +116,7 @@ void DdsLink::on_frame(const EarlyFrames::Sender& sender, ByteView content) {
   if (!peer || sender.incarnation > peer->incarnation) return buffer(sender, content);
   if (sender.incarnation < peer->incarnation) return;
   if (sender.participant == peer->participant) return deliver(sender.id, content);
+  if (identities_) return;  // of the time before a renewal: what it sent is sent again
   warn(fmt::format("forged {}", number(sender.id)),
        fmt::format("frames in the name of component {} come from another DDS participant: dropped", number(sender.id)));
 }
@@ -130,12 +144,16 @@ void DdsLink::on_changes(std::span<const Change> changes) {
 
 void DdsLink::on_set(RemoteSet&& set) {
   auto* peer = find_up(reading_from_);
-  if (!listener_ || !peer || set.request <= peer->last_request) return;  // a repetition
+  if (!listener_ || !peer) return;
+  if (set.request <= peer->last_request) return repeat_reply(*peer, set.request);
   peer->last_request = set.request;
+  if (identities_) replies_.asked(reading_from_, set.request);
   listener_->on_remote_set(set);
 }
 
 void DdsLink::on_reply(Reply&& reply) {
+  if (const auto peer = peers_.find(reading_from_); peer != peers_.end())
+    peer->second.unanswered.answered(reply.request);
   if (listener_) listener_->on_reply(reply);
 }
 

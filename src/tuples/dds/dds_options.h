@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "rubicon/time.hpp"
+#include "tuples/judge.h"
 
 namespace rubicon::tuples::dds {
+
+class DdsTrust;
 
 enum class DdsTransport : std::uint8_t { kUdp, kTcp };
 
@@ -19,8 +23,10 @@ struct DdsOptions {
   std::string tag;                                 ///< components of the domain with another tag are not seen
   base::Duration lease = std::chrono::seconds(2);  ///< others lose this component after such a silence
   DdsTransport transport = DdsTransport::kUdp;
-  std::uint16_t port = 0;  ///< TCP port to listen on; 0 = any, so that only this process can connect
-  bool trust_lan = false;  ///< accept remote sets from other hosts
+  std::uint16_t port = 0;                     ///< TCP port to listen on; 0 = any, so that only this process can connect
+  bool trust_lan = false;                     ///< accept remote sets from other hosts; without trust only
+  std::shared_ptr<DdsTrust> trust = nullptr;  ///< null: without DDS Security
+  std::shared_ptr<Judge> judge = nullptr;     ///< what members may do here, with `trust`; null: read
 
   friend bool operator==(const DdsOptions&, const DdsOptions&) = default;
 };

@@ -4,7 +4,11 @@
 #include <dds/ddsi/ddsi_tkmap.h>
 #include <dds/ddsi/q_protocol.h>
 
+#include <cstddef>
+#include <cstring>
 #include <type_traits>
+
+#include "wire.h"
 
 /// The default store of a reader. The library exports it, but no installed header declares it (0.10.2:
 /// src/core/ddsc/src/dds__rhc_default.h).
@@ -23,8 +27,34 @@ GuardedStore::Face& face_of(ddsi_rhc* head) {
   return *reinterpret_cast<GuardedStore::Face*>(head);
 }
 
+/// In the order of the wire.
+GuidPrefix prefix_of(const ddsi_guid_t& guid) {
+  GuidPrefix prefix{};
+  auto* to = prefix.data();
+  for (const auto word : guid.prefix.u) {
+    for (int shift = 24; shift >= 0; shift -= 8) *to++ = static_cast<std::uint8_t>(word >> shift);
+  }
+  return prefix;
+}
+
+/// What the sample says to be, as the reader will see it: the first field of its key.
+OwnerId claimed_id(const ddsi_serdata* sample, const ddsi_tkmap_instance* key) {
+  static_assert(offsetof(rubicon_wire_Presence, id) == 0 && offsetof(rubicon_wire_Interest, subscriber) == 0);
+  union {
+    rubicon_wire_Presence presence;
+    rubicon_wire_Interest interest;
+    std::uint32_t id;
+  } fields;
+  std::memset(&fields, 0, sizeof(fields));
+  const bool known = ddsi_serdata_untyped_to_sample(sample->type, key->m_sample, &fields, nullptr, nullptr);
+  return known ? OwnerId(fields.id) : model::kNoOwner;
+}
+
 bool store_sample(ddsi_rhc* head, const ddsi_writer_info* writer, ddsi_serdata* sample, ddsi_tkmap_instance* key) {
   auto& face = face_of(head);
+  if (face.claims && face.claims->are_checked() &&
+      !face.claims->may_use(prefix_of(writer->guid), claimed_id(sample, key)))
+    return true;
   const auto& prefix = writer->guid.prefix.u;
   const bool is_value = sample->kind == SDK_DATA;
   const bool may = is_value ? face.quota->add({writer->iid, {prefix[0], prefix[1], prefix[2]}}, key->m_iid)
@@ -72,7 +102,7 @@ const dds_rhc_ops kOperations = {
 
 }  // namespace
 
-GuardedStore::GuardedStore(InstanceQuota& quota) : face_{{}, nullptr, &quota} {
+GuardedStore::GuardedStore(InstanceQuota& quota, Claims* claims) : face_{{}, nullptr, &quota, claims} {
   face_.head.common.ops = &kOperations;
 }
 

@@ -35,6 +35,8 @@ struct Signal::Shared : std::enable_shared_from_this<Signal::Shared> {
     dds_lset_data_available(listener.handle.get(), [](dds_entity_t, void* context) { on_event(context); });
     dds_lset_publication_matched(listener.handle.get(), [](dds_entity_t, const dds_publication_matched_status_t,
                                                            void* context) { on_event(context); });
+    dds_lset_subscription_matched(listener.handle.get(), [](dds_entity_t, const dds_subscription_matched_status_t,
+                                                            void* context) { on_event(context); });
   }
 };
 

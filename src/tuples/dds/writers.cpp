@@ -1,5 +1,7 @@
 #include "tuples/dds/writers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
 #include <vector>
@@ -10,6 +12,13 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
+/// The id whose hex_id() this is.
+std::optional<OwnerId> id_of(std::string_view hex) {
+  const auto id = base::parse_hex_number<std::uint32_t>(hex);
+  if (!id || hex_id(OwnerId(*id)) != hex) return std::nullopt;
+  return OwnerId(*id);
+}
+
 /// From the partition of a channel, which is called `<source>.<target>`.
 std::optional<OwnerId> source_of(const dds_qos_t* qos) {
   std::uint32_t count = 0;
@@ -18,8 +27,7 @@ std::optional<OwnerId> source_of(const dds_qos_t* qos) {
   if (dds_qget_partition(qos, &count, &names) && count == 1) {
     const std::string_view name = names[0];
     const auto dot = name.find('.');
-    const auto id = dot == name.npos ? std::nullopt : base::parse_number<std::uint32_t>(name.substr(0, dot));
-    if (id) source = OwnerId(*id);
+    if (dot != name.npos) source = id_of(name.substr(0, dot));
   }
   for (std::uint32_t i = 0; i < count; ++i) dds_free(names[i]);
   dds_free(names);
@@ -38,13 +46,17 @@ std::set<dds_instance_handle_t> matched(dds_entity_t reader) {
 
 }  // namespace
 
+std::string hex_id(OwnerId id) {
+  return fmt::format("{:08x}", number(id));
+}
+
 std::set<dds_instance_handle_t> matched_writers(std::initializer_list<dds_entity_t> readers) {
   std::set<dds_instance_handle_t> there;
   for (const auto reader : readers) there.merge(matched(reader));
   return there;
 }
 
-const Writer* Writers::find(dds_entity_t reader, dds_instance_handle_t publication) {
+Writer* Writers::find(dds_entity_t reader, dds_instance_handle_t publication) {
   if (const auto known = known_.find(publication); known != known_.end()) return &known->second;
   auto* endpoint = dds_get_matched_publication_data(reader, publication);
   if (!endpoint) return nullptr;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "transport/host_name.h"
 #include "tuples/joined/joined_ecology.h"
 
 namespace rubicon::tuples::engines {
@@ -21,9 +22,26 @@ Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, con
   if (!peis) return fail(peis.error());
   engines->peis_ = std::move(*peis);
   engines->all_ = engines->peis_.get();
-  if (!engines->dds_) return engines;
-  engines->join_both(options, host);
+  if (engines->dds_) {
+    engines->join_both(options, host);
+  } else if (options.peis->judge) {
+    engines->join_own_process(host);
+  }
   return engines;
+}
+
+/// PEIS cannot prove which components are of this process, so these meet in memory, where they may all. What comes by
+/// PEIS in the name of one of them is judged as all that comes by PEIS.
+void Engines::join_own_process(const Host& host) {
+  own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
+  joined_ = std::make_unique<joined::JoinedEcology>(
+      std::vector<joined::JoinedEcology::Engine>{{"memory", *own_process_}, {"peis", *peis_}}, host.scheduler,
+      host.log);
+  all_ = joined_.get();
+}
+
+Result<bool> Engines::renew() {
+  return dds_ ? dds_->renew() : false;
 }
 
 void Engines::join_both(const EngineOptions& options, const Host& host) {

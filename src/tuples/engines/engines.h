@@ -6,6 +6,7 @@
 
 #include "tuples/carry/carrier.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/memory/memory_ecology.h"
 #include "tuples/peis/peis_ecology.h"
 
 namespace rubicon::tuples::engines {
@@ -33,6 +34,8 @@ class Engines final : public Ecology {
   static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);
 
   Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
+  /// What changed in the trust folder counts from now on: DdsEcology::renew(). Nothing without DDS or without trust.
+  Result<bool> renew();
   /// As those of the engines: `call` receives the component of this process whose id another component used before.
   void watch_displaced(const std::function<void(OwnerId)>& call);
 
@@ -43,11 +46,13 @@ class Engines final : public Ecology {
  private:
   Engines() = default;
   void join_both(const EngineOptions& options, const Host& host);
+  void join_own_process(const Host& host);
 
   std::unique_ptr<dds::DdsEcology> dds_;
   std::unique_ptr<peis::PeisEcology> peis_;
-  std::unique_ptr<carry::Carrier> carrier_;  ///< null: nothing is carried
-  std::unique_ptr<Ecology> joined_;          ///< of both
+  std::unique_ptr<MemoryEcology> own_process_;  ///< null: the engines know which components are of this process
+  std::unique_ptr<carry::Carrier> carrier_;     ///< null: nothing is carried
+  std::unique_ptr<Ecology> joined_;             ///< of several
   Ecology* all_ = nullptr;
 };
 

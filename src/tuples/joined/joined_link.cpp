@@ -57,7 +57,9 @@ JoinedLink::JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& sch
       scheduler_(scheduler),
       log_(Log(log, "tuples"), scheduler),
       policy_([this](OwnerId peer) -> PeerPolicy* {
-        auto* link = link_to(peer);
+        if (peer == model::kNoOwner) return any_policy();
+        const bool observes = peer == kLinkItself && !observers_.empty();
+        auto* link = observes ? ports_[*observers_.begin()]->link.get() : link_to(peer);
         return link ? &link->policy() : nullptr;
       }) {
   for (auto& engine : engines) ports_.push_back(std::make_unique<Port>(*this, ports_.size(), std::move(engine)));
@@ -99,6 +101,15 @@ Meeting* JoinedLink::find(OwnerId id, std::size_t engine) {
 std::optional<std::size_t> JoinedLink::home_of(OwnerId id) const {
   const auto found = peers_.find(id);
   return found == peers_.end() ? std::nullopt : found->second.home();
+}
+
+/// One with a judge, if there is one: an engine that knows no members has none.
+PeerPolicy* JoinedLink::any_policy() {
+  for (const auto& port : ports_) {
+    auto& policy = port->link->policy();
+    if (policy.judge()) return &policy;
+  }
+  return &ports_.front()->link->policy();
 }
 
 /// The engine that brought the request which is being decided, else the one where the component lives.

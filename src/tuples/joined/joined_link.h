@@ -77,6 +77,7 @@ class JoinedLink final : public Link {
   Meeting* find(OwnerId id, std::size_t engine);
   bool publish_to_observers(std::span<const Change> changes);
   Link* link_to(OwnerId id);
+  PeerPolicy* any_policy();
   std::optional<std::size_t> home_of(OwnerId id) const;
 
   OwnerId self_;

@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "tuples/member_policy.h"
 #include "tuples/owned_change.h"
-#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples {
 
@@ -29,6 +29,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     std::map<std::uint32_t, SubscriptionSpec> subscriptions;
     std::string summary;
     std::string host;
+    std::unique_ptr<PeerPolicy> policy = std::make_unique<OpenPolicy>();
   };
 
   Shared(Scheduler& s, std::string all_on) : scheduler(s), host(std::move(all_on)) {}
@@ -62,17 +63,32 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     if (auto* listener = members.at(to).listener) call(*listener);
   }
 
-  PeerIdentity identity(OwnerId id) const { return {id, members.at(id).incarnation, members.at(id).host}; }
+  PeerIdentity identity(OwnerId id) const {
+    const auto certified = certificates.find(id);
+    const auto who = certified == certificates.end() ? nullptr : certified->second;
+    return {id, members.at(id).incarnation, members.at(id).host, who, who == nullptr};
+  }
 
   void announce(OwnerId peer, PeerEvent event, OwnerId to) {
     scheduler.post([shared = shared_from_this(), who = identity(peer), event, to, visit = members.at(to).visit] {
+      if (!shared->is_present(to, visit)) return;
+      shared->members.at(to).policy->peer_down(who.id);
       shared->call_listener(to, visit, [&](LinkListener& listener) { listener.on_peer(who, event); });
     });
   }
 
+  std::unique_ptr<PeerPolicy> make_policy(OwnerId id) const {
+    const auto found = judges.find(id);
+    if (found == judges.end()) return std::make_unique<OpenPolicy>();
+    return std::make_unique<MemberPolicy>(id, found->second);
+  }
+
   /// Reports to `to` that `from` is up, its summary and its subscriptions.
   void introduce(OwnerId from, OwnerId to) {
-    deliver(from, to, [who = identity(from)](LinkListener& listener) { listener.on_peer(who, PeerEvent::kUp); });
+    deliver(from, to, [who = identity(from), to, this](LinkListener& listener) {
+      members.at(to).policy->peer_up(who);
+      listener.on_peer(who, PeerEvent::kUp);
+    });
     if (const auto& summary = members.at(from).summary; !summary.empty())
       deliver(from, to, [from, summary](LinkListener& listener) { listener.on_summary(from, summary); });
     for (const auto& subscription : members.at(from).subscriptions) {
@@ -91,6 +107,8 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   Scheduler& scheduler;
   std::string host;
   std::map<OwnerId, Member> members;
+  std::map<OwnerId, std::shared_ptr<const tuples::Member>> certificates;
+  std::map<OwnerId, std::shared_ptr<Judge>> judges;
   std::set<std::pair<OwnerId, OwnerId>> cuts;
   std::map<std::pair<OwnerId, OwnerId>, std::uint64_t> epochs;
   std::uint64_t visits = 0;
@@ -166,7 +184,7 @@ class MemoryEcology::MemoryLink final : public Link {
     });
   }
 
-  PeerPolicy& policy() override { return policy_; }
+  PeerPolicy& policy() override { return *shared_->members.at(self_).policy; }
 
   std::vector<OwnerId> peers() const override {
     std::vector<OwnerId> present;
@@ -187,7 +205,6 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
   OwnerId self_;
-  OpenPolicy policy_;
   std::shared_ptr<Shared> shared_;
 };
 
@@ -207,7 +224,16 @@ Result<std::unique_ptr<Link>> MemoryEcology::join_as(StandIn who) {
   auto& member = shared_->members[id];
   member.visit = ++shared_->visits;
   member.host = std::move(who.host);
+  member.policy = shared_->make_policy(id);
   return std::make_unique<MemoryLink>(id, shared_);
+}
+
+void MemoryEcology::certify(OwnerId id, Member who) {
+  shared_->certificates[id] = std::make_shared<const Member>(std::move(who));
+}
+
+void MemoryEcology::judge(OwnerId id, std::shared_ptr<Judge> judge) {
+  shared_->judges[id] = std::move(judge);
 }
 
 void MemoryEcology::cut(OwnerId a, OwnerId b) {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "base/scheduler.h"
+#include "tuples/judge.h"
 #include "tuples/stand_in.h"
 
 namespace rubicon::tuples {
@@ -19,6 +20,11 @@ class MemoryEcology final : public StandInEcology {
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
   /// `displaced` is not used: no two members have one id.
   Result<std::unique_ptr<Link>> join_as(StandIn who) override;
+
+  /// From now on the component that joins with that id is this member; others are of the own process.
+  void certify(OwnerId id, Member who);
+  /// From now on the component that joins with that id asks this judge what members may; without one all may all.
+  void judge(OwnerId id, std::shared_ptr<Judge> judge);
 
   /// Cuts the connection of two components: each loses the other, and what is under way is lost.
   void cut(OwnerId a, OwnerId b);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/host_policy.h"
+#include "tuples/member_policy.h"
 #include "tuples/peis/metrics.h"
 
 namespace rubicon::tuples::peis {
@@ -24,6 +26,17 @@ std::uint32_t magic_of(OwnerId id, std::uint64_t incarnation, const std::string&
   return magic;
 }
 
+std::shared_ptr<const Member> everybody_there(const PeisOptions& options) {
+  return options.judge ? std::make_shared<const Member>(Member{std::string(kPeisMember)}) : nullptr;
+}
+
+std::unique_ptr<PeerPolicy> make_policy(OwnerId self, const PeisLink::Settings& settings, const Log& log) {
+  const auto& options = settings.options;
+  if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge, everybody_there(options));
+  return std::make_unique<HostPolicy>(self, settings.machine.host_id, options.trust_lan, log,
+                                      HostPolicy::Starts::kAnyNumber);
+}
+
 }  // namespace
 
 PeisLink::PeisLink(OwnerId self, Settings settings, Scheduler& scheduler, transport::Transports& transports,
@@ -33,7 +46,7 @@ PeisLink::PeisLink(OwnerId self, Settings settings, Scheduler& scheduler, transp
       scheduler_(scheduler),
       transports_(transports),
       log_(log, "peis"),
-      policy_(self, settings_.machine.host_id, settings_.options.trust_lan, log_, HostPolicy::Starts::kAnyNumber),
+      policy_(make_policy(self, settings_, log_)),
       displaced_(std::move(displaced)),
       token_(std::move(token)) {}
 
@@ -45,10 +58,10 @@ void PeisLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   detach();
   incarnation_ = std::max(incarnation, incarnation_ + 1);
   magic_ = magic_of(self_, incarnation_, settings_.machine.process, magic_);
-  presence_ =
-      std::make_unique<Presence>(Presence::Start{node_options(), listener, policy_, summary_, settings_.machine.user,
-                                                 settings_.machine.host_id, !settings_.shown_host.empty(), displaced_},
-                                 scheduler_, log_);
+  presence_ = std::make_unique<Presence>(
+      Presence::Start{node_options(), listener, *policy_, summary_, everybody_there(settings_.options),
+                      settings_.machine.user, settings_.machine.host_id, !settings_.shown_host.empty(), displaced_},
+      scheduler_, log_);
   open();
 }
 

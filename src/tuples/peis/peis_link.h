@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/lifetime.h"
-#include "tuples/host_policy.h"
+#include "tuples/peer_policy.h"
 #include "tuples/peis/peis_options.h"
 #include "tuples/peis/presence.h"
 
@@ -33,7 +33,7 @@ class PeisLink final : public Link {
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
-  PeerPolicy& policy() override { return policy_; }
+  PeerPolicy& policy() override { return *policy_; }
 
   /// Null while no listener is attached.
   const Presence* presence() const { return presence_.get(); }
@@ -47,7 +47,7 @@ class PeisLink final : public Link {
   Scheduler& scheduler_;
   transport::Transports& transports_;
   Log log_;
-  HostPolicy policy_;
+  std::unique_ptr<PeerPolicy> policy_;
   std::function<void()> displaced_;
   std::shared_ptr<void> token_;
   std::uint64_t incarnation_ = 0;

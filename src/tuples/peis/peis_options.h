@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 #include "transport/interfaces.h"
+#include "tuples/judge.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
@@ -20,7 +22,8 @@ struct PeisOptions {
   bool multicast = true;                         ///< announce this host, and search for others
   std::vector<std::string> interfaces = {"lo"};  ///< names, at most 16; `lo` alone = this host only
   base::Duration lease = std::chrono::seconds(2);  ///< components of ours lose this one after such a silence
-  bool trust_lan = false;                          ///< accept remote sets from other hosts
+  bool trust_lan = false;                          ///< accept remote sets from other hosts; without a judge only
+  std::shared_ptr<Judge> judge = nullptr;          ///< what the member `peis`, which all others are, may do; null: all
 
   friend bool operator==(const PeisOptions&, const PeisOptions&) = default;
 };

@@ -138,8 +138,8 @@ void Presence::find_place(OwnerId kernel) {
 }
 
 PeerIdentity Presence::identity_of(const Identity& host) const {
-  if (host.hello) return {host.id, host.hello->incarnation, host.hello->host_id};
-  return {host.id, host.magic, is_here(host) ? start_.own_host : "peis " + host.host_name};
+  if (host.hello) return {host.id, host.hello->incarnation, host.hello->host_id, start_.member};
+  return {host.id, host.magic, is_here(host) ? start_.own_host : "peis " + host.host_name, start_.member};
 }
 
 std::unique_ptr<Session> Presence::make_session(const Identity& host) {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "tuples/host_policy.h"
+#include "tuples/peer_policy.h"
 #include "tuples/peis/kernel_session.h"
 #include "tuples/peis/peis_options.h"
 
@@ -16,10 +16,11 @@ class Presence {
   struct Start {
     NodeOptions node;
     LinkListener& listener;
-    HostPolicy& policy;
+    PeerPolicy& policy;
     std::string summary;
-    std::string user;      ///< in kernel.user
-    std::string own_host;  ///< PeerIdentity::host of this machine
+    std::shared_ptr<const Member> member;  ///< that all others are; null: nothing is known of them
+    std::string user;                      ///< in kernel.user
+    std::string own_host;                  ///< PeerIdentity::host of this machine
     bool is_stand_in = false;
     /// Another live component uses the id of this one, and used it before.
     std::function<void()> displaced;

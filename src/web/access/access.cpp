@@ -51,7 +51,7 @@ void Access::name_cookie(std::uint16_t port, bool secure) {
 }
 
 Result<Caller> Access::by_token(std::string_view token, const std::string& peer) {
-  if (const auto* found = find(sha256(token))) return Caller{found->name, found->role, peer};
+  if (const auto* found = find(sha256(token))) return Caller{found->name, found->role, peer, 0, found->roles};
   const auto now = scheduler_.now();
   if (!attempts_.may_try(peer, now))
     return fail(ErrorCode::kBusy, "too many wrong tokens from this address; wait a minute");
@@ -93,7 +93,7 @@ std::optional<Response> Access::name_caller(Request& request) {
   }
   const auto* session = sessions_.find(cookie_of(request), scheduler_.now());
   if (const auto* token = session ? find(session->token) : nullptr)
-    request.caller = {token->name, token->role, peer, session->id};
+    request.caller = {token->name, token->role, peer, session->id, token->roles};
   return std::nullopt;
 }
 

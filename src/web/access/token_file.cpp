@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kMostRoles = 16;
 
 constexpr std::array<std::pair<std::string_view, Role>, 3> kRoles{
     {{"view", Role::kView}, {"command", Role::kCommand}, {"admin", Role::kAdmin}}};
@@ -40,17 +41,33 @@ std::optional<Digest> parse_digest(std::string_view text) {
   return digest;
 }
 
+/// What follows the first comma; nullopt: one of them is no name, or there are too many.
+std::optional<std::vector<std::string>> more_roles(std::string_view text) {
+  std::vector<std::string> roles;
+  for (auto comma = text.find(','); comma != text.npos; comma = text.find(',')) {
+    text.remove_prefix(comma + 1);
+    const auto role = base::trimmed(text.substr(0, text.find(',')));
+    if (!is_name(role) || roles.size() >= kMostRoles) return std::nullopt;
+    roles.emplace_back(role);
+  }
+  return roles;
+}
+
 Result<Token> parse_line(std::string_view line) {
-  constexpr auto kExpected = "expected name:role:hash, the role view, command or admin, the hash 64 hexadecimal digits";
+  constexpr auto kExpected =
+      "expected name:role:hash, the role view, command or admin (and names of roles behind it: `view,panel`), the hash "
+      "64 hexadecimal digits";
   const auto first = line.find(':');
   const auto second = first == line.npos ? line.npos : line.find(':', first + 1);
   if (second == line.npos) return fail(ErrorCode::kInvalid, kExpected);
   const auto name = base::trimmed(line.substr(0, first));
-  const auto role = parse_role(base::trimmed(line.substr(first + 1, second - first - 1)));
+  const auto role_text = line.substr(first + 1, second - first - 1);
+  const auto role = parse_role(base::trimmed(role_text.substr(0, role_text.find(','))));
   const auto hash = parse_digest(base::trimmed(line.substr(second + 1)));
   if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
-  if (!role || !hash) return fail(ErrorCode::kInvalid, kExpected);
-  return Token{std::string(name), *role, *hash};
+  const auto roles = more_roles(role_text);
+  if (!role || !hash || !roles) return fail(ErrorCode::kInvalid, kExpected);
+  return Token{std::string(name), *role, *hash, *roles};
 }
 
 }  // namespace
@@ -98,6 +115,16 @@ Result<std::vector<Token>> read_tokens(transport::Transports& transports, const 
   const auto text = transport::read_text(transports, path, kMostBytes);
   if (!text) return fail(text.error());
   return parse_file(*text, path);
+}
+
+std::vector<std::string> names_of(const std::vector<Token>& tokens) {
+  std::vector<std::string> names;
+  for (const auto& token : tokens) {
+    names.push_back(token.name);
+    names.emplace_back(to_string(token.role));
+    names.insert(names.end(), token.roles.begin(), token.roles.end());
+  }
+  return names;
 }
 
 Result<std::string> add_token(transport::Transports& transports, const std::string& path, const std::string& name,

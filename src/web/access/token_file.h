@@ -12,11 +12,13 @@
 
 namespace rubicon::web::access {
 
-/// One line of a token file: `name:role:hash`. The token itself is nowhere but with its user.
+/// One line of a token file: `name:role:hash`, or with names of roles for rules (docs/rights.md) behind the role:
+/// `name:command,panel:hash`. The token itself is nowhere but with its user.
 struct Token {
   std::string name;
   Role role = Role::kView;
   Digest hash{};  ///< SHA-256 of the text of the token
+  std::vector<std::string> roles{};
 
   friend bool operator==(const Token&, const Token&) = default;
 };
@@ -26,11 +28,14 @@ std::string_view to_string(Role role);
 /// nullopt for anything but view, command and admin.
 std::optional<Role> parse_role(std::string_view word);
 
-/// Lines `name:role:hash`, empty lines, and comments from `#` on. kInvalid with the number of the first wrong line;
+/// Lines of tokens, empty lines, and comments from `#` on. kInvalid with the number of the first wrong line;
 /// kDuplicate for a name that stands twice.
 Result<std::vector<Token>> parse_tokens(std::string_view text);
 /// Reads a file of at most 1 MiB. The path is in each error.
 Result<std::vector<Token>> read_tokens(transport::Transports& transports, const std::string& path);
+
+/// What rules may call the users of these tokens: names, and roles of both kinds.
+std::vector<std::string> names_of(const std::vector<Token>& tokens);
 
 /// Appends the line of a new random token to the file, which is made (0640) if it does not exist. The token.
 Result<std::string> add_token(transport::Transports& transports, const std::string& path, const std::string& name,

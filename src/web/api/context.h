@@ -8,10 +8,13 @@
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
 #include "history/history_source.h"
+#include "tuples/space_rights.h"
 #include "web/access/access.h"
 #include "web/api/allowances.h"
 #include "web/api/event_types.h"
+#include "web/api/permission.h"
 #include "web/api/recent_reads.h"
+#include "web/api/shared_demands.h"
 
 namespace rubicon::web::api {
 
@@ -22,6 +25,7 @@ struct ApiOptions {
   std::string place_options{};                ///< the same as options of the command line
   std::vector<Pattern> metrics_patterns{};    ///< points whose values `/metrics` shows
   history::HistorySource* history = nullptr;  ///< must outlive the API; nullptr = there is none
+  OwnerId island = model::kNoOwner;           ///< that it belongs to, whose rights hold here; kNoOwner = roles alone
 };
 
 /// What all requests and conversations share; outlives them.
@@ -32,10 +36,12 @@ struct Context {
         space(a_space),
         access(its_access),
         options(std::move(its_options)),
+        permission(options.island == model::kNoOwner ? nullptr : tuples::SpaceRights::judge(a_space), options.island),
         messages(a_scheduler, a_space, log),
         peers(a_scheduler, a_space, client::kDdsPace),  // it was there long before a request
         event_types(a_space),
-        recent_reads(a_scheduler, a_space) {}
+        recent_reads(a_scheduler, a_space),
+        demands(a_space) {}
 
   static constexpr unsigned kCommandsPerSecond = 50;
   static constexpr unsigned kHistoryReadsPerSecond = 5;
@@ -53,10 +59,12 @@ struct Context {
   TupleSpace& space;
   access::Access& access;
   ApiOptions options;
+  Permission permission;
   client::MessageClient messages;
   client::PeerDiscovery peers;
   EventTypes event_types;
   RecentReads recent_reads;
+  SharedDemands demands;
   Allowances commands{kCommandsPerSecond}, history_reads{kHistoryReadsPerSecond},
       lists{kListsPerSecond};  ///< of callers over HTTP
   Counters counters;

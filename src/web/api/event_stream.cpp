@@ -4,7 +4,7 @@
 
 namespace rubicon::web::api {
 
-EventStream::EventStream(Context& context, FeedOptions options, ConversationCalls calls)
+EventStream::EventStream(Context& context, const Caller& caller, FeedOptions options, ConversationCalls calls)
     : context_(context),
       calls_(std::move(calls)),
       silence_(context.scheduler,
@@ -12,8 +12,8 @@ EventStream::EventStream(Context& context, FeedOptions options, ConversationCall
                  comment_due_ = true;
                  calls_.wake();
                }),
-      feed_(context, stock_, std::move(options), std::make_unique<StreamWriter>(),
-            Feed::Calls{[this] { calls_.wake(); }, [] {}, [this] { calls_.close(kTooManyTuples); }}) {
+      feed_(context, caller, stock_, std::move(options), std::make_unique<StreamWriter>(),
+            Feed::Calls{[this] { calls_.wake(); }, [] {}, [this](const char* why) { calls_.close(why); }}) {
   ++context_.counters.streams;
   silence_.set(kSilence);
 }

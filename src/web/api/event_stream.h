@@ -12,7 +12,7 @@ class EventStream final : public Conversation {
  public:
   static constexpr Duration kSilence = std::chrono::seconds(5);
 
-  EventStream(Context& context, FeedOptions options, ConversationCalls calls);
+  EventStream(Context& context, const Caller& caller, FeedOptions options, ConversationCalls calls);
   ~EventStream() override;
 
   void received(std::string_view) override {}

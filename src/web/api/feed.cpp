@@ -5,8 +5,11 @@
 
 namespace rubicon::web::api {
 
-Feed::Feed(Context& context, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer, Calls calls)
+Feed::Feed(Context& context, Caller caller, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer,
+           Calls calls)
     : context_(context),
+      caller_(std::move(caller)),
+      judged_(!context.permission.sees_all(caller_)),
       stock_(stock),
       options_(std::move(options)),
       writer_(std::move(writer)),
@@ -18,16 +21,15 @@ Feed::Feed(Context& context, EventStock& stock, FeedOptions options, std::unique
   data_ = space.subscribe(
       options_.pattern, {{}, options_.maximum, options_.dead_band, true},
       [this](const tuples::Event& event) { changed(event); }, [this](OwnerId owner) { snapshot_ended(owner); });
-  if (options_.active) {
-    const Flow wanted{options_.minimum, options_.maximum, options_.dead_band, false};
-    demand_ = space.subscribe(options_.pattern, wanted, [](const tuples::Event&) {});
-  }
+  if (options_.active && !judged_)
+    demand_ = space.subscribe(options_.pattern, wanted(Duration(0)), [](const tuples::Event&) {});
   peers_ = space.watch_peers([this](OwnerId peer, tuples::PeerEvent event) { peer_changed(peer, event); });
 }
 
 Feed::~Feed() {
   for (const auto& item : events_) leave_stock(item);
-  stock_.tuples -= entries_.size();
+  while (!entries_.empty()) forget(entries_.begin());
+  stock_.hidden -= hidden_.size();
   --context_.counters.subscriptions;
 }
 
@@ -36,16 +38,64 @@ void Feed::leave_stock(const Item& item) {
   stock_.bytes -= item.event.size();
 }
 
-/// nullptr: there is no room.
+/// What creates demand; rights may allow slower demand only.
+Flow Feed::wanted(Duration fastest) const {
+  return {std::max(options_.minimum, fastest), options_.maximum, options_.dead_band, false};
+}
+
+tuples::Access Feed::access(const TupleView& tuple) {
+  const NameView name{tuple.owner, tuple.key};
+  if (!judged_) return {};
+  if (hidden_.contains(name)) return {false, false, {}};
+  const auto given = context_.permission.access(caller_, tuple.key);
+  if (!given.read && stock_.hidden < EventStock::kMaxHidden) {
+    ++stock_.hidden;
+    hidden_.insert({tuple.owner, std::string(tuple.key)});
+  }
+  return given;
+}
+
+void Feed::want(Node& node, const tuples::Access& access) {
+  if (!judged_ || !options_.active || !access.demand) return;
+  if (stock_.demands >= EventStock::kMaxDemands) return report_full(kTooManyDemands);
+  auto& demand = node.second.demand;
+  demand = context_.demands.of(node.first.owner, node.first.key, wanted(access.interval));
+  if (!demand) return report_full(kTooManySharedDemands);
+  ++stock_.demands;
+}
+
+void Feed::report_full(const char* why) {
+  if (!std::exchange(stock_.full, true)) calls_.full(why);
+}
+
+void Feed::forget(Entries::iterator entry) {
+  if (entry->second.demand) --stock_.demands;
+  --stock_.tuples;
+  entries_.erase(entry);
+}
+
+void Feed::forget_hidden(const TupleView& tuple) {
+  const auto found = hidden_.find(NameView{tuple.owner, tuple.key});
+  if (found == hidden_.end()) return;
+  hidden_.erase(found);
+  --stock_.hidden;
+}
+
+/// nullptr: there is no room, or the caller may not read it.
 Feed::Node* Feed::node_of(const TupleView& tuple) {
-  if (const auto known = entries_.find(NameView{tuple.owner, tuple.key}); known != entries_.end()) return &*known;
+  const auto known = entries_.find(NameView{tuple.owner, tuple.key});
+  if (known != entries_.end()) return &*known;
+  const auto given = access(tuple);
+  if (!given.read) return nullptr;
   if (stock_.tuples >= EventStock::kMaxTuples) {
-    if (!std::exchange(stock_.full, true)) calls_.full();
+    report_full(kTooManyTuples);
     return nullptr;
   }
   ++stock_.tuples;
+  auto& node = *entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
+  want(node, given);
   owners_.emplace(tuple.owner, false);
-  return &*entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
+  return &node;
 }
 
 /// The tuples are there; the events of some may still be queued.
@@ -59,7 +109,8 @@ void Feed::snapshot_ended(OwnerId owner) {
 void Feed::changed(const tuples::Event& event) {
   if (event.kind == EventKind::kSet) return set(event.tuple);
   const auto known = entries_.find(NameView{event.tuple.owner, event.tuple.key});
-  if (known != entries_.end()) ended(*known, event.kind);
+  if (known == entries_.end()) return forget_hidden(event.tuple);
+  ended(*known, event.kind);
 }
 
 void Feed::set(const TupleView& tuple) {
@@ -212,8 +263,7 @@ void Feed::add_gone(Node& node) {
     writer_->gone(node.first.owner, node.first.key, entry.number, *entry.gone);
     freed_numbers_.push_back(entry.number);
   }
-  entries_.erase(entries_.find(node.first));
-  --stock_.tuples;
+  forget(entries_.find(node.first));
 }
 
 }  // namespace rubicon::web::api

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "base/deadline.h"
@@ -31,28 +32,41 @@ struct EventStock {
   static constexpr std::size_t kMaxEvents = 1000;
   static constexpr std::size_t kMaxBytes = 1024UL * 1024;
   static constexpr std::size_t kMaxTuples = 300'000;  ///< about 200 bytes each
-  std::size_t events = 0, bytes = 0, tuples = 0;
-  bool full = false;  ///< there was no room for a tuple
+  static constexpr std::size_t kMaxDemands = 1000;    ///< where rights decide about each tuple
+  static constexpr std::size_t kMaxHidden = 100'000;  ///< further hidden tuples are judged at each of their sets
+  std::size_t events = 0, bytes = 0, tuples = 0, demands = 0;
+  std::size_t hidden = 0;  ///< tuples that the caller may not read; they count nowhere, nobody learns how many
+  bool full = false;       ///< there was no room for a tuple or its demand
 
   bool has_room(std::size_t more) const { return events < kMaxEvents && bytes + more <= kMaxBytes; }
 };
 
 /// Why a connection ends whose stock is full.
 inline constexpr const char* kTooManyTuples = "more than 300,000 tuples in the subscriptions of this connection";
+inline constexpr const char* kTooManyDemands =
+    "more than 1,000 tuples in active subscriptions of this connection, whose rights decide about each tuple: "
+    "subscribe "
+    "to fewer";
+inline constexpr const char* kTooManySharedDemands =
+    "more than 8,000 tuples in active subscriptions of all connections, whose rights decide about each tuple: try "
+    "again "
+    "later";
 
 /// One subscription of a client: which tuples changed since the last frame. Of a state it keeps that it changed and
 /// reads the value when the frame is made; of an event it keeps each one, while the stock of the connection has room.
-/// The keys have numbers, which belong to the subscription.
+/// The keys have numbers, which belong to the subscription. Of a pattern it has what the caller may read, and wakes
+/// what it may wake; that is asked once for each tuple.
 class Feed {
  public:
   static constexpr std::size_t kMaxFrame = 64UL * 1024;
 
   struct Calls {
-    std::function<void()> wake;    ///< there may be a frame
-    std::function<void()> merged;  ///< a change replaced one that was not sent yet
-    std::function<void()> full;    ///< there is no room for a tuple; once for each stock
+    std::function<void()> wake;                 ///< there may be a frame
+    std::function<void()> merged;               ///< a change replaced one that was not sent yet
+    std::function<void(const char* why)> full;  ///< there is no room for a tuple; once for each stock
   };
-  Feed(Context& context, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer, Calls calls);
+  Feed(Context& context, Caller caller, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer,
+       Calls calls);
   ~Feed();
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
@@ -92,9 +106,11 @@ class Feed {
     std::uint64_t sequence = 0;  ///< of the newest set that is known
     WallTime written{};
     std::optional<EventKind> gone{};  ///< how it ended, if it did
+    SharedDemands::Share demand{};    ///< where rights decide about each tuple
   };
   using Entries = std::unordered_map<Name, Entry, NameHash, NameEqual>;
   using Node = Entries::value_type;
+  using Names = std::unordered_set<Name, NameHash, NameEqual>;
   struct Item {
     Node* tuple = nullptr;  ///< nullptr: the snapshot of `owner` ends here
     OwnerId owner{};
@@ -110,6 +126,12 @@ class Feed {
   void note_lost();
   void peer_changed(OwnerId owner, tuples::PeerEvent event);
   Node* node_of(const TupleView& tuple);
+  tuples::Access access(const TupleView& tuple);
+  void want(Node& node, const tuples::Access& access);
+  void forget(Entries::iterator entry);
+  void forget_hidden(const TupleView& tuple);
+  void report_full(const char* why);
+  Flow wanted(Duration fastest) const;
   void push(std::deque<Item>& queue, Item item);
   Item pop(std::deque<Item>& queue);
   void leave_stock(const Item& item);
@@ -124,11 +146,14 @@ class Feed {
   void fill();
 
   Context& context_;
+  Caller caller_;
+  bool judged_;  ///< rights decide about each tuple
   EventStock& stock_;
   FeedOptions options_;
   std::unique_ptr<FeedWriter> writer_;
   Calls calls_;
   Entries entries_;
+  Names hidden_;  ///< the caller may not read them
   std::vector<std::uint32_t> free_numbers_;
   std::vector<std::uint32_t> freed_numbers_;  ///< they end with the present frame
   bool frame_closed_ = false;                 ///< nothing may follow in it

@@ -54,6 +54,7 @@ Result<SetRequest> read_put(Call& call) {
   request.key = call.parts[1];
   request.value = call.request.body;
   if (auto good = model::check_key(request.key); !good) return fail(good.error());
+  request.caller = call.request.caller;
   request.append = call.query.flag("append");
   const auto field = call.request.header("content-type");
   request.media_type = request.append ? "" : "text/plain";
@@ -138,11 +139,9 @@ std::unique_ptr<Exchange> put_tuple(Call& call) {
   const auto wait = call.query.duration("wait", kUsualWait, kLongestWait);
   if (!request) return call.refuse(request.error());
   if (auto good = call.query.end(); !good) return call.refuse(good.error());
-  if (auto good = call.check(Verb::kSet, request->owner, request->key); !good) return call.refuse(good.error());
   auto& context = call.context;
-  if (!context.commands.take(call.caller_name(), context.scheduler.now()))
-    return call.refuse(
-        {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
+  if (auto good = context.permission.check_set(request->caller, *request, call.take_command()); !good)
+    return call.refuse(good.error());
   ++context.counters.commands;
   return std::make_unique<PutExchange>(context, std::move(*request), wait, call.respond);
 }

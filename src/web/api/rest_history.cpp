@@ -57,7 +57,8 @@ Result<history::Question> read_question(Call& call) {
   question.series = std::move(*names);
   if (auto good = call.query.end(); !good) return fail(good.error());
   for (const auto& name : question.series) {
-    if (auto good = call.check(Verb::kRead, name.owner, name.key); !good) return fail(good.error());
+    const auto good = call.context.permission.check_read(call.request.caller, Verb::kRead, name.owner, name.key);
+    if (!good) return fail(good.error());
   }
   return question;
 }
@@ -69,6 +70,73 @@ history::HistorySource::TextCall respond_with(const char* content_type, const Ca
     respond({.status = 200, .content_type = content_type, .body = std::move(*text), .headers = {}, .stream = {}});
   };
 }
+
+history::HistorySource::SeriesText text_of_page(Request request, PageRange range) {
+  return [request = std::move(request), range = std::move(range)](const std::vector<history::SeriesEntry>& series) {
+    const auto name_of = [](const history::SeriesEntry& one) { return to_string(one.name); };
+    const auto form_of = [](const history::SeriesEntry& one) {
+      return nlohmann::ordered_json(nlohmann::json::parse(history::to_json(std::vector{one}))["series"][0]);
+    };
+    return model::dump(page_of("series", series, request, range, name_of, form_of));
+  };
+}
+
+/// A page of series, of those that the caller may read: the name of no other is in it, nor in its `next`. The history
+/// writes its pages on a thread of its own, where there is nobody to ask for rights.
+class ReadableSeries final : public Exchange {
+ public:
+  ReadableSeries(Call& call, Pattern pattern, PageRange range)
+      : context_(call.context),
+        request_(call.request),
+        caller_name_(call.caller_name()),
+        pattern_(std::move(pattern)),
+        limit_(range.limit),
+        respond_(call.respond) {
+    ask({std::move(range.after), PageRange::kMost});
+  }
+
+ private:
+  void ask(PageRange range) {
+    handle_ = context_.options.history->series(
+        caller_name_, pattern_, {range.after, range.limit + 1}, text_of_page(request_, range),
+        lifetime_.guard([this](Result<std::string> text) { take(std::move(text)); }));
+  }
+
+  void take(Result<std::string> text) {
+    if (!text) return respond_(error_response(text.error()));  // may destroy this
+    auto page = nlohmann::ordered_json(nlohmann::json::parse(*text));
+    std::string last;
+    for (auto& one : page["series"]) {
+      last = one.value("key", "");
+      const auto name = history::parse_series(last);
+      if (!name || !context_.permission.access(request_.caller, name->key).read) continue;
+      if (found_.size() >= limit_ || bytes_ >= PageRange::kMaxBytes) return answer(next_page(request_, last_found_));
+      bytes_ += model::dump(one).size();
+      last_found_ = last;
+      found_.push_back(std::move(one));
+    }
+    if (!page.contains("next")) return answer({});
+    lifetime_.post(context_.scheduler, [this, last] { ask({last, PageRange::kMost}); });
+  }
+
+  void answer(const std::string& next) {
+    nlohmann::ordered_json page{{"series", std::move(found_)}};
+    if (!next.empty()) page["next"] = next;
+    respond_(json_response(page));  // may destroy this
+  }
+
+  Context& context_;
+  Request request_;
+  std::string caller_name_;
+  Pattern pattern_;
+  std::uint64_t limit_;
+  std::function<void(Response)> respond_;
+  nlohmann::ordered_json found_ = nlohmann::ordered_json::array();
+  std::size_t bytes_ = 0;
+  std::string last_found_;
+  Handle handle_;
+  base::Lifetime lifetime_;
+};
 
 }  // namespace
 
@@ -89,16 +157,12 @@ std::unique_ptr<Exchange> list_series(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read(pattern); !good) return call.refuse(good.error());
   if (auto good = take_read(call); !good) return call.refuse(good.error());
-  const auto text = [range, request = call.request](const std::vector<history::SeriesEntry>& series) {
-    const auto name_of = [](const history::SeriesEntry& one) { return to_string(one.name); };
-    const auto form_of = [](const history::SeriesEntry& one) {
-      return nlohmann::ordered_json(nlohmann::json::parse(history::to_json(std::vector{one}))["series"][0]);
-    };
-    return model::dump(page_of("series", series, request, range, name_of, form_of));
-  };
+  if (!call.context.permission.sees_all(call.request.caller))
+    return std::make_unique<ReadableSeries>(call, pattern, range);
   // One more than the page shows says that there is a next one.
-  return std::make_unique<Asking>(call.context.options.history->series(
-      call.caller_name(), pattern, {range.after, range.limit + 1}, text, respond_with("application/json", call)));
+  return std::make_unique<Asking>(
+      call.context.options.history->series(call.caller_name(), pattern, {range.after, range.limit + 1},
+                                           text_of_page(call.request, range), respond_with("application/json", call)));
 }
 
 }  // namespace rubicon::web::api

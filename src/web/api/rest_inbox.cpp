@@ -141,8 +141,8 @@ void add_json(const Decision& decision, const Decided& decided, Tree& tree) {
 /// Finds the inbox that is meant, sets it once for each decision, and answers with what became of them.
 class InboxOrder final : public Exchange {
  public:
-  InboxOrder(Context& context, Order order, Respond respond)
-      : context_(context), order_(std::move(order)), respond_(std::move(respond)) {
+  InboxOrder(Context& context, Caller caller, Order order, Respond respond)
+      : context_(context), caller_(std::move(caller)), order_(std::move(order)), respond_(std::move(respond)) {
     inboxes_ = std::make_unique<client::TupleQuery>(
         context.scheduler, context.space, context.peers, Pattern{order_.island, any_inbox()},
         [this](const std::vector<client::Tuple>& tuples) { found(tuples); }, kInboxPatience);
@@ -172,6 +172,11 @@ class InboxOrder final : public Exchange {
       request.key = inbox.key;
       request.value = order_.decisions[i].word + " " + order_.decisions[i].which;
       request.media_type = "text/plain";
+      request.caller = caller_;
+      if (auto good = context_.permission.check_set(caller_, request); !good) {
+        replied(i, {{}, 0, tuples::Verdict::kRefused, good.error().code, good.error().text});
+        continue;
+      }
       const auto on_reply = [this, i](const tuples::Reply& reply) { replied(i, reply); };
       sets_.push_back(std::make_unique<TrackedSet>(context_, request, TrackedSet::Calls{on_reply, {}}));
     }
@@ -220,6 +225,7 @@ class InboxOrder final : public Exchange {
   }
 
   Context& context_;
+  Caller caller_;
   Order order_;
   Respond respond_;
   std::unique_ptr<client::TupleQuery> inboxes_;
@@ -256,15 +262,12 @@ std::unique_ptr<Exchange> decide_inbox(Call& call) {
   if (auto good = call.query.end(); !good) return call.refuse(good.error());
   auto order = read_order(call.request.body);
   if (!order) return call.refuse(order.error());
-  const auto key = model::IslandKey{"proxy"}.inbox();
-  if (auto good = call.check(Verb::kSet, order->island.value_or(model::kNoOwner), key); !good)
-    return call.refuse(good.error());
   auto& context = call.context;
-  if (!context.commands.take(call.caller_name(), context.scheduler.now()))
-    return call.refuse(
-        {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
+  const auto key = model::IslandKey{"proxy"}.inbox();
+  if (auto good = context.permission.check_decisions(call.request.caller, key, call.take_command()); !good)
+    return call.refuse(good.error());
   context.commands.charge(call.caller_name(), context.scheduler.now(), std::max(0.0, order->cost() - 1));
-  return std::make_unique<InboxOrder>(context, std::move(*order), call.respond);
+  return std::make_unique<InboxOrder>(context, call.request.caller, std::move(*order), call.respond);
 }
 
 }  // namespace rubicon::web::api

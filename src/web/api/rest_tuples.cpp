@@ -63,11 +63,12 @@ FeedOptions read_feed_options(Query& query) {
 std::unique_ptr<Exchange> stream_tuples(Call& call, const FeedOptions& options) {
   if (options.active) {
     const auto owner = options.pattern.owner.value_or(model::kNoOwner);
-    if (auto good = call.check(Verb::kWake, owner, options.pattern.key); !good) return call.refuse(good.error());
+    const auto good = call.context.permission.check_read(call.request.caller, Verb::kWake, owner, options.pattern.key);
+    if (!good) return call.refuse(good.error());
   }
   Response response{.status = 200, .content_type = "text/event-stream", .body = {}, .headers = {}, .stream = {}};
-  response.stream = [&context = call.context, options](ConversationCalls calls) {
-    return std::make_unique<EventStream>(context, options, std::move(calls));
+  response.stream = [&context = call.context, options, caller = call.request.caller](ConversationCalls calls) {
+    return std::make_unique<EventStream>(context, caller, options, std::move(calls));
   };
   return call.answer(std::move(response));
 }

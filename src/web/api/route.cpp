@@ -7,7 +7,6 @@
 
 #include "base/text.h"
 #include "model/json_members.h"
-#include "web/api/permission.h"
 #include "web/error_response.h"
 #include "web/server/target.h"
 
@@ -40,13 +39,10 @@ std::unique_ptr<Exchange> Call::answer(Response response) const {
   return nullptr;
 }
 
-Result<void> Call::check(Verb verb, OwnerId owner, std::string_view key) const {
-  return api::check(request.caller, verb, owner, key);
-}
-
 Result<void> Call::may_read(const Pattern& pattern) {
   if (auto good = query.end(); !good) return good;
-  return check(Verb::kRead, pattern.owner.value_or(model::kNoOwner), pattern.key);
+  return context.permission.check_read(request.caller, Verb::kRead, pattern.owner.value_or(model::kNoOwner),
+                                       pattern.key);
 }
 
 std::unique_ptr<Exchange> Call::read(const std::vector<Pattern>& patterns, TupleRead::Make make) const {
@@ -54,12 +50,20 @@ std::unique_ptr<Exchange> Call::read(const std::vector<Pattern>& patterns, Tuple
   const auto name = caller_name();
   if (counts && !context.lists.take(name, context.scheduler.now()))
     return refuse({ErrorCode::kBusy, "more than 30 lists, or 600,000 tuples of lists, in a second"});
-  auto counted = [&all = context, name, counts, make = std::move(make)](std::vector<client::Tuple> tuples) {
+  auto counted = [&all = context, name, counts, caller = request.caller,
+                  make = std::move(make)](std::vector<client::Tuple> tuples) {
     const auto cost = static_cast<double>(tuples.size()) / Context::kTuplesOfAList;
     if (counts) all.lists.charge(name, all.scheduler.now(), cost);
+    if (!all.permission.sees_all(caller))
+      std::erase_if(tuples, [&](const auto& one) { return !all.permission.access(caller, one.key).read; });
     return make(std::move(tuples));
   };
   return std::make_unique<TupleRead>(context, patterns, std::move(counted), respond);
+}
+
+Result<void> Call::take_command() const {
+  if (context.commands.take(caller_name(), context.scheduler.now())) return {};
+  return fail(ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond));
 }
 
 std::string Call::caller_name() const {

@@ -26,13 +26,13 @@ struct Call {
   /// Answers with an error. nullptr.
   std::unique_ptr<Exchange> refuse(const Error& error) const;
   std::unique_ptr<Exchange> answer(Response response) const;
-  /// kRefused if the caller may not do that.
-  Result<void> check(Verb verb, OwnerId owner, std::string_view key) const;
   /// The end of the query, then whether the caller may read what matches.
   Result<void> may_read(const Pattern& pattern);
-  /// Answers with what `make` makes of the present tuples of these patterns. kBusy if the caller read too many; single
-  /// tuples do not count.
+  /// Answers with what `make` makes of the present tuples of these patterns that the caller may read. kBusy if the
+  /// caller read too many; single tuples do not count.
   std::unique_ptr<Exchange> read(const std::vector<Pattern>& patterns, TupleRead::Make make) const;
+  /// kBusy: the caller asked for more commands than Context::kCommandsPerSecond.
+  Result<void> take_command() const;
   /// The caller, as limits count it.
   std::string caller_name() const;
   /// Whether the client asks for this media type.

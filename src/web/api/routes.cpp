@@ -13,7 +13,7 @@ const Parameter kPathOwner{"owner", "integer", kOwner, "6541", true};
 const Parameter kPathKey{"key", "string", "the key of a tuple", "proxy.island", true};
 
 const RouteAnswer kInvalid{400, kJson, "the request is wrong; the text says what was expected"};
-const RouteAnswer kRefused{403, kJson, "the role of the caller does not permit it"};
+const RouteAnswer kRefused{403, kJson, "the role or the rights of the caller do not permit it"};
 const RouteAnswer kNone{404, kJson, "there is none"};
 const RouteAnswer kBusy{429, kJson, "too often; try again later"};
 

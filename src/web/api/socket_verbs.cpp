@@ -123,18 +123,19 @@ Result<void> Socket::subscribe(Id id, Members& members) {
   const bool full = members.flag_or("full", false);
   if (auto good = members.end(); !good) return good;
   const auto owner = options.pattern.owner.value_or(model::kNoOwner);
-  if (auto good = check(caller_, web::Verb::kRead, owner, options.pattern.key); !good) return good;
+  const auto& permission = context_.permission;
+  if (auto good = permission.check_read(caller_, web::Verb::kRead, owner, options.pattern.key); !good) return good;
   if (options.active) {
-    if (auto good = check(caller_, web::Verb::kWake, owner, options.pattern.key); !good) return good;
+    if (auto good = permission.check_read(caller_, web::Verb::kWake, owner, options.pattern.key); !good) return good;
   }
   if (feeds_.size() >= kMaxSubscriptions)
     return fail(ErrorCode::kBusy, fmt::format("{} subscriptions are the most of a connection", kMaxSubscriptions));
   const auto number = ++last_subscription_;
   answer(id, {{"subscription", number}});
-  feeds_.emplace(number,
-                 std::make_unique<Feed>(
-                     context_, stock_, std::move(options), std::make_unique<SocketWriter>(number, full),
-                     Feed::Calls{[this] { wake(); }, [this] { merged(); }, [this] { calls_.close(kTooManyTuples); }}));
+  feeds_.emplace(number, std::make_unique<Feed>(context_, caller_, stock_, std::move(options),
+                                                std::make_unique<SocketWriter>(number, full),
+                                                Feed::Calls{[this] { wake(); }, [this] { merged(); },
+                                                            [this](const char* why) { calls_.close(why); }}));
   return {};
 }
 
@@ -152,7 +153,8 @@ Result<void> Socket::unsubscribe(Id id, Members& members) {
 Result<void> Socket::get(Id id, Members& members) {
   const auto tuple = members.tuple("key");
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kRead, *tuple.owner, tuple.key); !good) return good;
+  if (auto good = context_.permission.check_read(caller_, web::Verb::kRead, *tuple.owner, tuple.key); !good)
+    return good;
   if (sets_.size() + readings_.size() + sending_ >= kMaxUnderWay)
     return fail(ErrorCode::kBusy, fmt::format("{} requests are under way; wait for their outcomes", kMaxUnderWay));
   const auto found = [this, id, tuple](const std::vector<client::Tuple>& tuples) {
@@ -178,8 +180,8 @@ Result<void> Socket::append(Id id, Members& members) {
 Result<void> Socket::write(Id id, Members& members, bool is_append) {
   auto request = read_set(members, is_append, context_.scheduler.wall_now());
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kSet, request.owner, request.key); !good) return good;
-  if (auto good = take_command(); !good) return good;
+  request.caller = caller_;
+  if (auto good = context_.permission.check_set(caller_, request, take_command()); !good) return good;
   ++context_.counters.commands;
   TrackedSet::Calls calls{
       [this, id, request](const tuples::Reply& reply) { replied(id, request, reply); },
@@ -221,8 +223,7 @@ Result<void> Socket::send(Id id, Members& members) {
   const auto value = members.value();
   if (to.island == model::kNoOwner) members.fault({ErrorCode::kInvalid, "to: expected the id of a component"});
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kSend, to.island, type); !good) return good;
-  if (auto good = take_command(); !good) return good;
+  if (auto good = context_.permission.check_send(caller_, to, type, take_command()); !good) return good;
   ++sending_;
   context_.messages.send(to, type, value, lifetime_.guard([this, id](const std::string& error) {
     --sending_;
@@ -235,7 +236,7 @@ Result<void> Socket::send(Id id, Members& members) {
 Result<void> Socket::listen(Id id, Members& members) {
   const auto type = members.text("type", "the content type of messages, such as knx.telegram");
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kRead, context_.space.self(), type); !good) return good;
+  if (auto good = context_.permission.check_listen(caller_, context_.space.self(), type); !good) return good;
   if (type.empty() || type.size() > kMaxMessageType)
     return fail(ErrorCode::kInvalid, fmt::format("listen: type: expected 1 to {} bytes", kMaxMessageType));
   if (listened_.size() >= kMaxListened && !listened_.contains(type))
@@ -258,7 +259,7 @@ Result<void> Socket::unlisten(Id id, Members& members) {
 
 Result<void> Socket::list_islands(Id id, Members& members) {
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
+  if (auto good = context_.permission.check_read(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
   answer(id);
   islands_asked_ = islands_due_ = true;
   watch_components();
@@ -267,7 +268,7 @@ Result<void> Socket::list_islands(Id id, Members& members) {
 
 Result<void> Socket::list_components(Id id, Members& members) {
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
+  if (auto good = context_.permission.check_read(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
   answer(id);
   components_asked_ = components_due_ = true;
   watch_components();

@@ -25,8 +25,15 @@ Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
 TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
     : calls_(std::move(calls)), is_command_(may_have_states(request.key) && !request.append) {
   const tuples::SetOptions options{request.media_type, request.user_time, request.lifetime, request.sequence};
-  const auto on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });
+  auto record = context.permission.recorder(request);
+  tuples::ReplyCall on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });
   auto& space = context.space;
+  if (!is_command_ && record) {
+    on_reply = [record, tell = std::move(on_reply)](const tuples::Reply& answer) {
+      record(answer);
+      tell(answer);
+    };
+  }
   if (request.append) {
     space.append_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
   } else if (!is_command_) {
@@ -35,7 +42,7 @@ TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
     tracker_ = std::make_unique<client::RemoteSetTracker>(
         context.scheduler, space, request.owner, request.key, request.value,
         [this](const client::Outcome& outcome) { change_state(outcome, true); }, request.time_to_live, request.patience,
-        [this](const client::Outcome& outcome) { change_state(outcome, false); }, on_reply, options);
+        [this](const client::Outcome& outcome) { change_state(outcome, false); }, on_reply, options, std::move(record));
   }
 }
 

@@ -20,6 +20,7 @@ struct SetRequest {
   Duration patience = std::chrono::seconds(15);  ///< how long to wait for the outcome of a command that must have ended
   std::optional<std::uint64_t> sequence{};       ///< expected
   bool append = false;
+  Caller caller{};  ///< who asks
 };
 
 /// Longest time to live, and longest lifetime of a value, that a client may ask for.
@@ -28,8 +29,10 @@ inline constexpr Duration kLongestRequest = std::chrono::hours(24 * 366);
 /// What a reply says to the client: empty if the owner accepted.
 Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner);
 
-/// Carries out a request and follows it: the owner's reply, then the states of a `.command`, at least the final one
-/// (`applied` where nothing reports states). Destruction ends it without a call; not inside a call.
+/// Carries out a request that the caller may ask for and follows it: the owner's reply, then the states of a
+/// `.command`, at least the final one
+/// (`applied` where nothing reports states). Destruction ends it without a call; not inside a call. The audit gets the
+/// owner's reply in any case.
 class TrackedSet {
  public:
   struct Calls {
@@ -39,6 +42,8 @@ class TrackedSet {
   TrackedSet(Context& context, const SetRequest& request, Calls calls);
 
  private:
+  TrackedSet(const TrackedSet&) = delete;
+  TrackedSet& operator=(const TrackedSet&) = delete;
   void reply(const tuples::Reply& reply);
   void change_state(const client::Outcome& outcome, bool is_final);
 

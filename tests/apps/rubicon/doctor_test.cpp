@@ -141,7 +141,7 @@ TEST_F(Doctor, NamesAFirewallOfThisHost) {
 
 TEST_F(Doctor, NamesAnIdThatIsTakenTwice) {
   const auto island = started(folder_.write("a.yaml", small_island(5)), {"--set", "tuples.engine=dds"});
-  const tuples::dds::Rogue twin(5, 1);  // unlike a daemon it does not go
+  const tuples::dds::Rogue twin(5);  // unlike a daemon it does not go
   const auto told = ask({"--patience", "2s"});
   EXPECT_EQ(told.code, 1);
   EXPECT_THAT(told.problem(), HasSubstr("island-twice: id 5 is used by 2 programs"));

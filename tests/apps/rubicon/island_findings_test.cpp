@@ -217,10 +217,10 @@ TEST(IslandFindings, DevicesThatWaitForADecisionAreNamed) {
 
 TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   client::Options options;
-  EXPECT_THAT(check_access(island(), options).what,
-              HasSubstr("every local user of this host can read and command island 6541"));
+  EXPECT_THAT(check_access(island(), options).what, HasSubstr("anybody on this host may read and command island 6541"));
   options.interfaces = {"eth0"};
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` only prevents mistakes"));
+  EXPECT_THAT(check_access(island(), options).fix, HasSubstr("sudo rubicon trust init"));
 }
 
 /// As GitHub makes it of a heading.

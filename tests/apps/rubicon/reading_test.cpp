@@ -238,7 +238,7 @@ TEST_F(Reading, TheDoctorFindsTheLineTheDeviceAndTheInbox) {
   EXPECT_THAT(told.output, ContainsRegex("good +clock +the clock of island 6541 home"));
   EXPECT_THAT(told.output, ContainsRegex("disk +island 6541 home: [0-9]+ MB free for its state file"));
   EXPECT_THAT(told.output, ContainsRegex("disk +island 6541 home: [0-9]+ MB free for recorder-all"));
-  EXPECT_THAT(told.output, HasSubstr("every local user of this host can read and command island 6541"));
+  EXPECT_THAT(told.output, HasSubstr("anybody on this host may read and command island 6541"));
   EXPECT_THAT(told.output, Not(HasSubstr("nothing is wrong")));
 }
 

@@ -21,12 +21,18 @@ struct Read {
   std::string errors;
 };
 
-Read read(std::string_view json, std::uint32_t island = 42, const std::string& directory = {}) {
+Read read(std::string_view json, std::uint32_t island = 42, const std::string& directory = {}, bool closed = false) {
   const auto node = support::config_of(json);
   ConfigErrors errors;
   ConfigReader reader(node, "networks.wsn", errors);
   const TypeCatalogue types;
-  Read out{read_wsn_options({"wsn", IslandId{island}, reader, types, directory}), {}};
+  Read out{read_wsn_options({.id = "wsn",
+                             .island = IslandId{island},
+                             .options = reader,
+                             .types = types,
+                             .directory = directory,
+                             .closed = closed}),
+           {}};
   reader.finish();
   out.errors = errors.text();
   return out;
@@ -47,6 +53,11 @@ TEST(WsnOptions, ASinkWithItsOwnLineIsSharedOnLoopback) {
     EXPECT_EQ(transport::to_string(options.share->listen), "127.0.0.1:9002");
     EXPECT_FALSE(options.share->may_configure);
   }
+}
+
+TEST(WsnOptions, OfAnIslandForMembersOnlyASinkIsSharedIfTheFileSaysSo) {
+  EXPECT_FALSE(read(R"({"source": "serial@/dev/a:57600"})", 42, {}, true).options.share);
+  EXPECT_TRUE(read(R"({"source": "serial@/dev/a:57600", "share": 9002})", 42, {}, true).options.share);
 }
 
 TEST(WsnOptions, ShareIsNoAPortOrAnAddressAndAPort) {

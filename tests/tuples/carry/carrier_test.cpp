@@ -128,6 +128,8 @@ TEST_F(OneHome, AsksThePoliciesOfBothEngines) {
   auto answer = reader->set(time, 7, "hall.lamp", "on");
   EXPECT_EQ(answer.verdict, Verdict::kRefused);
   EXPECT_EQ(answer.text, "not from this host");
+  ASSERT_EQ(peis.answers.size(), 1U) << "for the audit";
+  EXPECT_EQ(peis.answers[0].text, answer.text);
   peis.refused.clear();
   dds.refused.insert(OwnerId(8));
   reader->space.set_remote(OwnerId(7), "hall.lamp", "on", 10s, [&](const Reply& reply) { answer = reply; });

@@ -9,20 +9,18 @@ namespace rubicon::tuples::carry {
 using joined::Observer;
 
 /// Refuses the remote sets of some components.
-class PickyPolicy final : public PeerPolicy {
+class PickyPolicy final : public OpenPolicy {
  public:
-  explicit PickyPolicy(const std::set<OwnerId>& refused) : refused_(refused) {}
-  Result<void> may_join(const PeerIdentity&) override { return {}; }
-  void peer_up(const PeerIdentity&) override {}
-  void peer_down(OwnerId) override {}
-  Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return {}; }
+  PickyPolicy(const std::set<OwnerId>& refused, std::vector<Reply>& answers) : refused_(refused), answers_(answers) {}
   Result<void> may_set(const RemoteSet& set) override {
     if (refused_.contains(set.from)) return fail(ErrorCode::kRefused, "not from this host");
     return {};
   }
+  void answered(const RemoteSet&, const Reply& reply) override { answers_.push_back(reply); }
 
  private:
   const std::set<OwnerId>& refused_;
+  std::vector<Reply>& answers_;
 };
 
 /// An engine in memory whose readers may stop reading, and whose links may refuse remote sets.
@@ -36,15 +34,16 @@ class TestEngine final : public StandInEcology {
   }
 
   MemoryEcology memory;
-  std::set<OwnerId> refused;  ///< remote sets of these are
-  std::set<OwnerId> stalled;  ///< nothing is published to these
+  std::set<OwnerId> refused;   ///< remote sets of these are
+  std::vector<Reply> answers;  ///< that policies were told of
+  std::set<OwnerId> stalled;   ///< nothing is published to these
   std::map<OwnerId, std::function<void()>> displaced;
 
  private:
   class TestLink final : public Link {
    public:
     TestLink(std::unique_ptr<Link> link, TestEngine& engine)
-        : link_(std::move(link)), engine_(engine), policy_(engine.refused) {}
+        : link_(std::move(link)), engine_(engine), policy_(engine.refused, engine.answers) {}
     void attach(LinkListener& listener, std::uint64_t incarnation) override { link_->attach(listener, incarnation); }
     void detach() override { link_->detach(); }
     bool publish(OwnerId subscriber, std::span<const Change> changes) override {

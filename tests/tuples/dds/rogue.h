@@ -10,6 +10,7 @@
 #include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
+#include "tuples/dds/writers.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -46,20 +47,32 @@ class Rogue {
     dds_write(writer_.get(), &presence);
   }
 
-  /// The start of a component, as its presence says; 0 if none shows itself within ten seconds.
-  std::uint64_t incarnation_of(std::uint32_t id) {
-    const Entity reader(dds_create_reader(participant_.get(), topic_.get(), make_kept_qos().get(), nullptr));
+  /// What the presence of a component says.
+  struct Shown {
+    std::uint64_t incarnation = 0;
+    std::uint16_t version = 0;
+  };
+  /// Zeros if none shows itself to a reader in the partition within ten seconds. Version 1 reads in the default one.
+  Shown shown_by(std::uint32_t id, const char* partition) {
+    auto qos = make_qos();
+    dds_qset_partition1(qos.get(), partition);
+    const Entity subscriber(dds_create_subscriber(participant_.get(), qos.get(), nullptr));
+    const Entity reader(dds_create_reader(subscriber.get(), topic_.get(), make_kept_qos().get(), nullptr));
     for (int i = 0; i < 1000; ++i, dds_sleepfor(DDS_MSECS(10))) {
       void* samples[1] = {};
       dds_sample_info_t infos[1];
       while (dds_take(reader.get(), samples, infos, 1, 1) == 1) {
-        const auto found = *static_cast<const rubicon_wire_Presence*>(samples[0]);
+        const auto& found = *static_cast<const rubicon_wire_Presence*>(samples[0]);
+        const Shown shown{found.incarnation, found.version};
+        const bool wanted = found.id == id && infos[0].valid_data;
         dds_return_loan(reader.get(), samples, 1);
-        if (found.id == id && infos[0].valid_data) return found.incarnation;
+        if (wanted) return shown;
       }
     }
-    return 0;
+    return {};
   }
+  /// The start of a component, as its presence says; 0 if none shows itself within ten seconds.
+  std::uint64_t incarnation_of(std::uint32_t id) { return shown_by(id, "*").incarnation; }
 
   /// Is no component any more. Returns when its last frames and its absence have arrived.
   void leave() {
@@ -100,7 +113,7 @@ class Rogue {
       frame_topic_ =
           Entity(dds_create_topic(participant_.get(), &rubicon_wire_Frame_desc, "rubicon_frames", nullptr, nullptr));
       auto partition = make_qos();
-      dds_qset_partition1(partition.get(), (std::to_string(id_) + "." + std::to_string(target)).c_str());
+      dds_qset_partition1(partition.get(), (hex_id(OwnerId(id_)) + "." + hex_id(OwnerId(target))).c_str());
       publisher_ = Entity(dds_create_publisher(participant_.get(), partition.get(), nullptr));
       auto qos = make_qos();
       dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tuples/component.h"
 #include "tuples/dds/rogue.h"
 
@@ -22,6 +24,22 @@ TEST(OtherVersions, AComponentOfAnotherVersionIsNotTalkedTo) {
   const dds::Rogue equal(3, dds::kProtocolVersion);
   for (int i = 0; i < 100 && island.space.peers().empty(); ++i) time.run_for(10ms);
   EXPECT_THAT(island.space.peers(), ElementsAre(OwnerId(3)));
+}
+
+/// Version 1 has its presence in the default partition, and reads there only.
+TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
+  VirtualScheduler time;
+  TestEcology ecology(time);
+  Component island(ecology, time, 1);
+  dds::Rogue first(2, 1);
+  const auto says_so = [&] {
+    return ecology.log().contains("component 2 has version 1 of the protocol, this program version 2: ignored");
+  };
+  for (int i = 0; i < 200 && !says_so(); ++i) time.run_for(10ms);
+  EXPECT_TRUE(says_so());
+  EXPECT_EQ(first.shown_by(1, "").version, 2U);
+  const auto seen = ecology.component_starts();
+  EXPECT_TRUE(std::any_of(seen.begin(), seen.end(), [](const auto& one) { return one.present && one.version == 1; }));
 }
 
 }  // namespace

@@ -13,10 +13,7 @@ constexpr OwnerId kFar{70000};
 constexpr std::uint64_t kStart = 1'800'000'000'000'000;
 
 /// Writes down what it is asked, and refuses where its test says so.
-struct EnginePolicy final : PeerPolicy {
-  Result<void> may_join(const PeerIdentity&) override { return {}; }
-  void peer_up(const PeerIdentity&) override {}
-  void peer_down(OwnerId) override {}
+struct EnginePolicy final : OpenPolicy {
   Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return answer(); }
   Result<void> may_set(const RemoteSet&) override { return answer(); }
   Result<void> answer() const {

@@ -28,9 +28,10 @@ inline std::string c_string(std::string_view text) {
 /// A component of ours with a simulated kernel.
 class LinkToAKernel : public ::testing::Test {
  protected:
-  LinkToAKernel() {
+  explicit LinkToAKernel(std::shared_ptr<Judge> judge = nullptr) {
     kernel.listen();
     PeisOptions options;
+    options.judge = std::move(judge);
     options.multicast = false;
     options.connect = {"127.0.0.1:9000"};
     const PeisMachine machine{world.interfaces, "hostx", "host-of-hostx", "4711", "anna"};

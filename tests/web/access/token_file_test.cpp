@@ -36,6 +36,27 @@ TEST_F(NewTokens, AreAppendedAndOnlyTheirHashIsKept) {
   EXPECT_EQ(about.st_mode & 0777U, 0640U);
 }
 
+TEST(TokenFile, NamesRolesForRulesBehindTheRole) {
+  const auto hash = std::string(64, 'a');
+  const auto tokens = parse_tokens("tablet: command, panel,night :" + hash + "\nplain:view:" + hash + "\n");
+  ASSERT_TRUE(tokens) << tokens.error().text;
+  EXPECT_EQ(tokens->at(0).role, Role::kCommand);
+  EXPECT_EQ(tokens->at(0).roles, (std::vector<std::string>{"panel", "night"}));
+  EXPECT_TRUE(tokens->at(1).roles.empty());
+  for (const auto* roles : {"panel,command", "view,", "view,two words", "view,,night", ",view"})
+    EXPECT_FALSE(parse_tokens("tablet:" + std::string(roles) + ":" + hash)) << roles;
+  std::string many = "view";
+  for (int i = 0; i < 17; ++i) many += ",r";
+  EXPECT_FALSE(parse_tokens("tablet:" + many + ":" + hash));
+}
+
+TEST(TokenFile, GivesTheNamesAndRolesThatRulesMayName) {
+  const std::string hash(64, 'a');
+  const auto tokens = parse_tokens("tablet:command,panel:" + hash + "\nhall:view:" + hash + "\n");
+  ASSERT_TRUE(tokens) << tokens.error().text;
+  EXPECT_EQ(names_of(*tokens), (std::vector<std::string>{"tablet", "command", "panel", "hall", "view"}));
+}
+
 TEST_F(NewTokens, ComeOnALineOfTheirOwn) {
   std::ofstream(path_) << "# no line end";
   ASSERT_TRUE(add_token(files_, path_, "viewer", Role::kView));

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/rights.h"
 #include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/server/certificate.h"
@@ -97,6 +98,28 @@ TEST_F(SecureService, AReloadTakesBothOrNeither) {
   files_.put((folder_ / "web.tokens").string(), "?");
   EXPECT_FALSE(service_->reload());
   EXPECT_EQ(ask("first"), Answer("200", 1));
+}
+
+/// A feed was opened by rights that the reload may have taken away.
+TEST_F(SecureService, AReloadThatFailsEndsTheFeedsOfAJudgedIslandToo) {
+  service_.reset();
+  setup_.tls.reset();
+  tuples::MemoryEcology judged{world_.time};
+  judged.judge(OwnerId(65537), support::judge_of({}, nullptr));
+  const auto link = judged.join(OwnerId(65537)).value();
+  TupleSpace space(OwnerId(65537), world_.time, *link);
+  auto opened = WebService::open({world_.context, world_.time, space, files_, log_}, setup_, folder_.string(), "hall");
+  ASSERT_TRUE(opened) << opened.error().text;
+  const auto address = (*opened)->address();
+  const auto port = static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+  server::RawClient feed(world_, {"127.0.0.1", port});
+  feed.send(
+      "GET /api/v1/tuples?pattern=*:** HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer first\r\n"
+      "Accept: text/event-stream\r\n\r\n");
+  ASSERT_TRUE(feed.gets("text/event-stream")) << feed.received;
+  files_.put((folder_ / "web.tokens").string(), "?");
+  EXPECT_FALSE((*opened)->reload());
+  EXPECT_TRUE(world_.until([&] { return feed.closed; }));
 }
 
 TEST_F(SecureService, TheMetricsHaveTheValuesOfTheSetup) {

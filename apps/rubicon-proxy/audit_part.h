@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "island/island_config.h"
+#include "trust/rights/audit_file.h"
+#include "trust/rights/rights_judge.h"
+
+namespace rubicon::daemon {
+
+/// The audit of the daemon's judge.
+class AuditPart {
+ public:
+  /// `wishes` gets the lines of the audit; it shows them to the user of the island only. All must outlive it.
+  AuditPart(Scheduler& scheduler, LogSink& log, LogSink& wishes)
+      : scheduler_(scheduler), log_(log, "audit"), wishes_(wishes, "audit") {}
+
+  /// Opens the file that the configuration names, unless it is open, and takes its other options. The error says why it
+  /// cannot be written; the one before stays.
+  Result<void> take(const island::IslandConfig& config, trust::rights::RightsJudge& judge);
+  /// Opens its file again: logrotate may have renamed it.
+  void reopen() {
+    if (file_) file_->reopen();
+  }
+
+ private:
+  Scheduler& scheduler_;
+  Log log_, wishes_;
+  std::string path_;
+  std::shared_ptr<trust::rights::AuditFile> file_;
+};
+
+}  // namespace rubicon::daemon

@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "apps/rubicon/trust/commands.h"
+#include "base/config_reader.h"
+#include "config/audit_config.h"
+#include "config/config_file.h"
+#include "model/json_members.h"
+#include "trust/rights/audit_file.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+namespace fs = std::filesystem;
+using rubicon::trust::rights::AuditQuery;
+
+/// How often the file is looked at while it is followed.
+constexpr timespec kLook{0, 250'000'000};
+
+struct AuditOptions {
+  std::string file;
+  AuditQuery query;
+  bool follow = false;
+};
+
+/// Where the island of a configuration writes it; empty: to its log only.
+Result<std::string> file_of_island(const std::string& configuration) {
+  const auto root = config::load_config(configuration, {});
+  if (!root) return fail(root.error());
+  base::ConfigErrors errors;
+  ConfigReader reader(*root, "", errors);
+  const auto named = config::read_audit(reader).file;
+  const auto state = reader.map("state").text("file", "");
+  const auto file = !named.empty() ? named : state.empty() ? state : state + ".audit";
+  if (file.empty()) return file;
+  return (fs::path(configuration).parent_path() / file).string();
+}
+
+std::vector<std::string> configurations(const Settings& settings) {
+  if (!settings.config.empty()) return {settings.config};
+  std::vector<std::string> all;
+  std::error_code error;
+  const auto beside = fs::absolute(folder_of(settings), error).lexically_normal().parent_path();
+  for (const auto& entry : fs::directory_iterator(beside, error)) {
+    if (entry.path().extension() == ".yaml") all.push_back(entry.path().string());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// The only one on this host.
+Result<std::string> find_audit(const Settings& settings) {
+  std::vector<std::string> files;
+  for (const auto& one : configurations(settings)) {
+    const auto file = file_of_island(one);
+    if (!file && !settings.config.empty()) return fail(file.error());
+    if (file && !file->empty()) files.push_back(*file);
+  }
+  if (files.size() == 1) return files.front();
+  return fail(ErrorCode::kInvalid,
+              files.empty()
+                  ? std::string("no island of this host has an audit log, expected --file FILE or --config FILE")
+                  : fmt::format("several islands of this host have audit logs, expected --file with one of: {}",
+                                fmt::join(files, ", ")));
+}
+
+/// `2026-01-31 12:00:00 CET  desk set proxy.hall.door.actuator.lock-1.command = open: refused, ...`
+std::string audit_text(std::string_view text) {
+  const auto line = model::object_of(text);
+  const auto of = [&line](const char* name) { return printable(model::text_of(line, name)); };
+  const auto value = of("value"), why = of("why");
+  return fmt::format("{}  {} {} {}{}: {}{}", time_text(model::time_from_seconds(model::number_of(line, "t"))),
+                     of("who"), of("verb"), of("key"), value.empty() ? "" : " = " + value, of("verdict"),
+                     why.empty() ? "" : ", " + why);
+}
+
+bool is_wanted(const AuditQuery& query, std::string_view text) {
+  const auto line = model::object_of(text);
+  if (!query.who.empty() && model::text_of(line, "who") != query.who) return false;
+  return !query.refused_only || model::text_of(line, "verdict") == "refused";
+}
+
+ino_t number_of_file(const std::string& file) {
+  struct stat about {};
+  return ::stat(file.c_str(), &about) == 0 ? about.st_ino : 0;
+}
+
+/// New lines as they are written, also in the file that replaces this one, until the reader of our output ends.
+void follow_audit(Output& out, bool json, const AuditOptions& options) {
+  auto opened = number_of_file(options.file);
+  std::ifstream lines(options.file, std::ios::binary | std::ios::ate);
+  std::string whole;
+  while (!out.broken()) {
+    for (std::string part; std::getline(lines, part);) {
+      whole += part;
+      if (lines.eof()) break;  // the rest of this line is still to come
+      if (is_wanted(options.query, whole)) out.line(json ? whole : audit_text(whole));
+      whole.clear();
+    }
+    lines.clear();
+    out.flush();
+    ::nanosleep(&kLook, nullptr);
+    const auto there = number_of_file(options.file);
+    if (there == opened || there == 0) continue;
+    opened = there;
+    lines = std::ifstream(options.file, std::ios::binary);
+  }
+}
+
+int audit(const Settings& settings, AuditOptions options) {
+  if (options.file.empty()) {
+    auto found = find_audit(settings);
+    if (!found) return failed(found.error());
+    options.file = std::move(*found);
+  }
+  Output out(1);
+  const auto read = rubicon::trust::rights::read_audit(options.file, options.query, [&](std::string_view line) {
+    out.line(settings.json ? std::string(line) : audit_text(line));
+  });
+  if (!read) return failed(read.error());
+  out.flush();
+  if (*read > 0) print_error(fmt::format("{}: {} in it are damaged", options.file, counted(*read, "line")));
+  if (options.follow) follow_audit(out, settings.json, options);
+  return ended(out, kGood);
+}
+
+}  // namespace
+
+void add_audit(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<AuditOptions>();
+  auto* app = cli.command({"audit", "Show what was asked of an island of this host, by whom, and how it ended",
+                           "  sudo rubicon trust audit\n"
+                           "  sudo rubicon trust audit --name desk --refused\n"
+                           "  sudo rubicon trust audit --follow --json\n",
+                           parent},
+                          [options](const Settings& settings) { return audit(settings, *options); });
+  app->add_option("--file", options->file, "audit log; default that of the only island of this host, or of --config")
+      ->type_name("FILE");
+  app->add_option("--name", options->query.who, "only what this member asked for");
+  app->add_flag("--refused", options->query.refused_only, "only what was refused");
+  app->add_flag("--follow", options->follow, "go on with new lines");
+}
+
+}  // namespace rubicon::cli::trust

@@ -1,0 +1,179 @@
+#include "apps/rubicon/trust/commands.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "base/own_file.h"
+#include "base/text.h"
+#include "model/json_members.h"
+#include "trust/trust.h"
+
+namespace rubicon::cli {
+
+void add_trust(Cli& cli) {
+  auto* app = cli.app().add_subcommand(
+      "trust", "Who may take part: init, add, join, request, sign, revoke, renew, show, export, may, audit");
+  app->require_subcommand(1);
+  app->fallthrough();
+  app->get_formatter()->label("SUBCOMMAND", "COMMAND");
+  app->footer(
+      "Examples:\n"
+      "  sudo rubicon trust init                    # on the host with the islands\n"
+      "  sudo rubicon trust add desk                # writes desk.trust, shows its phrase\n"
+      "  rubicon trust join desk.trust              # on the other host\n"
+      "  sudo rubicon trust revoke desk\n"
+      "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
+      "The folder is /etc/rubicon/trust; for join and request of a person ~/.config/rubicon/trust; --trust FOLDER\n"
+      "or RUBICON_TRUST name another one. See docs/trust.md.");
+  trust::add_init(cli, app);
+  trust::add_members(cli, app);
+  trust::add_join(cli, app);
+  trust::add_request(cli, app);
+  trust::add_revoke(cli, app);
+  trust::add_renew(cli, app);
+  trust::add_show(cli, app);
+  trust::add_may(cli, app);
+  trust::add_audit(cli, app);
+}
+
+namespace trust {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLargestText = 256 * 1024;
+constexpr mode_t kPrivate = 0600;
+
+Result<std::string> read_all(int descriptor, const std::string& name) {
+  std::string text(kLargestText + 1, '\0');
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const auto count = ::read(descriptor, text.data() + done, text.size() - done);
+    if (count < 0) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read: {}", name, std::strerror(errno)));
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  if (done > kLargestText)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: has more than {} bytes", name, kLargestText));
+  text.resize(done);
+  return text;
+}
+
+std::optional<unsigned> number_in(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value ? base::parse_number<unsigned>(value) : std::nullopt;
+}
+
+/// Of --trust or the environment; empty: neither names one.
+fs::path named_folder(const Settings& settings) {
+  const auto& option = settings.options.trust;
+  if (!option.empty()) return option == client::kNoTrust ? fs::path() : fs::path(option);
+  const char* value = std::getenv("RUBICON_TRUST");
+  return value == nullptr || value == std::string_view(client::kNoTrust) ? fs::path() : fs::path(value);
+}
+
+/// Who ran sudo carries the file to another host.
+void give_to_sudo_user(int descriptor) {
+  const auto user = number_in("SUDO_UID"), group = number_in("SUDO_GID");
+  if (::geteuid() == 0 && user && group) std::ignore = ::fchown(descriptor, *user, *group);
+}
+
+}  // namespace
+
+fs::path folder_of(const Settings& settings) {
+  const auto named = named_folder(settings);
+  return named.empty() ? fs::path(rubicon::trust::kHostFolder) : named;
+}
+
+fs::path folder_to_show(const Settings& settings) {
+  const auto folder = folder_of(settings);
+  const auto own = rubicon::trust::user_folder();
+  std::error_code error;
+  const bool is_own =
+      named_folder(settings).empty() && !fs::exists(folder, error) && !error && !own.empty() && fs::exists(own, error);
+  return is_own ? own : folder;
+}
+
+Result<fs::path> own_folder(const Settings& settings) {
+  if (auto named = named_folder(settings); !named.empty()) return named;
+  if (::geteuid() == 0) return fs::path(rubicon::trust::kHostFolder);
+  if (auto folder = rubicon::trust::user_folder(); !folder.empty()) return folder;
+  return fail(ErrorCode::kNotFound, "HOME is not set, expected --trust FOLDER");
+}
+
+WallTime now() {
+  return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+}
+
+int failed(const Error& error) {
+  print_error(printable(error.text));
+  return error.code == ErrorCode::kInvalid || error.code == ErrorCode::kOutOfRange ? kUsage : kFailed;
+}
+
+int failed_at(const fs::path& folder, const Error& error) {
+  if (folder != fs::path(rubicon::trust::kHostFolder) || ::geteuid() == 0 || error.code == ErrorCode::kInvalid)
+    return failed(error);
+  return failed({error.code, error.text + "; the folder of the host is changed by root: sudo rubicon trust ..."});
+}
+
+Line as_json(const RealmIdentity& realm) {
+  return {{"name", realm.name}, {"fingerprint", realm.fingerprint}};
+}
+
+Line as_json(const tuples::Member& member) {
+  Line line{{"name", member.name}, {"roles", member.roles}, {"ids", Line::array()}};
+  for (const auto& one : member.ids) line["ids"].push_back({one.first, one.last});
+  line["serial"] = member.serial;
+  line["expires"] = model::seconds_json(member.expires);
+  return line;
+}
+
+void put(Output& out, const RealmIdentity& realm) {
+  out.line("realm        " + printable(realm.name));
+  out.line("fingerprint  " + printable(realm.fingerprint));
+}
+
+Result<std::string> read_text(const std::string& file) {
+  if (file == "-") return read_all(STDIN_FILENO, "standard input");
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return fail(ErrorCode::kIo, fmt::format("{}: cannot be opened: {}", file, std::strerror(errno)));
+  auto text = read_all(descriptor, file);
+  ::close(descriptor);
+  return text;
+}
+
+Result<NewFile> NewFile::open(const std::string& path) {
+  if (std::error_code error; fs::exists(fs::symlink_status(path, error)))
+    return fail(ErrorCode::kDuplicate, fmt::format("{}: exists, expected the name of a new file", path));
+  const auto before = ::umask(0177);
+  auto made = OwnFile::open(path, O_WRONLY | O_EXCL);
+  ::umask(before);
+  if (!made) return fail(made.error());
+  NewFile file(path, std::move(*made));
+  if (::fchmod(file.file_.get(), kPrivate) != 0)
+    return fail(ErrorCode::kIo, fmt::format("{}: its mode cannot be set: {}", path, std::strerror(errno)));
+  give_to_sudo_user(file.file_.get());
+  return file;
+}
+
+NewFile::~NewFile() {
+  if (!path_.empty() && !written_) ::unlink(path_.c_str());
+}
+
+Result<void> NewFile::write(std::string_view text) {
+  const auto done = file_.write(text, path_);
+  written_ = done.has_value();
+  return done;
+}
+
+}  // namespace trust
+}  // namespace rubicon::cli

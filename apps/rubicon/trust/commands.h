@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <utility>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/tuple_text.h"
+#include "base/own_file.h"
+#include "trust/component_ids.h"
+#include "trust/operations.h"
+
+namespace rubicon::cli::trust {
+
+using rubicon::trust::ids_text;
+using rubicon::trust::RealmIdentity;
+
+// Each adds one command of `rubicon trust`, or a few that belong together.
+void add_init(Cli& cli, CLI::App* parent);
+void add_members(Cli& cli, CLI::App* parent);
+void add_join(Cli& cli, CLI::App* parent);
+void add_request(Cli& cli, CLI::App* parent);
+void add_revoke(Cli& cli, CLI::App* parent);
+void add_renew(Cli& cli, CLI::App* parent);
+void add_show(Cli& cli, CLI::App* parent);
+void add_may(Cli& cli, CLI::App* parent);
+void add_audit(Cli& cli, CLI::App* parent);
+
+/// That of --trust, else of RUBICON_TRUST, else of the host.
+std::filesystem::path folder_of(const Settings& settings);
+/// The same, but that of the person where neither names one, and the host has none.
+std::filesystem::path folder_to_show(const Settings& settings);
+/// The folder that a person writes: that of the host for root, else the one in the home directory.
+Result<std::filesystem::path> own_folder(const Settings& settings);
+/// By the clock of this host.
+WallTime now();
+/// Prints the error; its exit code.
+int failed(const Error& error);
+/// With `hint`, after what follows `no permission`.
+int failed_at(const std::filesystem::path& folder, const Error& error);
+
+/// `Rubicon 5f1c`, its fingerprint.
+Line as_json(const RealmIdentity& realm);
+/// name, roles, ids, serial, expires
+Line as_json(const tuples::Member& member);
+/// `realm`, `fingerprint`: two lines.
+void put(Output& out, const RealmIdentity& realm);
+
+/// The text of a file of at most 256 kB; `-` = standard input.
+Result<std::string> read_text(const std::string& file);
+/// A new file that only its user may read; under sudo the user who called it. It is opened before what it is for is
+/// made, and gone again if nothing was written.
+class NewFile {
+ public:
+  /// kDuplicate: it exists.
+  static Result<NewFile> open(const std::string& path);
+  NewFile(NewFile&& other) noexcept
+      : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)), written_(other.written_) {}
+  NewFile& operator=(NewFile&&) = delete;
+  ~NewFile();
+
+  const std::string& path() const { return path_; }
+  Result<void> write(std::string_view text);
+
+ private:
+  NewFile(std::string path, base::OwnFile file) : path_(std::move(path)), file_(std::move(file)) {}
+
+  std::string path_;
+  base::OwnFile file_;
+  bool written_ = false;
+};
+
+}  // namespace rubicon::cli::trust

@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "apps/rubicon/trust/commands.h"
+#include "base/config_reader.h"
+#include "config/config_file.h"
+#include "model/json_members.h"
+#include "trust/place.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A configuration of this host, or why its island gets no certificate.
+struct Found {
+  std::string file;
+  Result<OwnerId> island;
+};
+
+Result<OwnerId> island_of(const std::string& file) {
+  const auto root = config::load_config(file, {});
+  if (!root) return fail(root.error());
+  ConfigErrors errors;
+  ConfigReader reader(*root, "", errors);
+  auto island = reader.map("island");
+  if (!island.has("id")) return fail(ErrorCode::kInvalid, file + ": no island.id");
+  const auto id = island.integer("id", 1, 1, model::kMaxIslandId);
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  return OwnerId(static_cast<std::uint32_t>(id));
+}
+
+/// The configurations beside the folder, by name: /etc/rubicon/*.yaml.
+std::vector<Found> configurations_beside(const fs::path& folder) {
+  std::vector<Found> all;
+  std::error_code error;
+  const auto beside = fs::absolute(folder, error).lexically_normal().parent_path();
+  for (const auto& entry : fs::directory_iterator(beside, error)) {
+    if (entry.path().extension() == ".yaml") all.push_back({entry.path().string(), island_of(entry.path().string())});
+  }
+  std::sort(all.begin(), all.end(), [](const Found& a, const Found& b) { return a.file < b.file; });
+  return all;
+}
+
+struct Outcome {
+  RealmIdentity realm;
+  bool is_new = false;
+  std::vector<OwnerId> added;
+  std::vector<std::string> faults;  ///< of members that could not be added
+};
+
+/// How long a command waits for another one that changes the folder, and how often it looks.
+constexpr int kMostLooks = 50;
+constexpr useconds_t kLookPeriod = 100'000;  // microseconds
+
+Result<tuples::Member> add_patiently(const fs::path& folder, const rubicon::trust::MemberOptions& options) {
+  auto added = rubicon::trust::add_here(folder, options, now());
+  for (int i = 0; i < kMostLooks && !added && added.error().code == ErrorCode::kBusy; ++i) {
+    ::usleep(kLookPeriod);
+    added = rubicon::trust::add_here(folder, options, now());
+  }
+  return added;
+}
+
+/// The folder has a realm: islands that came since get theirs, and the people if an earlier run was interrupted. What
+/// fails for one member is no reason against the others.
+Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& islands) {
+  const auto there = rubicon::trust::show(folder, now());
+  if (!there) return fail(there.error());
+  Outcome outcome{there->realm, false, {}, {}};
+  if (!there->has_authority) return outcome;
+  const auto& members = there->members;
+  const auto is_local = [](const auto& one) { return one.member.name == rubicon::trust::kLocalMember; };
+  if (std::none_of(members.begin(), members.end(), is_local)) {
+    const auto added = add_patiently(folder, rubicon::trust::member_of_people());
+    if (!added) outcome.faults.push_back("no certificate for the people of this host: " + added.error().text);
+  }
+  for (const auto island : islands) {
+    const bool has = std::any_of(members.begin(), members.end(), [&](const auto& one) {
+      return !one.revoked && one.has_key && one.member.may_use(island);
+    });
+    if (has) continue;
+    const auto added = add_patiently(folder, rubicon::trust::member_of_island(island));
+    if (added) {
+      outcome.added.push_back(island);
+    } else {
+      outcome.faults.push_back(fmt::format("no certificate for island {}: {}", number(island), added.error().text));
+    }
+  }
+  return outcome;
+}
+
+bool has_realm(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / "identity-ca.pem", error);
+}
+
+Result<Outcome> make(const fs::path& folder, const std::string& realm, const std::vector<OwnerId>& islands) {
+  if (has_realm(folder)) return add_missing(folder, islands);
+  rubicon::trust::InitOptions options;
+  if (!realm.empty()) options.realm = realm;
+  options.islands = islands;
+  auto made = rubicon::trust::init(folder, options, now());
+  if (made) return Outcome{std::move(*made), true, islands, {}};
+  if (!has_realm(folder)) return fail(made.error());
+  return add_missing(folder, islands);
+}
+
+/// Whether the island of a file needs no realm of the host: it is without trust, or has a folder of its own.
+bool is_without_host(const std::string& file) {
+  const auto root = config::load_config(file, {});
+  if (!root) return false;
+  ConfigErrors errors;
+  const auto choice = ConfigReader(*root, "", errors).map("tuples").text("trust", "");
+  return choice == "no" || choice == "off" || choice == "false" || choice.find('/') != choice.npos;
+}
+
+std::string numbers(const std::vector<OwnerId>& islands) {
+  std::vector<std::uint32_t> all;
+  for (const auto one : islands) all.push_back(number(one));
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
+void show(Output& out, const Outcome& outcome, const fs::path& folder) {
+  put(out, outcome.realm);
+  if (!outcome.is_new) {
+    out.line(fmt::format("{} has this realm already; {}", folder.string(),
+                         outcome.added.empty() ? "nothing was changed"
+                                               : "certificates were added for island " + numbers(outcome.added)));
+    return;
+  }
+  out.line(fmt::format("certificates for the people of this host (group rubicon){}",
+                       outcome.added.empty() ? "; no island is configured yet: run this again when one is"
+                                             : ", and for island " + numbers(outcome.added)));
+  out.line("next: systemctl restart the islands; `rubicon trust add NAME` for another host");
+}
+
+std::vector<OwnerId> islands_beside(const fs::path& folder) {
+  std::vector<OwnerId> islands;
+  for (const auto& one : configurations_beside(folder)) {
+    if (!one.island) {
+      print_error(fmt::format("no certificate for {}: {}", one.file, printable(one.island.error().text)));
+    } else if (std::find(islands.begin(), islands.end(), *one.island) == islands.end()) {
+      islands.push_back(*one.island);
+    }
+  }
+  return islands;
+}
+
+struct InitCommand {
+  std::string realm, island_file;
+};
+
+int run(const Settings& settings, const InitCommand& command) {
+  if (!command.island_file.empty() && is_without_host(command.island_file)) return kGood;
+  const auto folder = folder_of(settings);
+  const auto made = make(folder, command.realm, islands_beside(folder));
+  if (!made) {
+    // Islands that have their certificates start all the same.
+    const int code = failed_at(folder, made.error());
+    return has_realm(folder) ? int{kGood} : code;
+  }
+  for (const auto& fault : made->faults) print_error(printable(fault));
+  Output out(1);
+  if (settings.json) {
+    Line line{{"realm", as_json(made->realm)}, {"folder", folder.string()}, {"new", made->is_new}};
+    line["islands"] = Line::array();
+    for (const auto one : made->added) line["islands"].push_back(number(one));
+    out.line(model::dump(line));
+  } else {
+    show(out, *made, folder);
+  }
+  return ended(out, kGood);
+}
+
+}  // namespace
+
+void add_init(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<InitCommand>();
+  auto* app = cli.command(
+      {"init", "Make a realm, with certificates for the people and islands of this host",
+       "  sudo rubicon trust init\n"
+       "  sudo rubicon trust init --realm Hall\n"
+       "The islands are those of the files *.yaml beside the folder. Run it again after a new one:\n"
+       "what is there stays as it is. A member that cannot be made is named; the exit code is 0 if there is a realm.\n",
+       parent},
+      [options](const Settings& settings) { return run(settings, *options); });
+  app->add_option("--realm", options->realm, "name of the realm; a random end is added; default Rubicon");
+  app->add_option("--for", options->island_file,
+                  "configuration of an island: nothing is done if its `tuples.trust` is no, or a folder")
+      ->type_name("FILE");
+}
+
+}  // namespace rubicon::cli::trust

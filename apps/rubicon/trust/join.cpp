@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/phrase.h"
+#include "model/json_members.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+using rubicon::trust::BundleContents;
+
+struct JoinOptions {
+  std::string file;
+  bool yes = false, older = false;
+  PhraseOptions phrase;
+};
+
+void show(Output& out, const BundleContents& bundle) {
+  put(out, bundle.realm);
+  out.line(fmt::format("member       {}, ids {}, until {}", printable(bundle.member.name), ids_text(bundle.member),
+                       time_text(bundle.member.expires).substr(0, 10)));
+}
+
+/// Nobody has changed the file on its way if the fingerprint is that of the host with the authority.
+Result<bool> is_right(const JoinOptions& options) {
+  if (options.yes) return true;
+  return confirmed("Is that the fingerprint which `rubicon trust show` prints on the host that made the file?");
+}
+
+int join(const Settings& settings, const JoinOptions& options) {
+  const auto text = read_text(options.file);
+  if (!text) return failed(text.error());
+  const auto bundle = rubicon::trust::inspect(*text, now());
+  if (!bundle) return failed({bundle.error().code, fmt::format("{}: {}", options.file, bundle.error().text)});
+  const auto folder = own_folder(settings);
+  if (!folder) return failed(folder.error());
+  Output out(1);
+  if (!settings.json) show(out, *bundle);
+  out.flush();
+  const auto right = is_right(options);
+  if (!right) return failed(right.error());
+  if (!*right) return failed({ErrorCode::kRefused, "not joined: the fingerprint was not confirmed"});
+  std::string phrase;
+  if (bundle->has_key) {
+    auto typed = read_phrase(options.phrase, "phrase: ");
+    if (!typed) return failed(typed.error());
+    phrase = std::move(*typed);
+  }
+  const auto joined = rubicon::trust::join(
+      *folder, *text, phrase, now(), options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse);
+  if (!joined) return failed_at(*folder, joined.error());
+  if (settings.json) {
+    out.line(model::dump(
+        {{"realm", as_json(joined->realm)}, {"member", as_json(joined->member)}, {"folder", folder->string()}}));
+  } else {
+    out.line(fmt::format("joined       {}; the file {} is needed no more: remove it", folder->string(), options.file));
+  }
+  return ended(out, kGood);
+}
+
+int request(const Settings& settings, const std::string& name) {
+  const auto folder = own_folder(settings);
+  if (!folder) return failed(folder.error());
+  const auto made = rubicon::trust::request(*folder, name);
+  if (!made) return failed_at(*folder, made.error());
+  Output out(1);
+  out.write(*made);
+  return ended(out, kGood);
+}
+
+}  // namespace
+
+void add_join(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<JoinOptions>();
+  auto* app = cli.command({"join", "Take the certificate that another host made for this one",
+                           "  rubicon trust join desk.trust\n"
+                           "  sudo rubicon trust join lab.trust          # for an island: into /etc/rubicon/trust\n"
+                           "  rubicon trust join desk.trust --yes < phrase\n"
+                           "Asks for the pass phrase, which is not shown, and whether the fingerprint is right.\n",
+                           parent},
+                          [options](const Settings& settings) { return join(settings, *options); });
+  app->add_option("FILE", options->file, "what `add`, `sign`, `renew` or `export` wrote")->required();
+  app->add_flag("--yes", options->yes, "the fingerprint was compared before");
+  app->add_flag("--older", options->older, "take the file even if the certificate that is there ends later");
+  app->add_option("--phrase-file", options->phrase.file, "file with the pass phrase")->type_name("FILE");
+}
+
+void add_request(Cli& cli, CLI::App* parent) {
+  const auto name = std::make_shared<std::string>();
+  auto* app = cli.command({"request", "Make a key that never leaves this host, and the request for its certificate",
+                           "  rubicon trust request robot > robot.csr     # on the robot\n"
+                           "  sudo rubicon trust sign robot.csr > robot.trust\n"
+                           "  rubicon trust join robot.trust              # on the robot again\n",
+                           parent},
+                          [name](const Settings& settings) { return request(settings, *name); });
+  app->add_option("NAME", *name, "name of the member")->required();
+}
+
+}  // namespace rubicon::cli::trust

@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/rubicon/island_points.h"
+#include "apps/rubicon/trust/commands.h"
+#include "base/config_reader.h"
+#include "config/config_file.h"
+#include "config/rights_config.h"
+#include "config/yaml.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
+#include "trust/rights/rights_judge.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+using rubicon::trust::rights::Right;
+namespace rules = rubicon::trust::rights;
+
+struct MayOptions {
+  std::string name, verb, key;
+  std::vector<std::string> roles;
+  IslandOption island;
+};
+
+/// The rules of a configuration, and the prefix of its keys.
+struct Rules {
+  std::optional<config::RightsSetup> setup;  ///< nullopt: those of an island without
+  std::string prefix;
+
+  rules::Rights rights() const { return setup ? rules::Rights(setup->rules) : rules::Rights(); }
+};
+
+Result<Rules> rules_of(const ConfigNode& root) {
+  base::ConfigErrors errors;
+  ConfigReader reader(root, "", errors);
+  auto setup = config::read_rights(reader);
+  auto prefix = reader.map("island").text("prefix", "proxy");
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  return Rules{std::move(setup), std::move(prefix)};
+}
+
+Result<Rules> rules_of_file(const std::string& file) {
+  const auto root = config::load_config(file, {});
+  if (!root) return fail(root.error());
+  return rules_of(*root);
+}
+
+/// The member with its roles and ids as the folder knows it; a name that is not in it has neither.
+tuples::Member member_of(const Settings& settings, const MayOptions& options) {
+  tuples::Member member{options.name, options.roles};
+  const auto there = rubicon::trust::show(folder_of(settings), now());
+  if (!there) return member;
+  const auto found = std::find_if(there->members.begin(), there->members.end(),
+                                  [&](const auto& one) { return one.member.name == options.name; });
+  if (found != there->members.end()) member = found->member;
+  if (found == there->members.end() && options.name != tuples::kPeisMember)
+    print_error(fmt::format("{}: not a member in {}; answered for a member without roles{}", options.name,
+                            folder_of(settings).string(), options.roles.empty() ? "" : " but those given"));
+  return member;
+}
+
+int answer(Output& out, const Settings& settings, const MayOptions& options, const Rules& asked) {
+  const auto right = rules::right_of(options.verb);
+  if (!right)
+    return failed({ErrorCode::kInvalid,
+                   fmt::format("'{}' is no right, expected read, demand, set, approve or send", options.verb)});
+  const rules::RightsJudge judge(asked.rights(), nullptr, asked.prefix);
+  const auto decision = judge.explain(member_of(settings, options), *right, options.key);
+  if (settings.json) {
+    Line line{{"name", options.name}, {"right", options.verb}, {"key", options.key}, {"may", decision.allowed}};
+    if (decision.rule) line["rule"] = *decision.rule + 1;
+    line["why"] = decision.text;
+    out.line(model::dump(line));
+  } else {
+    out.line(fmt::format("{}: {}", decision.allowed ? "yes" : "no", decision.text));
+  }
+  return ended(out, decision.allowed ? kGood : kRefused);
+}
+
+/// By the configuration that a running island has in force.
+int ask_island(const Settings& settings, const MayOptions& options) {
+  const auto session = Session::open(settings, "trust may");
+  if (!session) return kFailed;
+  const auto key = model::IslandKey{settings.prefix}.settings();
+  const auto island = choose_island(*session, options.island, key.status(), "configuration");
+  if (island.code != kGood) return island.code;
+  for (const auto& tuple : session->read({island.id, key.value()})) {
+    const auto root = config::parse_yaml(tuple.value, fmt::format("island {}", number(island.id)));
+    if (!root) return failed(root.error());
+    const auto found = rules_of(*root);
+    return found ? answer(session->out(), settings, options, *found) : failed(found.error());
+  }
+  return session->not_found(fmt::format("island {} shows no configuration", number(island.id)),
+                            "--config FILE asks its file");
+}
+
+int may(const Settings& settings, const MayOptions& options) {
+  if (settings.config.empty()) return ask_island(settings, options);
+  const auto found = rules_of_file(settings.config);
+  if (!found) return failed(found.error());
+  Output out(1);
+  return answer(out, settings, options, *found);
+}
+
+}  // namespace
+
+void add_may(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<MayOptions>();
+  auto* app = cli.command({"may", "Say whether a member may do something, and which rule of the island decides",
+                           "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
+                           "  rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml\n"
+                           "  rubicon trust may panel approve proxy.inbox.hall.command\n"
+                           "Asks a running island, or the file of --config. Exit code 3: it may not.\n",
+                           parent},
+                          [options](const Settings& settings) { return may(settings, *options); });
+  app->add_option("NAME", options->name, "name of the member; peis for all components of a PEIS network")->required();
+  app->add_option("RIGHT", options->verb, "read, demand, set, approve or send")->required();
+  app->add_option("KEY", options->key, "key of a tuple; for send NETWORK.DEVICE, island:ID or own")->required();
+  app->add_option("--role", options->roles, "role of a member that this folder does not know (may be repeated)")
+      ->allow_extra_args(false);
+  add_island_option(app, options->island);
+}
+
+}  // namespace rubicon::cli::trust

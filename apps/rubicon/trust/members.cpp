@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/phrase.h"
+#include "model/json_members.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+using rubicon::trust::Issued;
+using rubicon::trust::MemberOptions;
+
+struct AddOptions {
+  MemberOptions member;
+  std::uint32_t island = 0;
+  std::string out;
+  bool here = false;
+  PhraseOptions phrase;
+
+  MemberOptions wanted() const {
+    auto options = member;
+    if (island != 0) options.island = OwnerId(island);
+    return options;
+  }
+};
+
+void add_options_of_member(CLI::App* app, AddOptions& options) {
+  app->add_option("--island", options.island, "for an island: its id")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, static_cast<unsigned>(model::kMaxIslandId)).description(""));
+  app->add_option("--role", options.member.roles, "role that rights name, such as admin (may be repeated)")
+      ->allow_extra_args(false);
+  app->add_option("--days", options.member.days, "life of the certificate")
+      ->type_name("N")
+      ->check(CLI::Range(1, rubicon::trust::kMaxMemberDays).description(""))
+      ->capture_default_str();
+}
+
+Line issued_json(const Issued& issued, const std::string& file) {
+  Line line{{"member", as_json(issued.member)}, {"realm", as_json(issued.realm)}};
+  if (!file.empty()) line["file"] = file;
+  return line;
+}
+
+void put_issued(Output& out, const Issued& issued, const std::string& file) {
+  put(out, issued.realm);
+  out.line(fmt::format("member       {}, ids {}", issued.member.name, ids_text(issued.member)));
+  out.line(fmt::format("file         {}", file));
+}
+
+std::string file_of(const AddOptions& options) {
+  return options.out.empty() ? options.member.name + ".trust" : options.out;
+}
+
+/// Where bundle and phrase go. Opened before there is a key: what is certified can be handed out.
+struct Outputs {
+  NewFile bundle;
+  std::optional<NewFile> phrase;  ///< none: the terminal
+};
+
+Result<Outputs> open_outputs(const Settings& settings, const AddOptions& options) {
+  const auto& phrase_file = options.phrase.file;
+  if (phrase_file.empty()) {
+    if (const auto may = may_show_phrase(settings.json); !may) return fail(may.error());
+  }
+  auto bundle = NewFile::open(file_of(options));
+  if (!bundle) return fail(bundle.error());
+  if (phrase_file.empty()) return Outputs{std::move(*bundle), {}};
+  if (std::error_code error; std::filesystem::equivalent(phrase_file, bundle->path(), error))
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}: bundle and phrase in one file protect nothing, expected two files", phrase_file));
+  auto phrase = NewFile::open(phrase_file);
+  if (!phrase) return fail(phrase.error());
+  return Outputs{std::move(*bundle), std::move(*phrase)};
+}
+
+void put_issued(const Settings& settings, Output& out, const Issued& issued, const std::string& file) {
+  if (settings.json)
+    out.line(model::dump(issued_json(issued, file)));
+  else
+    put_issued(out, issued, file);
+  out.flush();
+}
+
+/// Prints what was issued, the bundle in its file; the phrase only where it is asked for.
+int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
+  if (const auto written = outputs.bundle.write(issued.bundle); !written) return failed(written.error());
+  if (!issued.phrase.empty() && outputs.phrase) {
+    if (const auto written = outputs.phrase->write(issued.phrase + "\n"); !written) return failed(written.error());
+  }
+  Output out(1);
+  put_issued(settings, out, issued, outputs.bundle.path());
+  if (!issued.phrase.empty()) {
+    if (!outputs.phrase) show_phrase(issued.phrase);
+    if (!settings.json) out.line(fmt::format("on the other host: rubicon trust join {}", outputs.bundle.path()));
+  }
+  return ended(out, kGood);
+}
+
+int add_here(const Settings& settings, const AddOptions& options) {
+  const auto folder = folder_of(settings);
+  const auto added = rubicon::trust::add_here(folder, options.wanted(), now());
+  if (!added) return failed_at(folder, added.error());
+  Output out(1);
+  out.line(settings.json ? model::dump({{"member", as_json(*added)}})
+                         : fmt::format("member       {}, ids {}, its key is in {}", added->name, ids_text(*added),
+                                       folder.string()));
+  return ended(out, kGood);
+}
+
+int add(const Settings& settings, const AddOptions& options) {
+  if (options.here) return add_here(settings, options);
+  if (const auto good = rubicon::trust::check_member_name(options.member.name); !good) return failed(good.error());
+  auto outputs = open_outputs(settings, options);
+  if (!outputs) return failed(outputs.error());
+  const auto folder = folder_of(settings);
+  const auto issued = rubicon::trust::add(folder, options.wanted(), now());
+  if (!issued) return failed_at(folder, issued.error());
+  return hand_out(settings, *issued, *outputs);
+}
+
+int give_out(const Settings& settings, const AddOptions& options) {
+  auto outputs = open_outputs(settings, options);
+  if (!outputs) return failed(outputs.error());
+  const auto folder = folder_to_show(settings);
+  const auto issued = rubicon::trust::export_member(folder, options.member.name, now());
+  if (!issued) return failed_at(folder, issued.error());
+  return hand_out(settings, *issued, *outputs);
+}
+
+Result<Issued> signed_by(const std::filesystem::path& folder, const std::string& file, const AddOptions& options) {
+  const auto request = read_text(file);
+  if (!request) return fail(request.error());
+  return rubicon::trust::sign(folder, *request, options.wanted(), now());
+}
+
+int sign(const Settings& settings, const std::string& file, const AddOptions& options) {
+  const auto folder = folder_of(settings);
+  std::optional<NewFile> bundle;
+  if (!options.out.empty()) {
+    auto opened = NewFile::open(options.out);
+    if (!opened) return failed(opened.error());
+    bundle.emplace(std::move(*opened));
+  }
+  const auto issued = signed_by(folder, file, options);
+  if (!issued) return failed_at(folder, issued.error());
+  Output out(1);
+  if (!bundle) {
+    out.write(issued->bundle);
+    return ended(out, kGood);
+  }
+  if (const auto written = bundle->write(issued->bundle); !written) return failed(written.error());
+  put_issued(settings, out, *issued, options.out);
+  return ended(out, kGood);
+}
+
+void add_phrase_option(CLI::App* app, AddOptions& options) {
+  app->add_option("--phrase-file", options.phrase.file, "new file for the pass phrase, instead of the terminal")
+      ->type_name("FILE");
+}
+
+void add_add(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<AddOptions>();
+  auto* app =
+      cli.command({"add", "Make a member for another host: a file to carry there, and its pass phrase",
+                   "  sudo rubicon trust add desk\n"
+                   "  sudo rubicon trust add panel --role admin --days 90\n"
+                   "  sudo rubicon trust add lab --island 7\n"
+                   "The phrase is shown once. --here keeps the key on this host, for a further island or service.\n",
+                   parent},
+                  [options](const Settings& settings) { return add(settings, *options); });
+  app->add_option("NAME", options->member.name, "name of the member, as rights name it; never given again")->required();
+  add_options_of_member(app, *options);
+  app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
+  app->add_flag("--here", options->here, "for this host: its key stays in the folder");
+  add_phrase_option(app, *options);
+}
+
+void add_export(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<AddOptions>();
+  auto* app = cli.command({"export", "Write the file of a member again, its key under a new pass phrase",
+                           "  sudo rubicon trust export desk\n", parent},
+                          [options](const Settings& settings) { return give_out(settings, *options); });
+  app->add_option("NAME", options->member.name, "name of the member")->required();
+  app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
+  add_phrase_option(app, *options);
+}
+
+void add_sign(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<AddOptions>();
+  const auto file = std::make_shared<std::string>();
+  auto* app = cli.command({"sign", "Answer the request of a member: a file without a key, for `join`",
+                           "  sudo rubicon trust sign robot.csr > robot.trust\n"
+                           "Compare who asks with the name in the request: who is signed, is a member.\n",
+                           parent},
+                          [options, file](const Settings& settings) { return sign(settings, *file, *options); });
+  app->add_option("FILE", *file, "what `request` wrote; - = standard input")->required();
+  add_options_of_member(app, *options);
+  app->add_option("--out", options->out, "file to write instead of standard output")->type_name("FILE");
+}
+
+}  // namespace
+
+void add_members(Cli& cli, CLI::App* parent) {
+  add_add(cli, parent);
+  add_sign(cli, parent);
+  add_export(cli, parent);
+}
+
+}  // namespace rubicon::cli::trust

@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "apps/rubicon/session.h"
+#include "apps/rubicon/trust/commands.h"
+#include "model/json_members.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+using rubicon::trust::ListedMember;
+
+/// Soon enough to renew in peace.
+constexpr int kWarnDays = 30;
+
+struct RenewOptions {
+  std::string name;
+  int days = rubicon::trust::kMemberDays;
+};
+
+/// A list that is published reaches every component that is there by then.
+constexpr Duration kTelling = std::chrono::seconds(2);
+
+/// Takes part for a moment, and counts who is present: whoever is a member hands the list on. Islands of this host see
+/// the file too.
+std::size_t tell_the_others(const Settings& settings) {
+  auto options = settings.options;
+  options.name = "rubicon trust revoke";
+  auto client = Client::open(options);
+  if (!client) return 0;
+  (*client)->run_until([] { return false; }, kTelling);
+  return (*client)->components().size();
+}
+
+int revoke(const Settings& settings, const std::string& name) {
+  const auto folder = folder_of(settings);
+  const auto revoked = rubicon::trust::revoke(folder, name, now());
+  if (!revoked) return failed_at(folder, revoked.error());
+  const auto present = tell_the_others(settings);
+  Output out(1);
+  if (settings.json) {
+    out.line(model::dump({{"revoked", name}, {"present", present}}));
+  } else {
+    out.line(fmt::format("{} is revoked; {} here now ({}), others hear it from any member that did", name,
+                         present == 1 ? "1 component is" : fmt::format("{} components are", present),
+                         settings.options.interfaces.empty() ? "other networks: --interfaces" : "on its interfaces"));
+  }
+  return ended(out, kGood);
+}
+
+/// Those of this host in their place, the others by a file.
+Result<Line> renew_one(const std::filesystem::path& folder, const std::string& name, bool here, int days) {
+  std::optional<NewFile> file;
+  if (!here) {
+    auto opened = NewFile::open(name + ".trust");
+    if (!opened) return fail(opened.error());
+    file.emplace(std::move(*opened));
+  }
+  const auto issued = rubicon::trust::renew(folder, name, days, now());
+  if (!issued) return fail(issued.error());
+  Line line{{"member", as_json(issued->member)}};
+  if (!file) return line;
+  if (const auto written = file->write(issued->bundle); !written) return fail(written.error());
+  line["file"] = file->path();
+  return line;
+}
+
+int renew(const Settings& settings, const RenewOptions& options) {
+  const auto folder = folder_of(settings);
+  const auto there = rubicon::trust::show(folder, now());
+  if (!there) return failed_at(folder, there.error());
+  Output out(1);
+  int code = kGood;
+  std::size_t done = 0;
+  for (const auto& one : there->members) {
+    const auto& name = one.member.name;
+    if (options.name.empty() ? one.revoked.has_value() : name != options.name) continue;
+    ++done;
+    const auto line = renew_one(folder, name, one.has_key, options.days);
+    if (!line) {
+      code = failed_at(folder, line.error());
+    } else if (settings.json) {
+      out.line(model::dump(*line));
+    } else {
+      out.line(fmt::format("{:<12} {}", name,
+                           one.has_key ? "renewed; islands of this host: systemctl reload 'rubicon-proxy@*'"
+                                       : fmt::format("{}.trust: rubicon trust join it on its host", name)));
+    }
+  }
+  if (done == 0)
+    return failed(
+        {ErrorCode::kNotFound, fmt::format("{}: no member {}, expected one that `rubicon trust show` lists",
+                                           folder.string(), options.name.empty() ? "is there" : options.name)});
+  return ended(out, code);
+}
+
+Line listed_json(const ListedMember& one) {
+  auto line = as_json(one.member);
+  line["days-left"] = one.days_left;
+  line["has-key"] = one.has_key;
+  if (one.revoked) line["revoked"] = model::seconds_json(*one.revoked);
+  return line;
+}
+
+std::string state_of(const ListedMember& one) {
+  if (one.revoked) return "revoked";
+  if (one.days_left < 0) return "expired";
+  if (one.days_left < kWarnDays) return fmt::format("{} days left", one.days_left);
+  return "good";
+}
+
+int show(const Settings& settings) {
+  const auto folder = folder_to_show(settings);
+  const auto there = rubicon::trust::show(folder, now());
+  if (!there) return failed_at(folder, there.error());
+  Output out(1);
+  if (settings.json) {
+    Line line{{"realm", as_json(there->realm)},          {"folder", folder.string()},
+              {"authority", there->has_authority},       {"authority-days-left", there->authority_days_left},
+              {"revoked-number", there->revoked_number}, {"members", Line::array()}};
+    for (const auto& one : there->members) line["members"].push_back(listed_json(one));
+    out.line(model::dump(line));
+    return ended(out, kGood);
+  }
+  put(out, there->realm);
+  out.line(fmt::format("folder       {}{}", folder.string(),
+                       there->has_authority ? ", with the authority: members are added here" : ""));
+  Table table({{"member"}, {"ids"}, {"roles"}, {"until"}, {"key"}, {"state"}});
+  for (const auto& one : there->members) {
+    std::string roles;
+    for (const auto& role : one.member.roles) roles += (roles.empty() ? "" : ", ") + role;
+    table.row({one.member.name, ids_text(one.member), roles, time_text(one.member.expires).substr(0, 10),
+               one.has_key ? "here" : "elsewhere", state_of(one)});
+  }
+  out.write(table.text({out.has_colour(), out.width()}));
+  return ended(out, kGood);
+}
+
+}  // namespace
+
+void add_revoke(Cli& cli, CLI::App* parent) {
+  const auto name = std::make_shared<std::string>();
+  auto* app = cli.command({"revoke", "Shut a member out, at once and for good",
+                           "  sudo rubicon trust revoke desk\n"
+                           "Components that are there end their connections to it; those that are not, when they hear\n"
+                           "any member again.\n",
+                           parent},
+                          [name](const Settings& settings) { return revoke(settings, *name); });
+  app->add_option("NAME", *name, "name of the member; never given again")->required();
+}
+
+void add_renew(Cli& cli, CLI::App* parent) {
+  const auto options = std::make_shared<RenewOptions>();
+  auto* app = cli.command({"renew", "Give members new certificates before theirs end; they keep names, ids and keys",
+                           "  sudo rubicon trust renew                # all\n"
+                           "  sudo rubicon trust renew desk           # writes desk.trust, for `join` there\n",
+                           parent},
+                          [options](const Settings& settings) { return renew(settings, *options); });
+  app->add_option("NAME", options->name, "name of the member; default all that are not revoked");
+  app->add_option("--days", options->days, "life of the certificates")
+      ->type_name("N")
+      ->check(CLI::Range(1, rubicon::trust::kMaxMemberDays).description(""))
+      ->capture_default_str();
+}
+
+void add_show(Cli& cli, CLI::App* parent) {
+  cli.command({"show", "Show the realm of a folder, its fingerprint and its members, without secrets",
+               "  rubicon trust show\n"
+               "  rubicon trust show --json\n",
+               parent},
+              [](const Settings& settings) { return show(settings); });
+}
+
+}  // namespace rubicon::cli::trust

@@ -1,0 +1,103 @@
+#include "gateway/message_rights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "rubicon/key.hpp"
+#include "tuples/space_rights.h"
+
+namespace rubicon::gateway {
+
+namespace {
+
+constexpr std::string_view kOwn = "own";
+constexpr std::string_view kIslands = "island:";
+
+/// What a message is, for the audit: its content is the business of its receiver.
+std::string about(const Message& message) {
+  const auto* opaque = std::get_if<model::Opaque>(&message.body);
+  return opaque ? opaque->type : std::string(to_string(message.kind()));
+}
+
+}  // namespace
+
+std::string_view host_of(TupleSpace& space, OwnerId component) {
+  return tuples::SpaceRights::policy(space).host(component);
+}
+
+bool is_true_island(TupleSpace& space, OwnerId component) {
+  if (!model::is_island(component)) return false;
+  const auto* who = tuples::SpaceRights::member_of(space, component);
+  return who == nullptr || who->may_use(component);
+}
+
+tuples::Member member_of(const model::Sender& sender) {
+  tuples::Member member;
+  member.name = sender.name;
+  member.roles = sender.roles;
+  member.serial = sender.serial;
+  if (sender.island != model::kNoOwner) member.ids.push_back({number(sender.island), number(sender.island)});
+  return member;
+}
+
+model::Sender sender_of(const tuples::Member& member) {
+  model::Sender sender{member.name, member.roles, model::kNoOwner, member.serial};
+  const auto island = std::find_if(member.ids.begin(), member.ids.end(), [](const tuples::IdRange& one) {
+    return one.first == one.last && model::is_island(OwnerId(one.first));
+  });
+  if (island != member.ids.end()) sender.island = OwnerId(island->first);
+  return sender;
+}
+
+std::string place_of(const Address& to) {
+  if (to.network.empty()) return std::string(kOwn);
+  return to.device.empty() ? to.network : fmt::format("{}.{}", to.network, model::to_key_part(to.device));
+}
+
+Result<Relay> MessageRights::name_sender(OwnerId from, Message& message) const {
+  const bool is_relayed = message.hops > 0;
+  if (tuples::SpaceRights::judge(space_) == nullptr) {
+    message.sender.reset();
+    return Relay();
+  }
+  const auto* who = tuples::SpaceRights::member_of(space_, from);
+  if (is_relayed && !is_true_island(space_, from))
+    return fail(ErrorCode::kRefused,
+                fmt::format("component {} relayed it, and is no island of its certificate", number(from)));
+  if (is_relayed && message.sender) return who ? Relay(sender_of(*who)) : Relay();
+  if (who) {
+    message.sender = sender_of(*who);
+  } else {
+    message.sender.reset();
+  }
+  return Relay();
+}
+
+Result<void> MessageRights::may_send(const Message& message, const Relay& relay, std::string_view where) const {
+  auto* judge = tuples::SpaceRights::judge(space_);
+  if (judge == nullptr || !message.sender) return {};
+  if (auto relayed = may_relay(message, relay, where); !relayed) return relayed;
+  auto who = member_of(*message.sender);
+  if (relay) who.through = relay->name;
+  auto answer = judge->may_send(who, where);
+  if (answer && where.starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
+    answer = fail(ErrorCode::kRefused, fmt::format("{} has {} roles, expected at most {} in a message for {}", who.name,
+                                                   who.roles.size(), model::kMaxRoles, where));
+  judge->record(who, {message.origin, host_of(space_, message.origin), "send", where, about(message)}, answer);
+  return answer;
+}
+
+Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, std::string_view where) const {
+  auto* judge = tuples::SpaceRights::judge(space_);
+  if (judge == nullptr || !relay) return {};
+  const auto who = member_of(*relay);
+  auto answer = judge->may_send(who, where);
+  if (!answer) {
+    answer = fail(answer.error().code, fmt::format("{}, so it hands on nothing of others", answer.error().text));
+    judge->record(who, {message.origin, {}, "send", where, about(message)}, answer);
+  }
+  return answer;
+}
+
+}  // namespace rubicon::gateway

@@ -1,0 +1,119 @@
+#include "island/rights_checks.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "base/glob.h"
+#include "base/text.h"
+#include "island/island_state.h"
+#include "model/point_keys.h"
+
+namespace rubicon::island {
+
+namespace {
+
+using trust::rights::Right;
+using trust::rights::Rule;
+
+bool is_among(const std::vector<std::string>& all, std::string_view one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
+
+/// The part of the key that names a network, as a pattern; empty: any, or none.
+std::string_view network_part(std::string_view key, const Rule& rule, std::string_view prefix) {
+  const auto first = key.substr(0, key.find('.'));
+  if (rule.may.has(Right::kSend) && first != prefix) return first.starts_with("island:") || first == "own" ? "" : first;
+  if (first != prefix || first.size() == key.size()) return {};
+  const auto rest = key.substr(first.size() + 1);
+  // `proxy.settings`, `proxy.recorder.x`: tuples of the island itself
+  return model::is_part_of_island(rest.substr(0, rest.find('.'))) ? std::string_view() : rest.substr(0, rest.find('.'));
+}
+
+bool names_a_network(std::string_view pattern, const IslandConfig& config) {
+  if (pattern.empty() || pattern == "**") return true;
+  return std::any_of(config.networks.begin(), config.networks.end(),
+                     [&](const auto& setup) { return base::glob_matches(pattern, setup.id); });
+}
+
+/// Names that nobody has.
+std::vector<std::string> strangers(const Rule& rule, const std::vector<std::string>& names) {
+  std::vector<std::string> unknown;
+  for (const auto& word : rule.who) {
+    const bool special =
+        word == trust::rights::kEverybody || word == tuples::kPeisMember || word.starts_with(trust::rights::kIsland);
+    if (!special && !is_among(names, word)) unknown.push_back(word);
+  }
+  return unknown;
+}
+
+void warn_of_keys(const Rule& rule, const IslandConfig& config, std::vector<std::string>& lines) {
+  for (const auto& key : rule.keys) {
+    const auto part = network_part(key, rule, config.proxy.prefix);
+    if (!names_a_network(part, config)) {
+      lines.push_back(
+          fmt::format("{}: keys: '{}' matches nothing: the island has no network '{}'", rule.place, key, part));
+    } else if (is_among(rule.except, key)) {
+      lines.push_back(fmt::format("{}: keys: '{}' stands in `not` too: the rule denies it", rule.place, key));
+    }
+  }
+}
+
+}  // namespace
+
+trust::rights::Rights rights_of(const IslandConfig& config) {
+  return config.rights ? trust::rights::Rights(config.rights->rules) : trust::rights::Rights();
+}
+
+std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config) {
+  const bool judged = config.rights || !config.engine.trust_folder.empty();
+  return judged ? std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix)
+                : nullptr;
+}
+
+trust::rights::AuditOptions audit_options(const IslandConfig& config) {
+  const auto& audit = config.audit;
+  const auto state = state_path(config);
+  const auto beside_state = state.empty() ? state : state + ".audit";
+  return {audit.file.empty() ? beside_state : base::resolve_path(config.directory, audit.file), audit.hide, audit.size};
+}
+
+void check_rights(const IslandConfig& config, base::ConfigErrors& errors) {
+  if (!config.rights || !config.engine.trust_folder.empty() || !config.engine.dds) return;
+  errors.add(config.rights->place, "rights",
+             "nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or no rights");
+}
+
+std::vector<std::string> rights_warnings(const IslandConfig& config,
+                                         const std::optional<std::vector<std::string>>& names) {
+  std::vector<std::string> lines;
+  if (!config.rights) return lines;
+  for (const auto& rule : config.rights->rules) {
+    const auto unknown = names ? strangers(rule, *names) : std::vector<std::string>();
+    if (!unknown.empty()) {
+      lines.push_back(fmt::format("{}: who: no certificate and no token has the name or role {}", rule.place,
+                                  fmt::join(unknown, ", ")));
+    }
+    if (is_among(rule.who, tuples::kPeisMember) && !config.engine.peis)
+      lines.push_back(fmt::format("{}: who: peis matches nobody: the island is not on engine peis", rule.place));
+    warn_of_keys(rule, config, lines);
+  }
+  if (config.engine.peis) {
+    lines.push_back(
+        fmt::format("{}: rights: the wire of engine peis is not protected: whoever reaches it is `peis`, sees what it "
+                    "may read and can do what it may do",
+                    to_string(config.rights->place)));
+  }
+  return lines;
+}
+
+std::string carry_warning(const IslandConfig& config) {
+  if (config.engine.carry.empty() || config.engine.trust_folder.empty()) return {};
+  return fmt::format(
+      "carry and trust do not work together: no certificate has the ids of components of engine peis, so that members "
+      "do not see them; expected one of them ({} is there: tuples.trust: no turns trust off)",
+      config.engine.trust_folder);
+}
+
+}  // namespace rubicon::island

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "island/island_config.h"
+#include "trust/rights/audit_file.h"
+#include "trust/rights/rights_judge.h"
+
+namespace rubicon::island {
+
+/// The rules of the configuration; those of an island without `rights:` otherwise.
+trust::rights::Rights rights_of(const IslandConfig& config);
+/// The judge for the links of the island's process; null: nobody is judged, because no engine knows who asks, and there
+/// are no rights for those of engine peis.
+std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config);
+/// Where the audit of that judge goes: beside the state file unless the configuration names a file; without either to
+/// the log only.
+trust::rights::AuditOptions audit_options(const IslandConfig& config);
+/// Rights without anybody who could have them are an error.
+void check_rights(const IslandConfig& config, base::ConfigErrors& errors);
+/// What is probably a mistake, each with its place: rules that match nothing, names that nobody has, a wire without
+/// protection. `names`: names and roles of all certificates and tokens of the page; nullopt = not known.
+std::vector<std::string> rights_warnings(const IslandConfig& config,
+                                         const std::optional<std::vector<std::string>>& names);
+/// Why `tuples.peis.carry` does not what it says; empty: it does, or there is none.
+std::string carry_warning(const IslandConfig& config);
+
+}  // namespace rubicon::island

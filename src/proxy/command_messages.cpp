@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include "gateway/gateway_tuple.h"
+#include "gateway/message_rights.h"
+#include "proxy/command_desk.h"
+#include "proxy/tuple_text.h"
+#include "tuples/space_rights.h"
+
+// Commands that arrive as messages.
+
+namespace rubicon::proxy {
+
+namespace {
+
+const PointId* point_of(const Message& message) {
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return &actuate->point;
+  const auto* set = std::get_if<model::SetProperty>(&message.body);
+  return set ? &set->point : nullptr;
+}
+
+/// The commanded value.
+const Value& value_of(const Message& message) {
+  const auto* actuate = std::get_if<model::Actuate>(&message.body);
+  return actuate ? actuate->value : std::get<model::SetProperty>(message.body).value;
+}
+
+}  // namespace
+
+Result<void> CommandDesk::on_message(const Message& message) {
+  const auto* id = point_of(message);
+  if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
+  Device* device = nullptr;
+  const auto point = resolve_target(message, *id, device);
+  if (!point) return refuse_unresolved(message, point.error());
+  tuples::RemoteSet request;
+  request.from = message.origin;
+  request.request = gateway::answerable_number(message);
+  request.key = point_key(*device, **point).command();
+  write_value((*point)->type, value_of(message), request.value);
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) {
+    request.time_to_live = actuate->time_to_live;
+    request.time_to_live_given = request.time_to_live > Duration(0);
+  }
+  const auto decision = accept_judged(message, request, *device, **point);
+  if (decision.verdict != tuples::Verdict::kApplied) return fail(decision.code, decision.text);
+  auto& command = *accepted_.back();
+  if (!message.source.network.empty())
+    command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
+  command.asker = {message.source, message.destination, request.request};
+  std::ignore = context_.space.set((*point)->mirror.command, request.value);
+  return {};
+}
+
+/// There is no tuple that the message amounts to: the audit names the device that was meant.
+Result<void> CommandDesk::refuse_unresolved(const Message& message, const Error& why) const {
+  if (auto* judge = tuples::SpaceRights::judge(context_.space); judge && message.sender)
+    judge->record(gateway::member_of(*message.sender),
+                  {message.origin, {}, "set", gateway::place_of(message.destination), {}}, fail(why));
+  return fail(why);
+}
+
+/// Its sender needs the right to set the tuple that the message amounts to; one line of the audit says what came of it.
+tuples::SetDecision CommandDesk::accept_judged(const Message& message, const tuples::RemoteSet& request, Device& device,
+                                               Point& point) {
+  auto* judge = tuples::SpaceRights::judge(context_.space);
+  if (judge == nullptr || !message.sender) return accept(request, device, point);
+  const auto who = gateway::member_of(*message.sender);
+  const auto may = judge->may_set(who, request);
+  auto decision = may ? accept(request, device, point) : tuples::SetDecision::refused(may.error());
+  judge->answered(who, gateway::host_of(context_.space, request.from), request,
+                  {request.from, request.request, decision.verdict, decision.code, decision.text});
+  return decision;
+}
+
+Result<Point*> CommandDesk::resolve_target(const Message& message, const PointId& id, Device*& device) {
+  const auto& to = message.destination;
+  const auto network = directory_.networks().find(to.network);
+  if (network == directory_.networks().end()) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("no network {} on island {}", model::quoted(to.network), number(to.island)));
+  }
+  device = directory_.find(*network->second, to.device);
+  if (!device)
+    return fail(ErrorCode::kNotFound, fmt::format("{} has no device {}", to.network, model::quoted(to.device)));
+  auto* point = find_point(*device, id);
+  if (!point) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{} has no {} of type {} instance {}", device->key, to_string(id.kind),
+                            static_cast<unsigned>(id.type), model::quoted(id.instance)));
+  }
+  if (point->mirror.command != TupleRef{}) return point;
+  return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
+}
+
+}  // namespace rubicon::proxy

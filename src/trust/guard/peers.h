@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "trust/guard/certificate.h"
+
+namespace rubicon::trust::guard {
+
+using Handle = long long;  ///< as Cyclone's plug-ins give them; unique in the process, 0 = none
+using GuidPrefix = std::array<std::uint8_t, 12>;
+
+/// Who is at the other end of each GUID prefix that this process met: the remote identities of all domains, from the
+/// first message of a stranger until Cyclone returns its handle. Thread-safe.
+class Peers {
+ public:
+  /// More identities than this are not kept: the oldest that has shaken no hands goes, else the oldest that has not
+  /// authenticated itself.
+  static constexpr std::size_t kMost = 4096;
+
+  struct Known {
+    Handle identity = 0;
+    GuidPrefix prefix{};
+  };
+
+  /// False: there is no room, all others are authenticated.
+  bool met(Handle identity, const GuidPrefix& prefix);
+  /// A handshake with this identity began, or began again.
+  void shakes_hands(Handle handshake, Handle identity);
+  /// Its handle will be that of another one.
+  void is_over(Handle handshake);
+  /// nullopt: the identity is not known, or had to go.
+  std::optional<Known> of_handshake(Handle handshake) const;
+  void authenticated(Handle identity, Certificate certificate);
+  void gone(Handle identity);
+
+  std::optional<Certificate> who(const GuidPrefix& prefix) const;
+  std::optional<Certificate> who(Handle identity) const;
+  std::optional<GuidPrefix> prefix_of(Handle identity) const;
+
+  void revoke(std::set<std::string> serials);
+  bool is_revoked(const std::string& serial) const;
+  std::size_t size() const;
+
+ private:
+  /// A process has few participants of its own, each shakes hands once with a remote one.
+  static constexpr std::size_t kMostHandshakes = 16;
+  struct Identity {
+    GuidPrefix prefix{};
+    std::uint64_t order = 0;
+    std::vector<Handle> handshakes;
+    std::optional<Certificate> certificate;
+  };
+
+  bool make_room();
+  void erase(Handle identity);
+
+  mutable std::mutex mutex_;
+  std::uint64_t next_ = 0;
+  std::unordered_map<Handle, Identity> identities_;
+  std::map<std::uint64_t, Handle> strangers_;      ///< that have shaken no hands, the oldest first
+  std::map<std::uint64_t, Handle> beginners_;      ///< that shake hands, without certificate, the oldest first
+  std::unordered_map<Handle, Handle> handshakes_;  ///< handshake -> identity
+  std::map<GuidPrefix, Handle> authenticated_;
+  std::set<std::string> revoked_;
+};
+
+/// Of this process.
+Peers& peers();
+
+}  // namespace rubicon::trust::guard

@@ -1,0 +1,53 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "base/printable.h"
+#include "trust/operations.h"
+
+namespace rubicon::trust {
+
+namespace {
+
+constexpr std::size_t kLongestName = 64;  // ub-common-name of RFC 5280
+constexpr std::size_t kLongestRole = 32;
+
+bool is_letter_or_digit(char c) {
+  return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9');
+}
+
+bool is_word(std::string_view text, std::size_t longest) {
+  if (text.empty() || text.size() > longest || !is_letter_or_digit(text.front())) return false;
+  return std::all_of(text.begin(), text.end(),
+                     [](char c) { return is_letter_or_digit(c) || c == '-' || c == '_' || c == '.'; });
+}
+
+tl::unexpected<Error> not_a_word(std::string_view what, std::string_view text, std::size_t longest) {
+  return fail(
+      ErrorCode::kInvalid,
+      fmt::format("`{}` is no {}: expected 1 to {} letters, digits, `-`, `_` and `.`, the first one a letter or "
+                  "digit",
+                  base::one_line(text.substr(0, longest)), what, longest));
+}
+
+}  // namespace
+
+Result<void> check_member_name(std::string_view name) {
+  static constexpr std::array<std::string_view, 4> kReserved{"everybody", "peis", "all", "admin"};
+  if (!is_word(name, kLongestName)) return not_a_word("name of a member", name, kLongestName);
+  if (std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end())
+    return fail(ErrorCode::kInvalid,
+                fmt::format("`{}` is no name of a member: it means something else in rights", name));
+  return {};
+}
+
+Result<void> check_role(std::string_view role) {
+  static constexpr std::array<std::string_view, 3> kReserved{"everybody", "peis", "all"};
+  if (!is_word(role, kLongestRole)) return not_a_word("role", role, kLongestRole);
+  if (std::find(kReserved.begin(), kReserved.end(), role) != kReserved.end())
+    return fail(ErrorCode::kInvalid, fmt::format("`{}` is no role: it means something else in rights", role));
+  return {};
+}
+
+}  // namespace rubicon::trust

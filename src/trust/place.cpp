@@ -1,0 +1,173 @@
+#include "trust/place.h"
+
+#include <fmt/format.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+
+#include "trust/issuer.h"
+
+namespace rubicon::trust {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kVariable = "RUBICON_TRUST";
+constexpr const char* kCredential = "trust-key";
+
+/// Empty if the variable is not set.
+std::string_view environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::string_view() : value;
+}
+
+/// 0, or why it cannot be seen. A symbolic link counts, wherever it points.
+int fault_at(const fs::path& path) {
+  struct stat about {};
+  return ::lstat(path.c_str(), &about) == 0 ? 0 : errno;
+}
+
+/// Whether there is a realm, or something that hides whether there is: who opens it gets the error.
+bool may_have_realm(const fs::path& folder) {
+  const int fault = fault_at(folder);
+  if (fault == ENOENT || fault == ENOTDIR) return false;
+  struct stat about {};
+  if (::stat(folder.c_str(), &about) != 0) return true;
+  return fault_at(folder / kIdentityCaFile) != ENOENT;
+}
+
+std::string user_name() {
+  std::array<char, 16384> texts{};
+  passwd entry{};
+  passwd* found = nullptr;
+  if (::getpwuid_r(::geteuid(), &entry, texts.data(), texts.size(), &found) != 0 || found == nullptr)
+    return fmt::format("{}", ::geteuid());
+  return found->pw_name;
+}
+
+tl::unexpected<Error> not_in_group(const fs::path& path) {
+  const auto user = user_name();
+  return fail(ErrorCode::kRefused,
+              fmt::format("{}: {} may not use the key of this host: run `sudo adduser {} rubicon` and log in again",
+                          path.string(), user, user));
+}
+
+/// kNotFound with `expected`: the folder has no realm. Other errors: this user cannot see whether it has.
+Result<void> check_has_realm(const fs::path& folder, std::string_view expected) {
+  const auto file = folder / kIdentityCaFile;
+  const int fault = fault_at(file);
+  if (fault == 0) return {};
+  if (fault == EACCES) return not_in_group(folder);
+  if (fault != ENOENT && fault != ENOTDIR)
+    return fail(ErrorCode::kIo, fmt::format("{}: cannot be read: {}", file.string(), std::strerror(fault)));
+  return fail(ErrorCode::kNotFound, fmt::format("{}: has no realm: {}", folder.string(), expected));
+}
+
+/// kRefused with the way into the group, if this user may not read the key.
+Result<Place> readable(Place place) {
+  const auto key = place.folder / key_file(place.member);
+  if (::access(key.c_str(), R_OK) == 0) return place;
+  if (errno != EACCES)
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: the key of the member {} is not here: expected it in this folder", key.string(),
+                            place.member));
+  return not_in_group(key);
+}
+
+/// A member whose certificate is damaged is no reason against the others, unless none of them fits.
+Result<std::string> member_of_people(const TrustFolder& folder, const fs::path& root) {
+  std::string found;
+  std::optional<Error> damage;
+  for (const auto& name : folder.members()) {
+    if (name == kLocalMember) return name;
+    const auto member = folder.member(name);
+    if (!member) damage = member.error();
+    if (!member || is_island_member(*member) || !folder.files().exists(key_file(name))) continue;
+    if (!found.empty())
+      return fail(ErrorCode::kDuplicate, fmt::format("{}: has the members {} and {}: expected one, or one called {}",
+                                                     root.string(), found, name, kLocalMember));
+    found = name;
+  }
+  if (!found.empty()) return found;
+  if (damage) return fail(*damage);
+  return fail(
+      ErrorCode::kNotFound,
+      fmt::format("{}: has no member for people: `rubicon trust join` takes one from its bundle", root.string()));
+}
+
+}  // namespace
+
+fs::path user_folder() {
+  const auto home = environment("HOME");
+  return home.empty() ? fs::path() : fs::path(home) / ".config/rubicon/trust";
+}
+
+Result<Place> place_in(const fs::path& folder) {
+  const TrustFolder trust(folder);
+  if (auto checked =
+          check_has_realm(folder, "expected a folder that `rubicon trust init` or `rubicon trust join` made");
+      !checked)
+    return fail(checked.error());
+  auto member = member_of_people(trust, folder);
+  if (!member) return fail(member.error());
+  return readable({folder, std::move(*member), {}, {}});
+}
+
+Result<std::optional<Place>> place_of_user() {
+  const auto asked = environment(kVariable);
+  if (asked == "no") return std::optional<Place>();
+  fs::path folder = asked;
+  if (folder.empty() && may_have_realm(user_folder())) folder = user_folder();
+  if (folder.empty() && may_have_realm(kHostFolder)) folder = kHostFolder;
+  if (folder.empty()) return std::optional<Place>();
+  auto place = place_in(folder);
+  if (!place) return fail(place.error());
+  return std::optional<Place>(std::move(*place));
+}
+
+Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
+  const TrustFolder trust(folder);
+  if (auto checked = check_has_realm(folder, "`rubicon trust init` makes one, `rubicon trust join` takes part in one");
+      !checked)
+    return fail(checked.error());
+  const auto state = environment("STATE_DIRECTORY");  // of several the first one: `a:b`
+  Place place{folder, {}, {}, state.substr(0, state.find(':'))};
+  std::optional<Error> damage;
+  for (const auto& name : trust.members()) {
+    const auto member = trust.member(name);
+    if (!member) damage = member.error();
+    if (!member || !is_island_member(*member) || !member->may_use(island)) continue;
+    // A host that was given another member for its island keeps the former one.
+    if (place.member.empty() || trust.files().exists(key_file(name))) place.member = name;
+  }
+  if (place.member.empty() && damage) return fail(*damage);
+  if (place.member.empty())
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: has no member with the id of island {}: run `rubicon trust add island-{} --island {}` "
+                            "where the realm was made",
+                            folder.string(), model::number(island), model::number(island), model::number(island)));
+  if (const auto credentials = environment("CREDENTIALS_DIRECTORY"); !credentials.empty()) {
+    const auto key = fs::path(credentials) / kCredential;
+    std::string line;  // units without a key have the word `none` as their credential
+    if (std::getline(std::ifstream(key), line) && line != "none") place.key = key;
+  }
+  return place;
+}
+
+std::optional<fs::path> default_folder() {
+  const auto asked = environment(kVariable);
+  if (asked == "no") return {};
+  if (!asked.empty()) return fs::path(asked);
+  // Whatever is wrong with it: an island that has trust never starts open.
+  return fault_at(kHostFolder) != ENOENT ? std::optional<fs::path>(kHostFolder) : std::nullopt;
+}
+
+}  // namespace rubicon::trust

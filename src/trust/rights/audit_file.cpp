@@ -1,0 +1,226 @@
+#include "trust/rights/audit_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include "base/masked.h"
+#include "base/printable.h"
+#include "model/json_members.h"
+#include "rubicon/key.hpp"
+#include "trust/rights/audit_place.h"
+
+namespace rubicon::trust::rights {
+
+namespace {
+
+/// Lines that wait for the end of the turn; more are written at once.
+constexpr std::size_t kMostWaiting = 256UL * 1024;
+/// Of a value is looked at, to find what is secret in it.
+constexpr std::size_t kLookedAt = 1024;
+
+void add_text(std::string_view name, std::string_view text, std::string& out) {
+  fmt::format_to(std::back_inserter(out), ",\"{}\":", name);
+  model::append_json(text, out);
+}
+
+/// At most so many bytes, cut after a character.
+std::string_view beginning(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = 0;
+  while (true) {
+    const auto length = base::first_character(text.substr(end)).size();
+    if (end + length > most) return text.substr(0, end);
+    end += length;
+  }
+}
+
+/// `proxy.wsn-1.7.property.password-1.command`
+bool has_secret_part(std::string_view key) {
+  for (const auto part : model::key_parts(key)) {
+    if (base::names_secret(part) || base::names_secret(part.substr(0, part.rfind('-')))) return true;
+  }
+  return false;
+}
+
+std::uint64_t lines_in(std::string_view text) {
+  return static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+std::string begin_line(WallTime now) {
+  std::string text = "{\"t\":";
+  model::append_seconds(now, text);
+  return text;
+}
+
+}  // namespace
+
+AuditFile::AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log wishes)
+    : options_(std::move(options)),
+      scheduler_(scheduler),
+      log_(std::move(log)),
+      refusals_(scheduler, [this](std::string_view who, std::uint64_t count) { more(who, count); }),
+      accepted_log_(scheduler, wishes, "accepted wishes", options_.file),
+      refused_log_(scheduler, std::move(wishes), "refused wishes", options_.file),
+      at_end_(scheduler, [this] { flush(); }) {
+  hide();
+}
+
+Result<std::unique_ptr<AuditFile>> AuditFile::open(AuditOptions options, Scheduler& scheduler, Log log, Log wishes) {
+  std::unique_ptr<AuditFile> made(new AuditFile(std::move(options), scheduler, std::move(log), std::move(wishes)));
+  if (auto opened = made->open_file(); !opened) return fail(std::move(opened.error()));
+  return made;
+}
+
+AuditFile::~AuditFile() {
+  refusals_.flush();
+  flush();
+}
+
+Result<void> AuditFile::open_file() {
+  if (options_.file.empty()) return {};
+  restore(options_.file);
+  auto file = base::OwnFile::open(options_.file, O_WRONLY | O_APPEND);
+  if (!file) return fail(std::move(file.error()));
+  struct stat about {};
+  const bool is_file = ::fstat(file->get(), &about) == 0 && S_ISREG(about.st_mode);
+  if (!is_file)
+    return fail(ErrorCode::kInvalid, options_.file + ": is no file, expected a file for the audit, or nothing");
+  if (auto good = check_place(options_.file); !good) return good;
+  file_ = std::move(*file);
+  bytes_ = static_cast<std::uint64_t>(about.st_size);
+  return {};
+}
+
+void AuditFile::reopen() {
+  flush();
+  if (auto opened = open_file(); !opened)
+    log_.warning(fmt::format("{}; the audit goes on in the file that was open", opened.error().text));
+}
+
+void AuditFile::change(AuditOptions options) {
+  options_.hide = std::move(options.hide);
+  options_.size = options.size;
+  hide();
+}
+
+/// The patterns are those of rules, so rules find them.
+void AuditFile::hide() {
+  hidden_ = MemberRights();
+  if (options_.hide.empty()) return;
+  Rule rule{{std::string(kEverybody)}, {}, options_.hide};
+  rule.may.add(Right::kRead);
+  hidden_.add(rule, 0);
+}
+
+bool AuditFile::is_hidden(std::string_view key) const {
+  return has_secret_part(key) || hidden_.find(key).granted.has(Right::kRead);
+}
+
+/// Refusals quote values.
+std::string AuditFile::why_of(const AuditLine& line) const {
+  return is_hidden(line.key) ? std::string(line.kind) : base::masked(line.why);
+}
+
+std::string AuditFile::text_of(const AuditLine& line) const {
+  auto text = begin_line(scheduler_.wall_now());
+  add_text("who", line.who.name, text);
+  add_text("serial", line.who.serial, text);
+  fmt::format_to(std::back_inserter(text), ",\"id\":{}", number(line.component));
+  add_text("host", line.host, text);
+  add_text("verb", line.verb, text);
+  add_text("key", line.key, text);
+  if (is_hidden(line.key)) {
+    text += ",\"hidden\":true";
+  } else {
+    add_text("value", beginning(base::masked(beginning(line.value, kLookedAt)), kValueBytes), text);
+  }
+  add_text("verdict", line.accepted ? "accepted" : "refused", text);
+  if (!line.who.through.empty()) add_text("through", line.who.through, text);
+  add_text("why", why_of(line), text);
+  return text + "}\n";
+}
+
+void AuditFile::write(const AuditLine& line) {
+  if (!line.accepted) ++counters_.refused;
+  if (!line.accepted && !refusals_.allow(line.who.through.empty() ? line.who.name : line.who.through)) return;
+  tell(line);
+  add(text_of(line));
+}
+
+/// What follows a flood: how many of its refusals have no line.
+void AuditFile::more(std::string_view who, std::uint64_t count) {
+  auto text = begin_line(scheduler_.wall_now());
+  add_text("who", who, text);
+  fmt::format_to(std::back_inserter(text), ",\"verdict\":\"refused\",\"more\":{}}}\n", count);
+  add(std::move(text));
+  refused_log_.write(fmt::format("{} more refusals of {}", count, base::one_line(who)));
+}
+
+void AuditFile::tell(const AuditLine& line) {
+  const auto why = why_of(line);
+  auto& log = line.accepted ? accepted_log_ : refused_log_;
+  log.write(base::one_line(fmt::format("{} {} {}: {}{}{}", line.who.name, line.verb, line.key,
+                                       line.accepted ? "accepted" : "refused", why.empty() ? "" : ": ", why)));
+}
+
+void AuditFile::add(std::string text) {
+  if (options_.file.empty()) return;
+  waiting_ += text;
+  if (waiting_.size() >= kMostWaiting) return flush();
+  at_end_.request();
+}
+
+void AuditFile::flush() {
+  if (waiting_.empty()) return;
+  auto lines = std::exchange(waiting_, {});
+  struct stat about {};
+  if (::fstat(file_.get(), &about) == 0) bytes_ = static_cast<std::uint64_t>(about.st_size);  // others may truncate it
+  const auto room = make_room(lines.size());
+  if (lost_since_ > 0) lines = begin_line(scheduler_.wall_now()) + fmt::format(",\"lost\":{}}}\n", lost_since_) + lines;
+  if (!room) return note_lost(room.error(), lines);
+  if (auto written = append(lines); !written) return note_lost(written.error(), lines);
+  if (const auto lost = std::exchange(lost_since_, 0); lost > 0)
+    log_.warning(fmt::format("{}: is written again; {} lines were lost", options_.file, lost));
+}
+
+/// A line is in the file as a whole or not at all.
+Result<void> AuditFile::append(std::string_view lines) {
+  auto written = file_.write(lines, options_.file);
+  if (written) {
+    bytes_ += lines.size();
+  } else {
+    std::ignore = ::ftruncate(file_.get(), static_cast<off_t>(bytes_));
+  }
+  return written;
+}
+
+void AuditFile::note_lost(const Error& why, std::string_view lines) {
+  const auto lost = lines_in(lines) - (lost_since_ > 0 ? 1 : 0);
+  if (lost_since_ == 0) log_.error(fmt::format("{}; lines of the audit are lost until it can be written", why.text));
+  lost_since_ += lost;
+  counters_.lost += lost;
+}
+
+/// Before lines are lost, the present file grows.
+Result<void> AuditFile::make_room(std::size_t bytes) {
+  if (bytes_ == 0 || bytes_ + bytes <= options_.size / (kOlderAuditFiles + 1)) return {};
+  auto made = rotate(options_.file, kOlderAuditFiles);
+  if (made) {
+    file_ = std::move(*made);
+    bytes_ = 0;
+    is_stuck_ = false;
+    return {};
+  }
+  if (!std::exchange(is_stuck_, true))
+    log_.error(fmt::format("{}; the audit goes on in the file that is open", made.error().text));
+  return bytes_ + bytes <= options_.size ? Result<void>() : fail(std::move(made.error()));
+}
+
+}  // namespace rubicon::trust::rights

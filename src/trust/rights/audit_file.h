@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/lifetime.h"
+#include "base/log.h"
+#include "base/own_file.h"
+#include "base/scheduler.h"
+#include "trust/rights/audit.h"
+#include "trust/rights/member_rights.h"
+#include "trust/rights/refusal_limit.h"
+#include "trust/rights/wish_log.h"
+
+namespace rubicon::trust::rights {
+
+struct AuditOptions {
+  std::string file;                  ///< empty = lines go to the log only
+  std::vector<std::string> hide{};   ///< tuples whose values are left out
+  std::uint64_t size = 100'000'000;  ///< bytes of all files together
+};
+
+/// The newest lines are in `file`, older ones in `file.1` to `file.4`, each a fifth of the size.
+inline constexpr int kOlderAuditFiles = 4;
+
+/// Writes one line of JSON for each wish (docs/rights.md), readable by its user and group only. Refusals beyond
+/// RefusalLimit are counted in one line; accepted wishes have a line each. The lines of a turn are written together at
+/// its end: some microseconds, because the system takes them into its memory. Where it cannot (a full disk), the log
+/// says so once, the lines are counted as lost, and the next turn tries again. Where no new file can be made, the
+/// present one grows to the size of all of them. A log gets the lines too, by two WishLogs: refusals do not push out
+/// others.
+class AuditFile final : public Audit {
+ public:
+  static constexpr std::size_t kValueBytes = 64;
+
+  /// `log` gets what concerns the audit itself, `wishes` its lines: what that one keeps must be as closed to others as
+  /// the file. The errors of OwnFile::open: the path is a symbolic link, its folder is missing, no permission. kRefused
+  /// too: files cannot be renamed there.
+  static Result<std::unique_ptr<AuditFile>> open(AuditOptions options, Scheduler& scheduler, Log log, Log wishes);
+  ~AuditFile() override;
+
+  void write(const AuditLine& line) override;
+  /// Another program renamed the file (logrotate): goes on in a new one. Where that cannot be made, in the old one.
+  void reopen();
+  /// Takes other values to hide, and another size, from now on. Another file needs a new AuditFile.
+  void change(AuditOptions options);
+
+  struct Counters {
+    std::uint64_t refused = 0;  ///< refused wishes, with those that got no line
+    std::uint64_t lost = 0;     ///< lines that could not be written
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log wishes);
+  Result<void> open_file();
+  void hide();
+  bool is_hidden(std::string_view key) const;
+  std::string why_of(const AuditLine& line) const;
+  std::string text_of(const AuditLine& line) const;
+  void add(std::string text);
+  void more(std::string_view who, std::uint64_t count);
+  void tell(const AuditLine& line);
+  void flush();
+  Result<void> make_room(std::size_t bytes);
+  Result<void> append(std::string_view lines);
+  void note_lost(const Error& why, std::string_view lines);
+
+  AuditOptions options_;
+  MemberRights hidden_;  ///< the tuples of AuditOptions::hide are readable
+  Scheduler& scheduler_;
+  Log log_;
+  base::OwnFile file_;
+  std::uint64_t bytes_ = 0;  ///< of the present file
+  std::string waiting_;
+  Counters counters_;
+  std::uint64_t lost_since_ = 0;  ///< lines lost since the last one that was written
+  RefusalLimit refusals_;
+  WishLog accepted_log_, refused_log_;
+  bool is_stuck_ = false;  ///< no new file could be made
+  base::OncePerTurn at_end_;
+};
+
+/// Which lines a reader wants.
+struct AuditQuery {
+  std::string who{};  ///< empty = of all
+  WallTime from{};
+  WallTime to = WallTime::max();
+  bool refused_only = false;
+};
+/// Calls with each line that matches, as it stands in the files, oldest first: `file.4` to `file.1`, then `file`. Lines
+/// that are no audit lines are left out and counted in the result. kNotFound: none of the files is there; kRefused: one
+/// of them may not be read.
+Result<std::uint64_t> read_audit(const std::string& file, const AuditQuery& query,
+                                 const std::function<void(std::string_view line)>& call);
+
+}  // namespace rubicon::trust::rights

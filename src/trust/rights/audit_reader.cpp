@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "model/json_members.h"
+#include "trust/rights/audit_file.h"
+
+namespace rubicon::trust::rights {
+
+namespace {
+
+bool matches(const AuditQuery& query, const nlohmann::json& line) {
+  const auto time = model::time_from_seconds(model::number_of(line, "t"));
+  const bool is_in_time = query.from <= time && time < query.to;
+  const bool is_of_name = query.who.empty() || model::text_of(line, "who") == query.who;
+  return is_in_time && is_of_name && (!query.refused_only || model::text_of(line, "verdict") == "refused");
+}
+
+/// Lines of one file that are none of ours.
+std::uint64_t read_one(std::istream& file, const AuditQuery& query,
+                       const std::function<void(std::string_view line)>& call) {
+  std::uint64_t strange = 0;
+  for (std::string line; std::getline(file, line);) {
+    const auto tree = nlohmann::json::parse(line, nullptr, false);
+    if (!tree.is_object() || !tree.contains("t")) {
+      strange += line.empty() ? 0U : 1U;
+    } else if (matches(query, tree)) {
+      call(line);
+    }
+  }
+  return strange;
+}
+
+}  // namespace
+
+Result<std::uint64_t> read_audit(const std::string& file, const AuditQuery& query,
+                                 const std::function<void(std::string_view line)>& call) {
+  std::uint64_t strange = 0;
+  bool any = false;
+  for (int age = kOlderAuditFiles; age >= 0; --age) {
+    const auto name = age == 0 ? file : fmt::format("{}.{}", file, age);
+    errno = 0;
+    std::ifstream lines(name, std::ios::binary);
+    if (!lines && errno == ENOENT) continue;
+    if (!lines) return fail(ErrorCode::kRefused, fmt::format("{}: cannot be read: {}", name, std::strerror(errno)));
+    any = true;
+    strange += read_one(lines, query, call);
+  }
+  if (!any) return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file, expected an audit log", file));
+  return strange;
+}
+
+}  // namespace rubicon::trust::rights

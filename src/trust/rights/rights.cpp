@@ -1,0 +1,96 @@
+#include "trust/rights/rights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <tuple>
+
+#include "base/text.h"
+
+namespace rubicon::trust::rights {
+
+namespace {
+
+using tuples::Member;
+
+constexpr const char* kAdmin = "admin";
+
+/// A certificate with the name `peis` is not the member that has none.
+bool is_peis(const Member& who) {
+  return who.name == tuples::kPeisMember && who.serial.empty();
+}
+
+bool is_named(const Member& who, std::string_view word) {
+  if (word == tuples::kPeisMember) return is_peis(who);
+  if (is_peis(who)) return false;
+  if (word == kEverybody || word == who.name) return true;
+  if (!word.starts_with(kIsland)) return who.has_role(word);
+  const auto id = base::parse_number<std::uint32_t>(word.substr(kIsland.size()));
+  return id && who.may_use(OwnerId(*id));
+}
+
+std::string text_of(const Decision& decision, const std::vector<Rule>& rules) {
+  if (!decision.rule) return "no rule allows it";
+  const auto& place = rules[*decision.rule].place;
+  return fmt::format("rule {}{} {} it", *decision.rule + 1, place.empty() ? "" : fmt::format(" ({})", place),
+                     decision.allowed ? "allows" : "denies");
+}
+
+}  // namespace
+
+Rights::Rights() : rules_{{.who = {kAdmin}, .may = RightSet::all()}}, only_admins_(true) {}
+
+Rights::Rights(std::vector<Rule> rules) : rules_(std::move(rules)) {}
+
+bool Rights::concerns(const Rule& rule, const Member& who) const {
+  if (only_admins_) return !is_peis(who) && who.has_role(kAdmin);
+  return std::any_of(rule.who.begin(), rule.who.end(), [&](const auto& word) { return is_named(who, word); });
+}
+
+bool Rights::Before::is_before(const Member& a, const Member& b) {
+  const auto one = std::tie(a.name, a.serial, a.roles), other = std::tie(b.name, b.serial, b.roles);
+  if (one != other) return one < other;
+  return std::lexicographical_compare(a.ids.begin(), a.ids.end(), b.ids.begin(), b.ids.end(),
+                                      [](const tuples::IdRange& x, const tuples::IdRange& y) {
+                                        return std::tie(x.first, x.last) < std::tie(y.first, y.last);
+                                      });
+}
+
+const MemberRights& Rights::of(const Member& who) const {
+  if (const auto found = by_member_.find(who); found != by_member_.end()) {
+    kept_.splice(kept_.begin(), kept_, *found);
+    return kept_.front().rights;
+  }
+  ++compiled_;
+  auto& kept = kept_.emplace_front(Kept{who});
+  by_member_.insert(kept_.begin());
+  for (std::size_t i = 0; i < rules_.size(); ++i) {
+    if (concerns(rules_[i], who)) kept.rights.add(rules_[i], i);
+  }
+  if (kept_.size() > kMaxKept) {
+    by_member_.erase(std::prev(kept_.end()));
+    kept_.pop_back();
+  }
+  return kept.rights;
+}
+
+Decision Rights::decide(const Member& who, Right right, std::string_view key) const {
+  const auto finding = of(who).find(key);
+  Decision decision{finding.granted.has(right), {}, {}};
+  const auto by = finding.by[static_cast<std::size_t>(right)];
+  if (by != MemberRights::kNone) decision.rule = by;
+  decision.text = text_of(decision, rules_);
+  return decision;
+}
+
+tuples::Access Rights::access(const Member& who, std::string_view key) const {
+  const auto finding = of(who).find(key);
+  return {finding.granted.has(Right::kRead), finding.granted.has(Right::kDemand), finding.interval};
+}
+
+bool Rights::sees_all(const Member& who) const {
+  return of(who).sees_all();
+}
+
+}  // namespace rubicon::trust::rights

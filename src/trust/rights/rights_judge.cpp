@@ -1,0 +1,84 @@
+#include "trust/rights/rights_judge.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::trust::rights {
+
+namespace {
+
+using tuples::Member;
+
+bool is_at_or_below(std::string_view key, std::string_view top) {
+  return key.starts_with(top) && (key.size() == top.size() || key[top.size()] == '.');
+}
+
+/// What arrives there is judged by the gateway, by what each message asks for.
+bool is_message(std::string_view key) {
+  return is_at_or_below(key, "GATEWAY") || is_at_or_below(key, "RUBICON_GATEWAY");
+}
+
+std::string_view doing(Right right) {
+  return right == Right::kSend ? "send to" : to_string(right);
+}
+
+}  // namespace
+
+RightsJudge::RightsJudge(Rights rights, std::shared_ptr<Audit> audit, std::string_view prefix)
+    : rights_(std::move(rights)), audit_(std::move(audit)), inbox_(fmt::format("{}.inbox", prefix)) {}
+
+bool RightsJudge::is_of_inbox(std::string_view key) const {
+  return is_at_or_below(key, inbox_);
+}
+
+tuples::Access RightsJudge::access(const Member& who, std::string_view key) const {
+  return rights_.access(who, key);
+}
+
+bool RightsJudge::sees_all(const Member& who) const {
+  return rights_.sees_all(who);
+}
+
+Result<void> RightsJudge::answer(const Member& who, Right right, std::string_view key) const {
+  const auto decision = explain(who, right, key);
+  if (decision.allowed) return {};
+  ++refused_;
+  const auto needed = right == Right::kSet ? needed_to_set(key) : right;
+  return fail(ErrorCode::kRefused, fmt::format("{} may not {} {}: {}", who.name, doing(needed), key, decision.text));
+}
+
+Result<void> RightsJudge::may_set(const Member& who, const tuples::RemoteSet& set) const {
+  return answer(who, Right::kSet, set.key);
+}
+
+Result<void> RightsJudge::may_send(const Member& who, std::string_view where) const {
+  return answer(who, Right::kSend, where);
+}
+
+Decision RightsJudge::explain(const Member& who, Right right, std::string_view key) const {
+  if (right != Right::kSet) return rights_.decide(who, right, key);
+  if (is_message(key)) return {true, std::nullopt, "each message is judged by what it asks for"};
+  return rights_.decide(who, needed_to_set(key), key);
+}
+
+void RightsJudge::answered(const Member& who, std::string_view host, const tuples::RemoteSet& set,
+                           const tuples::Reply& reply) {
+  const bool accepted = reply.verdict == tuples::Verdict::kApplied;
+  if (!audit_ || (accepted && is_message(set.key))) return;
+  const auto verb = is_message(set.key)    ? to_string(Right::kSend)
+                    : is_of_inbox(set.key) ? to_string(Right::kApprove)
+                    : set.append           ? "append"
+                                           : to_string(Right::kSet);
+  const auto value = is_message(set.key) ? std::string_view() : std::string_view(set.value);
+  audit_->write({who, set.from, host, verb, set.key, value, accepted,
+                 accepted ? std::string_view() : std::string_view(reply.text),
+                 accepted ? std::string_view() : to_string(reply.code)});
+}
+
+void RightsJudge::record(const Member& who, const tuples::Wish& wish, const Result<void>& answer) {
+  if (!audit_) return;
+  audit_->write({who, wish.component, wish.host, wish.verb, wish.key, wish.value, answer.has_value(),
+                 answer ? std::string_view() : std::string_view(answer.error().text),
+                 answer ? std::string_view() : to_string(answer.error().code)});
+}
+
+}  // namespace rubicon::trust::rights

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "rubicon/tuple.hpp"
+#include "tuples/member.h"
+
+namespace rubicon::tuples {
+
+/// What a subscription of a member gets of one tuple.
+struct Access {
+  bool read = true;
+  bool demand = true;    ///< false: the subscription counts as passive for this tuple
+  Duration interval{0};  ///< fastest demand; 0 = any
+  friend bool operator==(const Access&, const Access&) = default;
+};
+
+/// What a member asked for by other means than a remote set: a message, or a request to the web server.
+struct Wish {
+  OwnerId component{};    ///< that asked; kNoOwner = none
+  std::string_view host;  ///< of the component, as it declares it; of a request its IP address; empty = not known
+  std::string_view verb;  ///< set, append, send, read, demand
+  std::string_view key;   ///< of a message where it goes, as may_send() has it
+  std::string_view value;
+};
+
+/// Decides what members may do: the rights of an owner (docs/rights.md). The policy of a link, the gateway and the web
+/// server ask the same judge. The members it is asked about are authenticated; it never sees ids alone.
+class Judge {
+ public:
+  virtual ~Judge() = default;
+  /// Asked once for each tuple that a subscription joins, never per publication. Must be fast.
+  virtual Access access(const Member& who, std::string_view key) const = 0;
+  /// Whether access() gives the member all tuples with all demand: then nothing is asked per tuple.
+  virtual bool sees_all(const Member& who) const = 0;
+  /// Whether the member may ask for this set or append: right `set`, for the inbox `approve`. The error is for the
+  /// reply.
+  virtual Result<void> may_set(const Member& who, const RemoteSet& set) const = 0;
+  /// Whether the member may send messages there: `<network>.<device>`, `island:<id>`, or `own` for this island itself.
+  virtual Result<void> may_send(const Member& who, std::string_view where) const = 0;
+  /// A wish of a component of another process was answered, whoever refused it: one line for the audit. `host`:
+  /// of the component, as it declares it.
+  /// Messages arrive as sets of GATEWAY: what the gateway takes it reports by record(); only refusals are lines here.
+  virtual void answered(const Member& who, std::string_view host, const RemoteSet& set, const Reply& reply) = 0;
+  /// The same for a wish that was no remote set.
+  virtual void record(const Member& who, const Wish& wish, const Result<void>& answer) = 0;
+};
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,80 @@
+#include "tuples/member_policy.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::tuples {
+
+namespace {
+
+Error unknown(OwnerId peer) {
+  return {ErrorCode::kRefused, fmt::format("component {} is not authenticated, expected a member", number(peer))};
+}
+
+}  // namespace
+
+Result<void> MemberPolicy::may_join(const PeerIdentity& peer) {
+  if (peer.own_process) return {};
+  if (!peer.member) return fail(unknown(peer.id));
+  const bool has_any_id = peer.member->name == kPeisMember && peer.member->serial.empty();
+  if (has_any_id || peer.member->may_use(peer.id)) return {};
+  return fail(ErrorCode::kRefused,
+              fmt::format("component {} is of member '{}', whose certificate does not have that id", number(peer.id),
+                          peer.member->name));
+}
+
+void MemberPolicy::peer_up(const PeerIdentity& peer) {
+  peers_[peer.id] = {peer.member, peer.own_process, peer.host};
+}
+
+bool MemberPolicy::is_own(OwnerId peer) const {
+  const auto found = peers_.find(peer);
+  return peer == self_ || (found != peers_.end() && found->second.own_process);
+}
+
+const Member* MemberPolicy::member(OwnerId peer) const {
+  if (peer == kLinkItself) return link_itself_.get();
+  const auto found = peers_.find(peer);
+  return found == peers_.end() || found->second.own_process ? nullptr : found->second.member.get();
+}
+
+std::string_view MemberPolicy::host(OwnerId peer) const {
+  const auto found = peers_.find(peer);
+  return found == peers_.end() ? std::string_view() : found->second.host;
+}
+
+/// What it may see is judged tuple by tuple.
+Result<void> MemberPolicy::may_subscribe(OwnerId peer, const SubscriptionSpec&) {
+  return is_own(peer) || member(peer) ? Result<void>() : fail(unknown(peer));
+}
+
+Result<void> MemberPolicy::may_set(const RemoteSet& set) {
+  if (is_own(set.from)) return {};
+  const auto* who = member(set.from);
+  return who ? judge_->may_set(*who, set) : fail(unknown(set.from));
+}
+
+Result<void> MemberPolicy::may_send(OwnerId peer, std::string_view where) {
+  if (is_own(peer)) return {};
+  const auto* who = member(peer);
+  return who ? judge_->may_send(*who, where) : fail(unknown(peer));
+}
+
+void MemberPolicy::answered(const RemoteSet& set, const Reply& reply) {
+  const auto found = peers_.find(set.from);
+  if (found == peers_.end() || !found->second.member || found->second.own_process) return;
+  judge_->answered(*found->second.member, found->second.host, set, reply);
+}
+
+bool MemberPolicy::filters(OwnerId peer) const {
+  if (is_own(peer)) return false;
+  const auto* who = member(peer);
+  return !who || !judge_->sees_all(*who);
+}
+
+Access MemberPolicy::access(OwnerId peer, std::string_view key) const {
+  if (is_own(peer)) return {};
+  const auto* who = member(peer);
+  return who ? judge_->access(*who, key) : Access{false, false, Duration(0)};
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,91 @@
+#include "apps/rubicon/trust_findings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace rubicon::cli {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using Grade = Finding::Grade;
+using Own = Result<std::shared_ptr<rubicon::trust::Trust>>;
+
+IslandSeen island() {
+  IslandSeen seen;
+  seen.island.id = OwnerId(6541);
+  seen.island.summary.name = "home";
+  return seen;
+}
+
+TEST(TrustFindings, WhoHasNoTrustIsNotBlamed) {
+  EXPECT_THAT(check_own_trust(Own(nullptr)), IsEmpty());
+}
+
+TEST(TrustFindings, EachRefusalHasARemedy) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"/etc/rubicon/trust/members/local/key.pem: anna may not use the key of this host: run `sudo adduser anna "
+       "rubicon` and log in again",
+       "sudo adduser USER rubicon, then log in again"},
+      {"members/desk/key.pem: others may use this key: expected the mode 0600", "revoke its member"},
+      {"members/desk/key.pem: a group may read this key: expected the mode 0600", "revoke its member"},
+      {"members/desk/certificate.pem: CN=desk ended on 2026-01-01, and the clock says 2027-01-01",
+       "rubicon trust renew"},
+      {"members/desk/certificate.pem: CN=desk is not valid before 2026-01-01, and the clock says 1970-01-01", "clock"},
+      {"members/desk/certificate.pem: CN=desk is of another realm than CN=x", "joined another realm"},
+      {"desk was revoked", "another name"},
+      {"/usr/lib/rubicon/librubicon-guard.so: cannot load the guard: no such file",
+       "install the package rubicon again"},
+      {"/x: has no realm: expected a folder that `rubicon trust init` or `rubicon trust join` made",
+       "rubicon trust init"},
+      {"desk may not set proxy.a", "rubicon trust may"},
+  };
+  for (const auto& [reason, fix] : cases) {
+    const auto found = check_own_trust(Own(fail(ErrorCode::kRefused, reason)));
+    ASSERT_THAT(found, SizeIs(1));
+    EXPECT_EQ(found[0].grade, Grade::kProblem);
+    EXPECT_EQ(found[0].what, reason);
+    EXPECT_THAT(found[0].fix, HasSubstr(fix)) << reason;
+  }
+  EXPECT_THAT(check_own_trust(Own(fail(ErrorCode::kIo, "no space left")))[0].fix, HasSubstr("docs/trust.md"));
+}
+
+TEST(TrustFindings, TrustOnOneSideOnlyIsNamedOnBothSides) {
+  const std::vector<client::Component> there{island().island};
+  const auto plain = check_other_side(there, true), closed = check_other_side(there, false);
+  EXPECT_EQ(plain.at(0).grade, Grade::kProblem);
+  EXPECT_THAT(plain.at(0).what, HasSubstr("island 6541 home takes part without trust, this program with"));
+  EXPECT_THAT(closed.at(0).what, HasSubstr("island 6541 home has trust, this program takes part without"));
+  EXPECT_THAT(check_other_side({}, true), IsEmpty());
+}
+
+TEST(TrustFindings, TheEndOfACertificateIsToldInTime) {
+  auto seen = island();
+  EXPECT_THAT(check_island_trust(seen), IsEmpty()) << "it has no trust";
+  seen.properties["trust-days-left"] = "30";
+  EXPECT_EQ(check_island_trust(seen).at(0).grade, Grade::kGood);
+  seen.properties["trust-days-left"] = "29";
+  EXPECT_EQ(check_island_trust(seen).at(0).grade, Grade::kNote);
+  EXPECT_THAT(check_island_trust(seen).at(0).what, HasSubstr("island 6541 home ends in 29 days"));
+  seen.properties["trust-days-left"] = "-1";
+  EXPECT_EQ(check_island_trust(seen).at(0).grade, Grade::kProblem);
+  EXPECT_THAT(check_island_trust(seen).at(0).fix, HasSubstr("rubicon trust renew"));
+}
+
+TEST(TrustFindings, WhatRightsRefusedIsToldWithWhereToLook) {
+  auto seen = island();
+  seen.numbers["rights-refused"] = 3;
+  const auto found = check_island_trust(seen);
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].what, HasSubstr("refused 3 requests by its rights"));
+  EXPECT_THAT(found[0].fix, HasSubstr("rubicon trust audit"));
+}
+
+TEST(TrustFindings, OnPeisNobodyProvesWhoTheyAre) {
+  EXPECT_THAT(check_access_with_trust(island(), false).what, HasSubstr("takes members only"));
+  EXPECT_THAT(check_access_with_trust(island(), true).what, HasSubstr("on PEIS no peer proves who it is"));
+}
+
+}  // namespace
+}  // namespace rubicon::cli

@@ -1,0 +1,278 @@
+#include <gmock/gmock.h>
+#include <grp.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "apps/rubicon/live_island.h"
+#include "support/terminal.h"
+
+namespace rubicon::cli {
+namespace {
+
+using nlohmann::json;
+using support::Terminal;
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+std::string text_in(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+std::string mode_of(const std::string& path) {
+  struct stat about {};
+  if (::stat(path.c_str(), &about) != 0) return "absent";
+  std::ostringstream text;
+  text << std::oct << (about.st_mode & 07777U);
+  return text.str();
+}
+
+/// A host with the authority and one island, and the folder of a person on another one.
+class TrustCommands : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    folder_.write("home.yaml", small_island(6541));
+  }
+  std::string trust() const { return folder_.file("trust"); }
+  Outcome trust(std::vector<std::string> words, const std::string& input = {}) const {
+    return with(trust(), std::move(words), input);
+  }
+  static Outcome with(const std::string& folder, std::vector<std::string> words, const std::string& input = {}) {
+    words.insert(words.begin(), "trust");
+    words.insert(words.end(), {"--trust", folder});
+    return rubicon(std::move(words), input);
+  }
+  void init() const { ASSERT_EQ(trust({"init"}).code, 0); }
+  /// A bundle of a new member, and its phrase.
+  std::pair<std::string, std::string> added(const std::string& name) const {
+    const auto file = folder_.file(name + ".trust"), phrase = folder_.file(name + ".phrase");
+    const auto outcome = trust({"add", name, "--out", file, "--phrase-file", phrase});
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    auto text = text_in(phrase);
+    EXPECT_EQ(outcome.output.find(text.substr(0, text.find('\n'))), std::string::npos) << "the phrase is shown";
+    return {file, text.substr(0, text.find('\n'))};
+  }
+  json member(const std::string& name, const std::string& folder) const {
+    const auto shown = lines_of(with(folder, {"show", "--json"}));
+    if (shown.empty()) return {};
+    for (const auto& one : shown.front()["members"]) {
+      if (one["name"] == name) return one;
+    }
+    return {};
+  }
+
+  PrivateNetwork alone_;
+  Folder folder_;
+};
+
+TEST_F(TrustCommands, InitMakesARealmForThePeopleAndIslandsOfTheHost) {
+  const auto made = trust({"init", "--realm", "Hall"});
+  EXPECT_EQ(made.code, 0) << made.errors;
+  EXPECT_THAT(made.output, ContainsRegex("realm        Hall [0-9a-f]+\nfingerprint  ([0-9A-F]{4} ){15}[0-9A-F]{4}\n"));
+  EXPECT_THAT(made.output, HasSubstr("for island 6541"));
+  EXPECT_EQ(member("island-6541", trust())["ids"][0], json({6541, 6541}));
+  EXPECT_EQ(member("local", trust())["roles"], json({"admin"}));
+  EXPECT_EQ(mode_of(trust() + "/ca"), "700");
+  EXPECT_EQ(mode_of(trust() + "/ca/identity.key"), "600");
+  EXPECT_EQ(mode_of(trust() + "/members/island-6541/key.pem"), "600");
+  EXPECT_EQ(mode_of(trust() + "/members/local/key.pem"), ::getgrnam("rubicon") ? "640" : "600");
+  EXPECT_EQ(mode_of(trust() + "/governance.p7s"), "644");
+}
+
+TEST_F(TrustCommands, InitAgainChangesNothingButAddsIslandsThatAreNew) {
+  init();
+  const auto before = text_in(trust() + "/members/island-6541/certificate.pem");
+  const auto again = trust({"init"});
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_THAT(again.output, HasSubstr("has this realm already; nothing was changed"));
+  folder_.write("lab.yaml", small_island(7));
+  EXPECT_THAT(trust({"init"}).output, HasSubstr("certificates were added for island 7"));
+  EXPECT_EQ(member("island-7", trust())["has-key"], true);
+  EXPECT_EQ(text_in(trust() + "/members/island-6541/certificate.pem"), before);
+}
+
+TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
+  init();
+  ASSERT_EQ(trust({"revoke", "island-6541"}).code, 0);
+  folder_.write("lab.yaml", small_island(7));
+  const auto again = trust({"init"});
+  EXPECT_EQ(again.code, 0) << "units need it";
+  EXPECT_THAT(again.errors, HasSubstr("no certificate for island 6541"));
+  EXPECT_EQ(member("island-7", trust())["has-key"], true);
+  // One that is damaged is named, and the islands that have theirs start.
+  std::ofstream(trust() + "/members/island-7/certificate.pem") << "damaged";
+  const auto damaged = trust({"init"});
+  EXPECT_EQ(damaged.code, 0);
+  EXPECT_THAT(damaged.errors, HasSubstr("members/island-7/certificate.pem"));
+}
+
+TEST_F(TrustCommands, InitMakesWhatAnInterruptedOneDidNot) {
+  init();
+  std::filesystem::remove(trust() + "/members/local/certificate.pem");
+  std::filesystem::remove(trust() + "/members/island-6541/certificate.pem");
+  const auto again = trust({"init"});
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(member("local", trust())["roles"], json({"admin"}));
+  EXPECT_EQ(member("island-6541", trust())["has-key"], true);
+}
+
+TEST_F(TrustCommands, InitDoesNothingForAnIslandWithoutTrust) {
+  folder_.write("open.yaml", small_island(7, "{trust: no}"));
+  EXPECT_EQ(trust({"init", "--for", folder_.file("open.yaml")}).code, 0);
+  EXPECT_EQ(mode_of(trust()), "absent");
+  EXPECT_EQ(trust({"init", "--for", folder_.file("home.yaml")}).code, 0);
+  EXPECT_NE(mode_of(trust()), "absent");
+}
+
+TEST_F(TrustCommands, InitNamesAConfigurationThatItCannotRead) {
+  folder_.write("broken.yaml", "island: [\n");
+  const auto made = trust({"init"});
+  EXPECT_EQ(made.code, 0);
+  EXPECT_THAT(made.errors, HasSubstr("no certificate for " + folder_.file("broken.yaml")));
+}
+
+TEST_F(TrustCommands, AMemberIsCarriedToAnotherHost) {
+  init();
+  const auto [file, phrase] = added("desk");
+  EXPECT_EQ(mode_of(file), "600");
+  EXPECT_THAT(text_in(file), Not(HasSubstr("BEGIN PRIVATE KEY")));
+  const auto other = folder_.file("other");
+  const auto joined = with(other, {"join", file, "--yes"}, phrase + "\n");
+  EXPECT_EQ(joined.code, 0) << joined.errors;
+  const auto shown = trust({"show"});
+  const auto fingerprint = shown.output.substr(shown.output.find("fingerprint"), 13 + 16 * 5 - 1);
+  EXPECT_THAT(joined.output, HasSubstr(fingerprint));
+  EXPECT_EQ(member("desk", other)["has-key"], true);
+  EXPECT_EQ(mode_of(other + "/members/desk/key.pem"), "600");
+  EXPECT_THAT(joined.output + joined.errors, Not(HasSubstr(phrase)));
+}
+
+TEST_F(TrustCommands, AWrongPhraseOpensNothing) {
+  init();
+  const auto file = added("desk").first;
+  const auto other = folder_.file("other");
+  const auto refused = with(other, {"join", file, "--yes"}, "AAAA-AAAA-AAAA-AAAA\n");
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("pass phrase"));
+  EXPECT_EQ(mode_of(other + "/members/desk/key.pem"), "absent");
+  EXPECT_EQ(with(other, {"join", file, "--yes"}, "\n").code, 2);
+}
+
+TEST_F(TrustCommands, JoiningNeedsAConfirmedFingerprint) {
+  init();
+  const auto [file, phrase] = added("desk");
+  const auto other = folder_.file("other");
+  EXPECT_THAT(with(other, {"join", file}, phrase + "\n").errors, HasSubstr("expected --yes"));
+  Terminal terminal({kProgram, "trust", "join", file, "--trust", other}, 30, 120);
+  ASSERT_TRUE(terminal.shows("[y/N]")) << terminal.text();
+  EXPECT_THAT(terminal.text(), HasSubstr("fingerprint  "));
+  terminal.type("y\n");
+  ASSERT_TRUE(terminal.shows("phrase:")) << terminal.text();
+  terminal.type(phrase + "\n");
+  ASSERT_TRUE(terminal.shows("joined ")) << terminal.text();
+  EXPECT_EQ(terminal.exit_code(), 0);
+  EXPECT_THAT(terminal.bytes(), Not(HasSubstr(phrase))) << "it is not shown while it is typed";
+  EXPECT_TRUE(terminal.is_as_before());
+}
+
+TEST_F(TrustCommands, ThePhraseIsShownOnATerminalOnly) {
+  init();
+  const auto hidden = trust({"add", "desk", "--out", folder_.file("desk.trust")});
+  EXPECT_EQ(hidden.code, 2);
+  EXPECT_THAT(hidden.errors, HasSubstr("expected --phrase-file FILE"));
+  EXPECT_TRUE(member("desk", trust()).is_null()) << "nothing was made";
+  Terminal terminal({kProgram, "trust", "add", "desk", "--out", folder_.file("desk.trust"), "--trust", trust()}, 30,
+                    120);
+  ASSERT_TRUE(terminal.shows("phrase  ")) << terminal.text();
+  EXPECT_EQ(terminal.exit_code(), 0);
+}
+
+TEST_F(TrustCommands, WhatCannotBeHandedOutIsNotMade) {
+  init();
+  const auto file = folder_.file("desk.trust"), phrase = folder_.file("desk.phrase");
+  const auto nowhere = folder_.file("none/desk.trust");
+  EXPECT_NE(trust({"add", "desk", "--out", nowhere, "--phrase-file", phrase}).code, 0);
+  EXPECT_NE(trust({"add", "desk", "--out", file, "--phrase-file", folder_.file("none/phrase")}).code, 0);
+  EXPECT_NE(trust({"add", "desk", "--out", file, "--phrase-file", file}).code, 0);
+  const auto json = trust({"add", "desk", "--out", file, "--json"});
+  EXPECT_EQ(json.code, 2);
+  EXPECT_THAT(json.errors, HasSubstr("expected --phrase-file FILE"));
+  EXPECT_TRUE(member("desk", trust()).is_null()) << "nothing was made";
+  EXPECT_EQ(mode_of(file), "absent");
+  EXPECT_EQ(mode_of(phrase), "absent");
+  added("desk");
+}
+
+TEST_F(TrustCommands, ARequestKeepsTheKeyOnItsHost) {
+  init();
+  const auto other = folder_.file("robot");
+  const auto asked = with(other, {"request", "robot"});
+  ASSERT_EQ(asked.code, 0) << asked.errors;
+  const auto answered = trust({"sign", "-", "--role", "fetch"}, asked.output);
+  ASSERT_EQ(answered.code, 0) << answered.errors;
+  EXPECT_THAT(answered.output, Not(HasSubstr("PRIVATE KEY")));
+  const auto joined = with(other, {"join", "-", "--yes"}, answered.output);
+  EXPECT_EQ(joined.code, 0) << joined.errors;
+  EXPECT_EQ(member("robot", other)["roles"], json({"fetch"}));
+}
+
+TEST_F(TrustCommands, ARevokedMemberStaysSoAndItsNameIsTaken) {
+  init();
+  added("desk");
+  const auto revoked = trust({"revoke", "desk"});
+  EXPECT_EQ(revoked.code, 0) << revoked.errors;
+  EXPECT_THAT(trust({"show"}).output, ContainsRegex("desk .*revoked"));
+  EXPECT_EQ(trust({"renew", "desk"}).code, 1);
+  EXPECT_EQ(trust({"add", "desk", "--out", folder_.file("2"), "--phrase-file", folder_.file("3")}).code, 1);
+  EXPECT_EQ(trust({"revoke", "nobody-of-that-name"}).code, 1);
+}
+
+TEST_F(TrustCommands, RenewingGivesNewCertificatesToThoseOfThisHost) {
+  init();
+  const auto before = member("island-6541", trust());
+  const auto renewed = trust({"renew", "island-6541", "--days", "800"});
+  EXPECT_EQ(renewed.code, 0) << renewed.errors;
+  const auto after = member("island-6541", trust());
+  EXPECT_NE(after["serial"], before["serial"]);
+  EXPECT_EQ(after["ids"], before["ids"]);
+  EXPECT_EQ(after["days-left"], 799);
+}
+
+TEST_F(TrustCommands, AnExportedMemberJoinsAgain) {
+  init();
+  const auto file = folder_.file("local.trust"), phrase = folder_.file("local.phrase");
+  ASSERT_EQ(trust({"export", "local", "--out", file, "--phrase-file", phrase}).code, 0);
+  const auto joined = with(folder_.file("other"), {"join", file, "--yes", "--phrase-file", phrase});
+  EXPECT_EQ(joined.code, 0) << joined.errors;
+}
+
+TEST_F(TrustCommands, NothingSecretIsShown) {
+  init();
+  const auto phrase = added("desk").second;
+  for (const auto& words : {std::vector<std::string>{"show"}, {"show", "--json"}, {"init", "--json"}}) {
+    const auto shown = trust(words);
+    EXPECT_THAT(shown.output + shown.errors, AllOf(Not(HasSubstr("PRIVATE")), Not(HasSubstr(phrase))));
+  }
+}
+
+TEST_F(TrustCommands, WhatIsWrongIsNamed) {
+  EXPECT_THAT(trust({"show"}).errors, HasSubstr(trust()));
+  EXPECT_EQ(trust({"show"}).code, 1);
+  init();
+  EXPECT_EQ(trust({"add", "two words"}).code, 2);
+  EXPECT_EQ(trust({"add", "everybody"}).code, 2);
+  EXPECT_EQ(trust({"add", "desk", "--days", "0"}).code, 2);
+  EXPECT_THAT(trust({"join", folder_.file("home.yaml"), "--yes"}).errors, HasSubstr("home.yaml"));
+  EXPECT_THAT(trust({"renew", "desk"}).errors, HasSubstr("no member desk"));
+}
+
+}  // namespace
+}  // namespace rubicon::cli

@@ -1,0 +1,263 @@
+#include <gmock/gmock.h>
+
+#include "model/message_cbor.h"
+#include "scenarios/roaming.h"
+#include "support/rights.h"
+
+namespace rubicon::scenarios {
+namespace {
+
+using support::Right;
+using support::rule;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::uint32_t kRobotId = 70001;
+constexpr const char* kLampCommand = "proxy.scripted-1.7.actuator.switch-1.command";
+
+/// Islands that know who asks, each with rights and an audit of its own.
+class RightsOfMessages : public Ecology {
+ protected:
+  void start(std::uint32_t id, std::vector<trust::rights::Rule> rules, const std::string& more = "") {
+    audits[id] = std::make_shared<support::CollectingAudit>();
+    ecology.certify(OwnerId(id), support::island_member(id));
+    ecology.judge(OwnerId(id), support::judge_of(std::move(rules), audits[id]));
+    start_island(id, more);
+    devices_of(id).say("7", lamp());
+    scheduler.run_ready();
+  }
+  TupleSpace& member(std::uint32_t id, const std::string& name) {
+    ecology.certify(OwnerId(id), support::tool_member(name, id));
+    return component(id);
+  }
+  TupleSpace& robot() { return member(kRobotId, "robot"); }
+
+  Message switch_on(std::uint32_t island) {
+    Message message;
+    message.destination = {OwnerId(island), "scripted-1", "7"};
+    message.body = model::Actuate{1, actuator("switch"), true};
+    return message;
+  }
+  Message note(std::uint32_t island, const std::string& network = "", const std::string& device = "") {
+    Message message;
+    message.destination = {OwnerId(island), network, device};
+    message.body = model::Opaque{"note", {'h', 'i'}};
+    return message;
+  }
+  /// A component without a gateway posts a message. What the island replied.
+  tuples::Reply post(TupleSpace& from, std::uint32_t to, const Message& message) {
+    tuples::Reply answer;
+    const auto bytes = model::to_cbor(message);
+    tuples::SetOptions options;
+    options.media_type = model::kMessageMediaType;
+    from.set_remote(
+        OwnerId(to), "GATEWAY", base::as_text(bytes), 1s, [&](const tuples::Reply& reply) { answer = reply; }, options);
+    scheduler.run_for(1s);
+    return answer;
+  }
+  std::vector<std::string>& audit(std::uint32_t id) { return audits[id]->lines; }
+  std::size_t commands(std::uint32_t island) { return devices_of(island).commands.size(); }
+
+  std::map<std::uint32_t, std::shared_ptr<support::CollectingAudit>> audits;
+};
+
+TEST_F(RightsOfMessages, AMessageCannotCommandWhatASetMayNot) {
+  start(1, {rule("robot", {Right::kSend})});
+  EXPECT_EQ(post(robot(), 1, switch_on(1)).verdict, Verdict::kApplied);
+  EXPECT_EQ(commands(1), 0U);
+  EXPECT_THAT(audit(1), ElementsAre("robot set " + std::string(kLampCommand) + ": refused"));
+  EXPECT_THAT(audits[1]->serials, ElementsAre("270001"));
+  EXPECT_THAT(audits[1]->hosts, ElementsAre("memory")) << "as its engine knows it, not as its summary says";
+}
+
+TEST_F(RightsOfMessages, WhoMaySetTheTupleMayCommandByMessageWithoutTheRightToSend) {
+  start(1, {rule("robot", {Right::kSet}, {kLampCommand})});
+  post(robot(), 1, switch_on(1));
+  EXPECT_EQ(commands(1), 1U);
+  EXPECT_THAT(audit(1), ElementsAre("robot set " + std::string(kLampCommand) + ": accepted"));
+}
+
+TEST_F(RightsOfMessages, ARefusalIsAnsweredWithItsReason) {
+  start(1, {});
+  std::vector<std::string> answers;
+  const auto policy = robot().add_policy({OwnerId(kRobotId), "GATEWAY"}, [&](const tuples::RemoteSet& set) {
+    const auto message = model::from_cbor(base::as_bytes(set.value));
+    answers.push_back(std::get<model::Acknowledge>(message->body).text);
+    return tuples::SetDecision::consumed();
+  });
+  std::ignore = robot().declare("GATEWAY");
+  post(robot(), 1, switch_on(1));
+  post(robot(), 1, note(1, "scripted-1", "7"));
+  post(robot(), 1, note(1));
+  post(robot(), 1, note(2));
+  ASSERT_EQ(answers.size(), 4U);
+  EXPECT_THAT(answers[0], HasSubstr("robot may not set " + std::string(kLampCommand)));
+  EXPECT_THAT(answers[1], HasSubstr("robot may not send to scripted-1.7"));
+  EXPECT_THAT(answers[2], HasSubstr("robot may not send to own"));
+  EXPECT_THAT(answers[3], HasSubstr("robot may not send to island:2"));
+  EXPECT_EQ(islands[1]->gateway().counters().not_permitted, 3U);
+}
+
+TEST_F(RightsOfMessages, MessagesToADeviceNeedTheRightToSendThere) {
+  start(1, {rule("robot", {Right::kSend}, {"scripted-1.7"})});
+  post(robot(), 1, note(1, "scripted-1", "7"));
+  post(robot(), 1, note(1, "scripted-1", "8"));
+  post(robot(), 1, note(1, "", "7"));  // the network is found by the device
+  ASSERT_EQ(devices_of(1).sent.size(), 2U);
+  EXPECT_EQ(devices_of(1).sent[1].destination.device, "7");
+  EXPECT_THAT(audit(1), ElementsAre("robot send scripted-1.7: accepted", "robot send scripted-1.8: refused",
+                                    "robot send scripted-1.7: accepted"));
+}
+
+TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
+  start(1, {rule("robot", {Right::kSend}, {"island:2"}), rule("maid", {Right::kSend}, {"island:2"})});
+  start(2, {rule("maid", {Right::kSet}, {kLampCommand}), rule("island:1", {Right::kSend}, {"scripted-1.7"})});
+  post(robot(), 1, switch_on(2));
+  EXPECT_EQ(commands(2), 0U);
+  post(member(70200, "maid"), 1, switch_on(2));
+  EXPECT_EQ(commands(2), 1U);
+  EXPECT_THAT(audit(1), ElementsAre("robot send island:2: accepted", "maid send island:2: accepted"));
+  EXPECT_THAT(audit(2), ElementsAre("robot set " + std::string(kLampCommand) + ": refused",
+                                    "maid set " + std::string(kLampCommand) + ": accepted"));
+  EXPECT_THAT(audits[2]->serials, ElementsAre("270001", "270200"));
+}
+
+TEST_F(RightsOfMessages, AnIslandRelaysOnlyForWhoMaySendToTheOther) {
+  start(1, {rule("robot", {Right::kSend}, {"island:3"})});
+  start(2, {rule("robot", {Right::kSet})});
+  post(robot(), 1, switch_on(2));
+  EXPECT_EQ(commands(2), 0U);
+  EXPECT_THAT(audit(1), ElementsAre("robot send island:2: refused"));
+  EXPECT_THAT(audit(2), IsEmpty());
+}
+
+TEST_F(RightsOfMessages, AnAnswerIsHandedOnWithoutAnyRight) {
+  start(1, {});
+  start(2, {});
+  std::vector<std::string> heard;
+  const auto handle = islands[2]->gateway().subscribe(MessageKind::kAcknowledge, [&](const Message& message) {
+    heard.push_back(std::get<model::Acknowledge>(message.body).text);
+  });
+  Message answer;
+  answer.destination = {OwnerId(2), {}, {}};
+  answer.body = model::Acknowledge{7, model::Outcome::kSent, "it is open"};
+  EXPECT_EQ(post(robot(), 1, answer).verdict, Verdict::kApplied);
+  EXPECT_THAT(heard, ElementsAre("it is open"));
+  EXPECT_THAT(audit(1), IsEmpty());
+}
+
+TEST_F(RightsOfMessages, ASenderThatNamesAnotherIsJudgedByItsOwnName) {
+  start(1, {rule("maid", {Right::kSet, Right::kSend})});
+  auto message = switch_on(1);
+  message.sender = model::Sender{"maid"};
+  post(robot(), 1, message);
+  EXPECT_EQ(commands(1), 0U);
+  EXPECT_THAT(audit(1), ElementsAre("robot set " + std::string(kLampCommand) + ": refused"));
+}
+
+TEST_F(RightsOfMessages, OnlyTheIslandOfACertificateRelays) {
+  start(1, {rule("maid", {Right::kSet})});
+  auto message = switch_on(1);
+  message.origin = OwnerId(70200);
+  message.hops = 1;
+  message.sender = model::Sender{"maid"};
+  EXPECT_EQ(post(robot(), 1, message).verdict, Verdict::kRefused);
+  ecology.certify(OwnerId(9), support::tool_member("mallory", 70300));  // it took the id of an island
+  EXPECT_EQ(post(component(9), 1, message).verdict, Verdict::kRefused);
+  EXPECT_EQ(commands(1), 0U);
+  EXPECT_THAT(audit(1), ElementsAre("robot send GATEWAY: refused", "mallory send GATEWAY: refused"));
+}
+
+/// An island's certificate makes no administrator: what it says of others counts where it may send itself.
+TEST_F(RightsOfMessages, AnIslandWithoutTheRightToSendIsNotBelievedAboutSenders) {
+  start(1, {rule("admin", {Right::kSet, Right::kSend}), rule("island:2", {Right::kSend}, {"scripted-1.8", "own"})});
+  ecology.certify(OwnerId(2), support::island_member(2));
+  auto& liar = component(2);
+  for (auto message : {switch_on(1), note(1, "scripted-1", "7"), note(1, "", "7"), note(3)}) {
+    message.origin = OwnerId(70200);
+    message.hops = 1;
+    message.sender = model::Sender{"maid", {"admin"}};
+    post(liar, 1, message);
+  }
+  EXPECT_EQ(commands(1), 0U);
+  EXPECT_THAT(devices_of(1).sent, IsEmpty());
+  EXPECT_EQ(islands[1]->gateway().counters().not_permitted, 4U);
+  EXPECT_THAT(audit(1), ElementsAre("island-2 send scripted-1.7: refused", "island-2 send scripted-1.7: refused",
+                                    "island-2 send scripted-1.7: refused", "island-2 send island:3: refused"));
+}
+
+TEST_F(RightsOfMessages, AMemberWithMoreRolesThanAMessageNamesSendsNothingToOtherIslands) {
+  start(1, {rule("robot", {Right::kSend})});
+  start(2, {rule("island:1", {Right::kSend}), rule("robot", {Right::kSend})});
+  auto many = support::tool_member("robot", kRobotId);
+  for (std::size_t i = 0; i <= model::kMaxRoles; ++i) many.roles.push_back("role" + std::to_string(i));
+  ecology.certify(OwnerId(kRobotId), many);
+  post(component(kRobotId), 1, note(2, "scripted-1", "7"));
+  EXPECT_THAT(devices_of(2).sent, IsEmpty());
+  EXPECT_THAT(audits[1]->whys, ElementsAre(HasSubstr("expected at most 32")));
+}
+
+TEST_F(RightsOfMessages, AnIslandSpeaksForItselfWithoutASender) {
+  start(1, {});
+  start(2, {rule("island:1", {Right::kSend}, {"scripted-1.7"})});
+  auto message = note(2, "scripted-1", "7");
+  message.source.device = "3";
+  devices_of(1).host().deliver(message);
+  scheduler.run_for(1s);
+  EXPECT_EQ(devices_of(2).sent.size(), 1U);
+  EXPECT_THAT(audit(1), IsEmpty());
+  EXPECT_THAT(audit(2), ElementsAre("island-1 send scripted-1.7: accepted"));
+}
+
+TEST_F(RightsOfMessages, AMessageForThreeIslandsKeepsItsSender) {
+  start(1, {rule("robot", {Right::kSend}, {"own"})});
+  start(2, {rule("robot", {Right::kSend}, {"own", "island:3"})});
+  start(3, {rule("robot", {Right::kSend}, {"own"}), rule("island:2", {Right::kSend})});
+  std::vector<Handle> listeners;
+  std::vector<std::string> names;
+  for (std::uint32_t id = 1; id <= 3; ++id) {
+    auto& gateway = islands[id]->gateway();
+    listeners.push_back(gateway.subscribe_user("note", [&, id](const Message& message) {
+      names.push_back(std::to_string(id) + " " + message.sender->name);
+      auto onward = message;
+      onward.destination.island = OwnerId(id % 3 + 1);
+      gateway.send(std::move(onward));
+    }));
+  }
+  post(robot(), 2, note(2));
+  EXPECT_THAT(names, ElementsAre("2 robot", "3 robot"));
+  EXPECT_THAT(audit(3), ElementsAre("robot send own: accepted", "robot send island:1: refused"));
+}
+
+TEST_F(RightsOfMessages, ADeviceCommandsItsIslandAsBefore) {
+  start(1, {});
+  auto message = switch_on(1);
+  message.source.device = "3";
+  devices_of(1).host().deliver(message);
+  scheduler.run_ready();
+  EXPECT_EQ(commands(1), 1U);
+  EXPECT_THAT(audit(1), IsEmpty());
+}
+
+TEST_F(RightsOfMessages, ADeviceRoamsOnlyToAnIslandThatItsCertificateNamesAndThatMaySetTheClaim) {
+  const auto read_all = rule("everybody", {Right::kRead, Right::kDemand});
+  start(1, {read_all, rule("island:4", {Right::kSet}, {"ROAMING.lab.*"})}, kLab);
+  EXPECT_NE(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
+  ecology.certify(OwnerId(2), support::tool_member("mallory", 70300));
+  auto& liar = component(2);
+  const std::string claim = R"({"key":"proxy.wsn-1.7","network":"wsn-1","device":"7","address":"7","since":4000000000,)"
+                            R"("reachable":true})";
+  ASSERT_TRUE(liar.set("ROAMING.lab.7", claim, {"application/json"}));
+  scheduler.run_for(5s);
+  EXPECT_NE(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
+  start(3, {read_all}, kLab);  // announces the same device, and may not claim it here
+  scheduler.run_for(5s);
+  EXPECT_NE(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
+  start(4, {read_all}, kLab);
+  scheduler.run_for(5s);
+  EXPECT_EQ(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
+}
+
+}  // namespace
+}  // namespace rubicon::scenarios

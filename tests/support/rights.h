@@ -1,0 +1,50 @@
+#pragma once
+
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "trust/rights/rights_judge.h"
+
+namespace rubicon::support {
+
+using trust::rights::Right;
+
+/// Keeps the lines of an audit: `robot set proxy.a: accepted`.
+class CollectingAudit final : public trust::rights::Audit {
+ public:
+  void write(const trust::rights::AuditLine& line) override {
+    lines.push_back(line.who.name + " " + std::string(line.verb) + " " + std::string(line.key) + ": " +
+                    (line.accepted ? "accepted" : "refused"));
+    hosts.emplace_back(line.host);
+    serials.push_back(line.who.serial);
+    whys.emplace_back(line.why);
+  }
+  std::vector<std::string> lines, hosts, serials, whys;
+};
+
+inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> may,
+                                std::vector<std::string> keys = {"**"}, std::vector<std::string> except = {}) {
+  trust::rights::Rule made;
+  made.who = {std::move(who)};
+  for (const auto right : may) made.may.add(right);
+  made.keys = std::move(keys);
+  made.except = std::move(except);
+  return made;
+}
+
+inline std::shared_ptr<trust::rights::RightsJudge> judge_of(std::vector<trust::rights::Rule> rules,
+                                                            std::shared_ptr<trust::rights::Audit> audit) {
+  return std::make_shared<trust::rights::RightsJudge>(trust::rights::Rights(std::move(rules)), std::move(audit));
+}
+
+/// The member of an island's certificate, and one with a block of ids for tools.
+inline tuples::Member island_member(std::uint32_t id) {
+  return {"island-" + std::to_string(id), {}, {{id, id}}, "1" + std::to_string(id), {}};
+}
+inline tuples::Member tool_member(std::string name, std::uint32_t id) {
+  return {std::move(name), {}, {{id, id + 99}}, "2" + std::to_string(id), {}};
+}
+
+}  // namespace rubicon::support

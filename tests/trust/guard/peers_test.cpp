@@ -1,0 +1,119 @@
+#include "trust/guard/peers.h"
+
+#include <gtest/gtest.h>
+
+namespace rubicon::trust::guard {
+namespace {
+
+GuidPrefix prefix(std::size_t number) {
+  GuidPrefix made{};
+  for (std::size_t i = 0; i < 4; ++i) made[i] = static_cast<std::uint8_t>(number >> (8 * i));
+  return made;
+}
+
+Handle handle(std::size_t number) {
+  return static_cast<Handle>(number) + 1;
+}
+
+Certificate certificate(const std::string& name, const std::string& serial = "01") {
+  Certificate made;
+  made.name = name;
+  made.serial = serial;
+  return made;
+}
+
+TEST(Peers, AreKnownAfterTheirHandshakeUntilTheyGo) {
+  Peers peers;
+  ASSERT_TRUE(peers.met(1, prefix(7)));
+  peers.shakes_hands(100, 1);
+  ASSERT_TRUE(peers.of_handshake(100));
+  EXPECT_EQ(peers.of_handshake(100)->prefix, prefix(7));
+  EXPECT_FALSE(peers.who(prefix(7)));
+  peers.authenticated(1, certificate("desk"));
+  EXPECT_EQ(peers.who(prefix(7))->name, "desk");
+  peers.gone(1);
+  EXPECT_FALSE(peers.who(prefix(7)));
+  EXPECT_FALSE(peers.of_handshake(100));
+  EXPECT_EQ(peers.size(), 0U);
+}
+
+TEST(Peers, AreForgottenWhenTheyAreRevoked) {
+  Peers peers;
+  peers.met(1, prefix(7));
+  peers.authenticated(1, certificate("desk", "0ABC"));
+  peers.revoke({"0ABC"});
+  EXPECT_FALSE(peers.who(prefix(7)));
+  EXPECT_TRUE(peers.is_revoked("0ABC"));
+  peers.revoke({});
+  EXPECT_TRUE(peers.who(prefix(7)));
+}
+
+TEST(Peers, AHandshakeThatBeginsAgainIsNotAnother) {
+  Peers peers;
+  peers.met(1, prefix(7));
+  for (int i = 0; i < 1000; ++i) {
+    peers.met(1, prefix(7));
+    peers.shakes_hands(100, 1);
+  }
+  EXPECT_EQ(peers.size(), 1U);
+  EXPECT_TRUE(peers.of_handshake(100));
+}
+
+TEST(Peers, OldHandshakesOfOneStrangerGo) {
+  Peers peers;
+  peers.met(1, prefix(7));
+  for (Handle handshake = 100; handshake < 1100; ++handshake) peers.shakes_hands(handshake, 1);
+  EXPECT_FALSE(peers.of_handshake(100));
+  EXPECT_TRUE(peers.of_handshake(1099));
+}
+
+TEST(Peers, ACrowdOfStrangersNeitherGrowsTheTableNorDisplacesMembers) {
+  Peers peers;
+  peers.met(handle(0), prefix(0));
+  peers.authenticated(handle(0), certificate("desk"));
+  for (std::size_t i = 1; i < 3 * Peers::kMost; ++i) ASSERT_TRUE(peers.met(handle(i), prefix(i)));
+  EXPECT_EQ(peers.size(), Peers::kMost);
+  EXPECT_EQ(peers.who(prefix(0))->name, "desk");
+}
+
+TEST(Peers, ACrowdOfStrangersDoesNotDisplaceAMemberThatShakesHands) {
+  Peers peers;
+  peers.met(handle(0), prefix(0));
+  peers.shakes_hands(100'000, handle(0));
+  for (std::size_t i = 1; i <= Peers::kMost + 1; ++i) ASSERT_TRUE(peers.met(handle(i), prefix(i)));
+  ASSERT_TRUE(peers.of_handshake(100'000));
+  peers.authenticated(handle(0), certificate("desk"));
+  EXPECT_EQ(peers.who(prefix(0))->name, "desk");
+}
+
+TEST(Peers, ThatOnlyBeginAHandshakeGoToo) {
+  Peers peers;
+  for (std::size_t i = 0; i < 2 * Peers::kMost; ++i) {
+    ASSERT_TRUE(peers.met(handle(i), prefix(i)));
+    peers.shakes_hands(static_cast<Handle>(100'000 + i), handle(i));
+  }
+  EXPECT_EQ(peers.size(), Peers::kMost);
+  EXPECT_FALSE(peers.of_handshake(100'000));
+}
+
+TEST(Peers, AHandshakeThatIsOverIsForgotten) {
+  Peers peers;
+  peers.met(1, prefix(7));
+  peers.shakes_hands(100, 1);
+  peers.is_over(100);
+  EXPECT_FALSE(peers.of_handshake(100));
+  EXPECT_EQ(peers.prefix_of(1), prefix(7));
+  peers.is_over(100);
+}
+
+TEST(Peers, ATableFullOfMembersTakesNoOther) {
+  Peers peers;
+  for (std::size_t i = 0; i < Peers::kMost; ++i) {
+    peers.met(handle(i), prefix(i));
+    peers.authenticated(handle(i), certificate("desk"));
+  }
+  EXPECT_FALSE(peers.met(handle(Peers::kMost), prefix(Peers::kMost)));
+}
+
+}  // namespace
+}  // namespace rubicon::trust::guard

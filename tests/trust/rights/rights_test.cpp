@@ -1,0 +1,150 @@
+#include "trust/rights/rights.h"
+
+#include <gmock/gmock.h>
+
+#include "base/text.h"
+#include "trust/rights/rights_case.h"
+#include "trust/rights/rights_judge.h"
+
+namespace rubicon::trust::rights {
+namespace {
+
+using namespace std::chrono_literals;
+using tuples::Access;
+using tuples::Member;
+
+const Member kRobot{.name = "robot", .roles = {"machine"}, .serial = "02"};
+
+TEST(Rights, AnswerAsTheTableOfCasesSays) {
+  const RightsJudge judge(Rights(rules_in(case_text("home.yaml"))));
+  const auto all = members();
+  const auto rows = table();
+  ASSERT_EQ(judge.rights().rules().size(), 11U);
+  ASSERT_GT(rows.size(), 40U);
+  for (const auto& row : rows) {
+    const auto decision = judge.explain(all.at(row.member), right_of(row.right).value(), row.key);
+    const auto asked = row.member + " " + row.right + " " + row.key;
+    EXPECT_EQ(decision.allowed ? "yes" : "no", row.answer) << asked;
+    EXPECT_EQ(decision.rule ? std::to_string(*decision.rule + 1) : "-", row.rule) << asked;
+  }
+}
+
+TEST(Rights, DoNotDependOnTheOrderOfTheRules) {
+  auto rules = rules_in(case_text("home.yaml"));
+  std::reverse(rules.begin(), rules.end());
+  const RightsJudge judge(Rights(std::move(rules)));
+  const auto all = members();
+  for (const auto& row : table()) {
+    const auto decision = judge.explain(all.at(row.member), right_of(row.right).value(), row.key);
+    EXPECT_EQ(decision.allowed ? "yes" : "no", row.answer) << row.member << " " << row.right << " " << row.key;
+  }
+}
+
+TEST(Rights, SayWhichRuleDecides) {
+  const Rights rights(rules_in(case_text("home.yaml")));
+  EXPECT_EQ(rights.decide(kRobot, Right::kRead, "proxy.a").text, "rule 2 (home.yaml:4:5) allows it");
+  EXPECT_EQ(rights.decide(kRobot, Right::kSet, "proxy.a.b.actuator.lock-1.command").text,
+            "rule 3 (home.yaml:5:5) denies it");
+  EXPECT_EQ(rights.decide(kRobot, Right::kSet, "proxy.a").text, "no rule allows it");
+}
+
+TEST(Rights, WithoutRulesMembersWithTheRoleAdminMayAll) {
+  const Rights rights;
+  const Member admin{.name = "anna", .roles = {"admin"}, .serial = "01"};
+  const Member namesake{.name = "admin", .serial = "02"};
+  for (const auto right : kRights) {
+    EXPECT_TRUE(rights.decide(admin, right, "proxy.a.b").allowed);
+    EXPECT_FALSE(rights.decide(namesake, right, "proxy.a.b").allowed);
+    EXPECT_FALSE(rights.decide({.name = "peis", .roles = {"admin"}}, right, "proxy.a.b").allowed);
+  }
+  EXPECT_TRUE(rights.sees_all(admin));
+  EXPECT_FALSE(rights.sees_all(kRobot));
+}
+
+TEST(Rights, AnEmptyListOfRulesAllowsNothing) {
+  const Rights rights(std::vector<Rule>{});
+  EXPECT_FALSE(rights.decide({.name = "anna", .roles = {"admin"}}, Right::kRead, "a").allowed);
+}
+
+TEST(Rights, OfSeveralRulesTheFastestDemandCounts) {
+  const Rights rights(
+      rules_in("rights:\n"
+               "  - {who: robot, may: [read, demand], keys: [\"a.**\"], interval: 30s}\n"
+               "  - {who: machine, may: demand, keys: [\"a.b.*\"], interval: 5s}\n"
+               "  - {who: everybody, may: demand, keys: [\"a.b.free\"]}\n"));
+  EXPECT_EQ(rights.access(kRobot, "a.c"), (Access{true, true, 30s}));
+  EXPECT_EQ(rights.access(kRobot, "a.b.c"), (Access{true, true, 5s}));
+  EXPECT_EQ(rights.access(kRobot, "a.b.free"), (Access{true, true, 0s}));
+  EXPECT_EQ(rights.access(kRobot, "b"), (Access{false, false, 0s}));
+}
+
+TEST(Rights, WhoSeesAllHasNoExceptionAndNoInterval) {
+  const auto sees_all = [](const std::string& rules) {
+    return Rights(rules_in("rights:\n  - {who: robot, may: [read, demand], keys: [\"**\"]" + rules)).sees_all(kRobot);
+  };
+  EXPECT_TRUE(sees_all("}\n"));
+  EXPECT_FALSE(sees_all(", interval: 1s}\n"));
+  EXPECT_FALSE(sees_all(", not: [a]}\n"));
+  EXPECT_FALSE(sees_all("}\n  - {who: machine, may: read, keys: [b], not: [b]}\n"));
+  EXPECT_FALSE(Rights(rules_in("rights:\n  - {who: robot, may: read, keys: [\"**\"]}\n")).sees_all(kRobot));
+}
+
+TEST(Rights, AnExceptionHoldsForTheKeysAndTheRightsOfItsRule) {
+  const Rights rights(
+      rules_in("rights:\n  - {who: robot, may: [read, set], keys: [\"**\"]}\n"
+               "  - {who: robot, may: read, keys: [\"a.**\"], not: [\"*.x\"]}\n"));
+  EXPECT_FALSE(rights.decide(kRobot, Right::kRead, "a.x").allowed);
+  EXPECT_TRUE(rights.decide(kRobot, Right::kSet, "a.x").allowed);
+  EXPECT_TRUE(rights.decide(kRobot, Right::kRead, "b.x").allowed);
+}
+
+TEST(Rights, AMemberWithTheNameOfAnotherAndOtherRolesIsJudgedByItself) {
+  const Rights rights(rules_in("rights:\n  - {who: kids, may: read, keys: [a]}\n"));
+  Member tablet{.name = "tablet", .roles = {"kids"}};
+  EXPECT_TRUE(rights.decide(tablet, Right::kRead, "a").allowed);
+  tablet.roles.clear();
+  EXPECT_FALSE(rights.decide(tablet, Right::kRead, "a").allowed);
+}
+
+TEST(Rights, ManyMembersAreJudgedRightOneAfterTheOther) {
+  std::vector<Rule> rules;
+  for (int i = 0; i < 200; ++i) {
+    const auto number = std::to_string(i);
+    RightSet read;
+    read.add(Right::kRead);
+    rules.push_back({.who = {"m" + number}, .may = read, .keys = {"a." + number}});
+  }
+  const Rights rights(std::move(rules));
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 200; ++i) {
+      const Member who{.name = "m" + std::to_string(i)};
+      EXPECT_TRUE(rights.decide(who, Right::kRead, "a." + std::to_string(i)).allowed);
+      EXPECT_FALSE(rights.decide(who, Right::kRead, "a." + std::to_string((i + 1) % 200)).allowed);
+    }
+  }
+}
+
+TEST(Rights, CompileTheRulesOfAMemberOnceForManyMembers) {
+  const Rights rights(rules_in("rights:\n  - {who: everybody, may: read, keys: [a]}\n"));
+  const auto ask = [&](std::size_t from, std::size_t to) {
+    for (auto i = from; i < to; ++i) EXPECT_TRUE(rights.access({.name = "m" + std::to_string(i)}, "a").read);
+  };
+  for (int round = 0; round < 3; ++round) ask(0, Rights::kMaxKept);
+  EXPECT_EQ(rights.compiled(), Rights::kMaxKept);
+  ask(Rights::kMaxKept, Rights::kMaxKept + 1);  // m0, which was asked for longest ago, goes
+  ask(1, Rights::kMaxKept);
+  EXPECT_EQ(rights.compiled(), Rights::kMaxKept + 1);
+  ask(0, 1);
+  EXPECT_EQ(rights.compiled(), Rights::kMaxKept + 2);
+}
+
+TEST(Rights, JudgeTheIslandsOfAMemberToo) {
+  const Rights rights(rules_in("rights:\n  - {who: \"island:7\", may: read, keys: [a]}\n"));
+  const Member seven{.name = "home", .ids = {{7, 7}}}, eight{.name = "home", .ids = {{8, 8}}};
+  EXPECT_TRUE(rights.access(seven, "a").read);
+  EXPECT_FALSE(rights.access(eight, "a").read);
+  EXPECT_TRUE(rights.access(seven, "a").read);
+}
+
+}  // namespace
+}  // namespace rubicon::trust::rights

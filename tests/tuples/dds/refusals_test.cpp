@@ -1,0 +1,63 @@
+#include "tuples/dds/refusals.h"
+
+#include <gmock/gmock.h>
+
+#include "base/virtual_scheduler.h"
+#include "support/collecting_log.h"
+
+namespace rubicon::tuples::dds {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+struct RefusalsTest : testing::Test {
+  base::VirtualScheduler scheduler;
+  support::CollectingLog log;
+  std::unique_ptr<Refusals> refusals = std::make_unique<Refusals>(
+      scheduler, [this](auto call) { scheduler.post(std::move(call)); }, log);
+
+  void take(const std::string& name, const std::string& reason) {
+    refusals->take(name, reason);
+    scheduler.run_ready();
+  }
+};
+
+TEST_F(RefusalsTest, AreNamedOnceAMinuteThoughTheyTryEachSecond) {
+  for (int i = 0; i < 59; ++i) {
+    take("desk", "its certificate is revoked");
+    scheduler.run_for(1s);
+  }
+  EXPECT_THAT(log.lines, ElementsAre("dds: 'desk' was refused: its certificate is revoked"));
+  scheduler.run_for(1s);
+  take("desk", "its certificate is revoked");
+  EXPECT_THAT(log.lines, SizeIs(2));
+}
+
+TEST_F(RefusalsTest, SayThatACertificateIsOfAnotherRealm) {
+  take("desk", "Certificate not valid: error: unable to get local issuer certificate");
+  EXPECT_TRUE(log.contains("'desk' was refused, its certificate is of another realm: Certificate not valid"));
+  take("", "no reason was given");
+  EXPECT_TRUE(log.contains("a process was refused: no reason was given"));
+}
+
+TEST_F(RefusalsTest, DoNotFillTheLogWithNames) {
+  for (int i = 0; i < 500; ++i) take(std::to_string(i), "no");
+  EXPECT_THAT(log.lines, SizeIs(Refusals::kMaxLines + 1));
+  EXPECT_TRUE(log.contains("more processes are refused"));
+  scheduler.run_for(1min);
+  take("again", "no");
+  EXPECT_TRUE(log.contains("'again' was refused"));
+}
+
+TEST_F(RefusalsTest, DoNotFillTheLoopNorOutliveTheirOwner) {
+  for (int i = 0; i < 500; ++i) refusals->take(std::to_string(i), "no");
+  refusals.reset();
+  scheduler.run_ready();
+  EXPECT_THAT(log.lines, IsEmpty());
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::dds
