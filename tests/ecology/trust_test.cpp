@@ -67,7 +67,8 @@ class TrustOnALan : public testing::Test {
   }
   /// What a person does at first: init, add, carry the file, join.
   void let_in(const std::string& role) const {
-    ASSERT_EQ(authority({"init"}).code, 0);
+    const auto made = authority({"init"});
+    ASSERT_EQ(made.code, 0) << made.errors;
     const auto added =
         authority({"add", "desk", "--role", role, "--out", file("desk.trust"), "--phrase-file", file("desk.phrase")});
     ASSERT_EQ(added.code, 0) << added.errors;
@@ -102,28 +103,34 @@ TEST_F(TrustOnALan, APersonWhoJoinedCommandsALampOfAnotherHost) {
 TEST_F(TrustOnALan, WhoHasNoCertificateSeesNoIslandAndIsToldWhy) {
   let_in("admin");
   start_island();
-  EXPECT_EQ(on(1, {"get", kLamp, "--trust", "no"}).code, 8);
+  const auto blind = on(1, {"get", kLamp, "--trust", "no"});
+  EXPECT_EQ(blind.code, 8) << blind.errors << island_->errors();
   const auto told = on(1, {"doctor", "--trust", "no", "--for", "100ms"});
-  EXPECT_EQ(told.code, 1) << told.output;
+  EXPECT_EQ(told.code, 1) << told.output << told.errors;
   EXPECT_THAT(told.output, HasSubstr("no island"));
 }
 
 TEST_F(TrustOnALan, ARevokedPersonIsShutOut) {
   let_in("admin");
   start_island();
-  ASSERT_EQ(person({"set", kLamp, "on"}).code, 0);
-  ASSERT_EQ(authority({"revoke", "desk"}).code, 0);
+  const auto commanded = person({"set", kLamp, "on"});
+  ASSERT_EQ(commanded.code, 0) << commanded.errors << island_->errors();
+  const auto revoked = authority({"revoke", "desk"});
+  ASSERT_EQ(revoked.code, 0) << revoked.errors;
   const auto refused = person({"set", kLamp, "off"});
-  EXPECT_NE(refused.code, 0);
+  EXPECT_NE(refused.code, 0) << refused.output << island_->errors();
   EXPECT_EQ(authority({"get", kLamp}).code, 2) << "trust get is no command";
-  EXPECT_EQ(on(0, {"get", kLamp, "--trust", file("trust")}).output, "on\n");
+  const auto value = on(0, {"get", kLamp, "--trust", file("trust")});
+  EXPECT_EQ(value.output, "on\n") << value.errors << island_->errors();
 }
 
 TEST_F(TrustOnALan, AnotherRealmSeesNothing) {
   let_in("admin");
   start_island();
-  ASSERT_EQ(on(1, {"trust", "init", "--trust", file("other")}).code, 0);
-  EXPECT_EQ(on(1, {"get", kLamp, "--trust", file("other")}).code, 8);
+  const auto made = on(1, {"trust", "init", "--trust", file("other")});
+  ASSERT_EQ(made.code, 0) << made.errors;
+  const auto blind = on(1, {"get", kLamp, "--trust", file("other")});
+  EXPECT_EQ(blind.code, 8) << blind.errors << island_->errors();
 }
 
 TEST_F(TrustOnALan, AnIslandWithoutItsCertificateDoesNotStart) {
@@ -131,15 +138,17 @@ TEST_F(TrustOnALan, AnIslandWithoutItsCertificateDoesNotStart) {
   const Host::Visit visit(lan_.host(0));
   fs::remove(file("trust/members/island-1/key.pem"));
   const auto ended = support::run_to_end({kIslandProgram, "run", file("home.yaml")});
-  EXPECT_EQ(ended.code, 1);
+  EXPECT_EQ(ended.code, 1) << ended.errors;
   EXPECT_THAT(ended.errors, AllOf(HasSubstr("key.pem"), Not(HasSubstr("is up"))));
 }
 
 TEST_F(TrustOnALan, AMemberWithoutRightsMayNothing) {
   let_in("guest");
   start_island();
-  EXPECT_NE(person({"set", kLamp, "on"}).code, 0);
-  EXPECT_EQ(person({"get", kLamp}).code, 8);
+  const auto commanded = person({"set", kLamp, "on"});
+  EXPECT_NE(commanded.code, 0) << commanded.output << island_->errors();
+  const auto value = person({"get", kLamp});
+  EXPECT_EQ(value.code, 8) << value.errors << island_->errors();
 }
 
 }  // namespace
