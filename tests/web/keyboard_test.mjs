@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { tabTo, viewsOf } from "./browser.mjs";
 
+/** Without a pause between them, however long the page takes for each. */
 async function press(page, keys) {
-  for (const key of keys.split(" ")) await page.keyboard.press(key);
+  await Promise.all(keys.split(" ").map((key) => page.keyboard.press(key)));
 }
 
 /** The list behind `?` names a way to every view of the rail, and it works. */

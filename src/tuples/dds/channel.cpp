@@ -64,17 +64,18 @@ void Channel::add(const IdentityCheck& check) {
   add(entry.take());
 }
 
-/// Asks DDS at each call only if readers are checked: one may come at any time.
-Channel::Readers Channel::readers() {
-  if (matched_ && !may_read_) return Readers::kGood;
+/// Whether the destination is there and all readers are its own. Asks DDS at each call only if readers are checked: one
+/// may come at any time.
+bool Channel::has_readers() {
+  if (matched_ && !may_read_) return true;
   dds_publication_matched_status_t status;
-  if (dds_get_publication_matched_status(writer_.get(), &status) != 0) return Readers::kNone;
+  if (dds_get_publication_matched_status(writer_.get(), &status) != 0) return false;
   if (may_read_ && status.total_count != readers_checked_) {
-    if (!all_may_read()) return Readers::kForeign;
+    if (!all_may_read()) return false;
     readers_checked_ = status.total_count;
   }
   matched_ |= status.current_count > 0;
-  return matched_ ? Readers::kGood : Readers::kNone;
+  return matched_;
 }
 
 bool Channel::all_may_read() const {
@@ -125,9 +126,7 @@ bool Channel::write() {
 
 Channel::State Channel::flush(SteadyTime now) {
   if (entries_.empty()) return State::kEmpty;
-  const auto there = readers();
-  if (there == Readers::kForeign) return State::kForeign;
-  if (there == Readers::kNone) return State::kFull;
+  if (!has_readers()) return State::kFull;
   for (int frames = 0; frames < kFramesPerTurn; ++frames) {
     const auto count = fill(now);
     if (frame_.size() > 0 && !write()) return State::kFull;

@@ -33,9 +33,9 @@ class Channel {
   void add(Reply reply);
   void add(const IdentityCheck& check);
 
-  enum class State : std::uint8_t { kEmpty, kMore, kFull, kForeign };
+  enum class State : std::uint8_t { kEmpty, kMore, kFull };
   /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
-  /// now; kForeign: a reader is there that may not read this: the channel is of no use any more.
+  /// now, or a reader is there that may not read this: nothing is written until it has gone.
   State flush(SteadyTime now);
 
   /// Approximate number of bytes that wait.
@@ -51,11 +51,9 @@ class Channel {
   };
   using Entry = std::variant<Bytes, TimedSet, Reply>;
 
-  enum class Readers : std::uint8_t { kNone, kGood, kForeign };
-
   Channel(const Ends& ends, Entity publisher, Entity writer, MayRead may_read)
       : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)), may_read_(std::move(may_read)) {}
-  Readers readers();
+  bool has_readers();
   bool all_may_read() const;
   std::size_t fill(SteadyTime now);
   bool write();

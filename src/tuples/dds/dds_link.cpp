@@ -283,7 +283,6 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
 /// To be called by publish(), which brings all changes of a turn at once.
 void DdsLink::flush(Peer& peer) {
   const auto state = peer.channel->flush(scheduler_.now());
-  if (state == Channel::State::kForeign) return peer.channel.reset();
   if (state == Channel::State::kFull) retry_flush();
   if (state == Channel::State::kMore) flush_soon_.request();
 }
@@ -372,7 +371,6 @@ void DdsLink::flush() {
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;
     const auto state = peer.channel->flush(now);
-    if (state == Channel::State::kForeign) peer.channel.reset();
     full |= state == Channel::State::kFull;
     more |= state == Channel::State::kMore;
   }

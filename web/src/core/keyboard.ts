@@ -8,8 +8,9 @@ export interface Shortcut {
 }
 
 const scopes: Shortcut[][] = [];
-let started = "";
-let stopSequence = 0;
+/** Of a sequence: its first key. `at` is when it was pressed, which may be long before a busy page handles it. */
+let started = { key: "", at: 0 };
+const longestPause = 1500; // ms
 
 /** Adds shortcuts until the result is called; later ones go before earlier ones. */
 export function addShortcuts(shortcuts: Shortcut[]): () => void {
@@ -52,16 +53,15 @@ function pressed(event: KeyboardEvent): void {
   if (!singleKeys.value && event.key.length === 1) return;
   const native = event.target instanceof HTMLElement && event.target.closest("button, a, summary, input");
   if (native && (event.key === "Enter" || event.key === " ")) return;
-  const keys = started ? `${started} ${event.key}` : event.key;
-  clearTimeout(stopSequence);
-  started = "";
+  const follows = started.key !== "" && event.timeStamp - started.at <= longestPause;
+  const keys = follows ? `${started.key} ${event.key}` : event.key;
+  started = { key: "", at: 0 };
   const shortcut = find(keys) ?? find(event.key);
   if (shortcut) {
     event.preventDefault();
     shortcut.run();
   } else if (scopes.some((scope) => scope.some(({ keys: other }) => other.startsWith(`${event.key} `)))) {
-    started = event.key;
-    stopSequence = window.setTimeout(() => (started = ""), 1500);
+    started = { key: event.key, at: event.timeStamp };
   }
 }
 
