@@ -29,6 +29,19 @@ bool is_name(std::string_view text) {
   });
 }
 
+/// In rules these words mean others than one member (docs/rights.md): callers are judged by the name of their token.
+bool means_others(std::string_view word) {
+  static constexpr std::array<std::string_view, 3> kWords{"everybody", "peis", "all"};
+  return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+}
+
+Result<void> check_name(std::string_view name) {
+  if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
+  if (!means_others(name)) return {};
+  return fail(ErrorCode::kInvalid,
+              fmt::format("'{}' is no name of a token: it means something else in rights, expected another", name));
+}
+
 std::optional<Digest> parse_digest(std::string_view text) {
   Digest digest{};
   if (text.size() != 2 * digest.size()) return std::nullopt;
@@ -47,7 +60,7 @@ std::optional<std::vector<std::string>> more_roles(std::string_view text) {
   for (auto comma = text.find(','); comma != text.npos; comma = text.find(',')) {
     text.remove_prefix(comma + 1);
     const auto role = base::trimmed(text.substr(0, text.find(',')));
-    if (!is_name(role) || roles.size() >= kMostRoles) return std::nullopt;
+    if (!is_name(role) || means_others(role) || roles.size() >= kMostRoles) return std::nullopt;
     roles.emplace_back(role);
   }
   return roles;
@@ -55,7 +68,8 @@ std::optional<std::vector<std::string>> more_roles(std::string_view text) {
 
 Result<Token> parse_line(std::string_view line) {
   constexpr auto kExpected =
-      "expected name:role:hash, the role view, command or admin (and names of roles behind it: `view,panel`), the hash "
+      "expected name:role:hash, the role view, command or admin (and names of roles behind it: `view,panel`; not "
+      "`everybody`, `peis` or `all`), the hash "
       "64 hexadecimal digits";
   const auto first = line.find(':');
   const auto second = first == line.npos ? line.npos : line.find(':', first + 1);
@@ -64,7 +78,7 @@ Result<Token> parse_line(std::string_view line) {
   const auto role_text = line.substr(first + 1, second - first - 1);
   const auto role = parse_role(base::trimmed(role_text.substr(0, role_text.find(','))));
   const auto hash = parse_digest(base::trimmed(line.substr(second + 1)));
-  if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
+  if (auto good = check_name(name); !good) return fail(good.error());
   const auto roles = more_roles(role_text);
   if (!role || !hash || !roles) return fail(ErrorCode::kInvalid, kExpected);
   return Token{std::string(name), *role, *hash, *roles};
@@ -129,7 +143,7 @@ std::vector<std::string> names_of(const std::vector<Token>& tokens) {
 
 Result<std::string> add_token(transport::Transports& transports, const std::string& path, const std::string& name,
                               Role role) {
-  if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
+  if (auto good = check_name(name); !good) return fail(good.error());
   auto file = base::OwnFile::open(path, O_WRONLY | O_APPEND);
   if (!file) return fail(file.error());
   const auto text = transport::read_text(transports, path, kMostBytes);

@@ -1,5 +1,6 @@
 #include "web/access/token_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -50,6 +51,20 @@ TEST(TokenFile, NamesRolesForRulesBehindTheRole) {
   EXPECT_FALSE(parse_tokens("tablet:" + many + ":" + hash));
 }
 
+TEST(TokenFile, HasNoNameThatMeansOthersInRights) {
+  const auto hash = std::string(64, 'a');
+  for (const auto* word : {"everybody", "peis", "all"}) {
+    const auto tokens = parse_tokens("hall:view:" + hash + "\n" + word + ":view:" + hash + "\n");
+    ASSERT_FALSE(tokens) << word;
+    EXPECT_EQ(tokens.error().text, fmt::format("line 2: '{}' is no name of a token: it means something else in rights, "
+                                               "expected another",
+                                               word));
+    const auto roles = parse_tokens(fmt::format("tablet:view,{}:{}\n", word, hash));
+    ASSERT_FALSE(roles) << word;
+    EXPECT_NE(roles.error().text.find("not `everybody`, `peis` or `all`"), std::string::npos) << roles.error().text;
+  }
+}
+
 TEST(TokenFile, GivesTheNamesAndRolesThatRulesMayName) {
   const std::string hash(64, 'a');
   const auto tokens = parse_tokens("tablet:command,panel:" + hash + "\nhall:view:" + hash + "\n");
@@ -69,6 +84,7 @@ TEST_F(NewTokens, OfANameThatHasOneAreRefused) {
   ASSERT_FALSE(again);
   EXPECT_EQ(again.error().code, ErrorCode::kDuplicate);
   EXPECT_FALSE(add_token(files_, path_, "two words", Role::kView));
+  EXPECT_FALSE(add_token(files_, path_, "peis", Role::kView));
 }
 
 TEST_F(NewTokens, AreNotAppendedToAnotherFile) {
