@@ -23,7 +23,7 @@ constexpr int kMostTries = 16;
 
 std::string trust_folder(const config::EngineSetup& engine, const std::string& directory) {
   if (!engine.dds || engine.trust.choice == Choice::kNo) return {};
-  if (!engine.trust.folder.empty()) return (fs::path(directory) / engine.trust.folder).string();
+  if (!engine.trust.folder.empty()) return (fs::path(directory) / engine.trust.folder).lexically_normal().string();
   const auto folder = trust::default_folder();
   if (folder) return folder->string();
   return engine.trust.choice == Choice::kYes ? trust::kHostFolder : std::string();

@@ -46,9 +46,9 @@ class Certificate {
 
 /// `2028-01-01 00:00 UTC`.
 std::string date_text(WallTime time);
-/// kOutOfRange if the clock says a time before 2020, when the first certificates begin.
+/// kExpired if the clock says a time before 2020, when the first certificates begin.
 Result<void> check_clock(WallTime now, std::string_view where);
-/// kExpired or kOutOfRange unless the certificate is valid now; the text has its name and the dates.
+/// kExpired unless the certificate is valid now; the text has its name and the dates.
 Result<void> check_dates(const Certificate& certificate, WallTime now, std::string_view where);
 /// Whether the authority issued this member's certificate, for TLS client and server, and both are valid now.
 Result<void> check_issued(const Certificate& certificate, const Certificate& authority, WallTime now,

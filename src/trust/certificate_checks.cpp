@@ -57,7 +57,7 @@ std::string date_text(WallTime time) {
 
 Result<void> check_clock(WallTime now, std::string_view where) {
   if (now >= kFirstDay) return {};
-  return fail(ErrorCode::kOutOfRange,
+  return fail(ErrorCode::kExpired,
               fmt::format("{}: the clock of this host says {}: expected a time after 2020; set the clock", where,
                           date_text(now)));
 }
@@ -65,7 +65,7 @@ Result<void> check_clock(WallTime now, std::string_view where) {
 Result<void> check_dates(const Certificate& certificate, WallTime now, std::string_view where) {
   if (auto clock = check_clock(now, where); !clock) return clock;
   if (now < certificate.begins())
-    return fail(ErrorCode::kOutOfRange,
+    return fail(ErrorCode::kExpired,
                 fmt::format("{}: {} is not valid before {}, and the clock says {}", where, certificate.subject(),
                             date_text(certificate.begins()), date_text(now)));
   if (now < certificate.ends()) return {};
