@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "support/folder.h"
+#include "support/host_group.h"
 #include "trust/issuer.h"
 #include "trust/now.h"
 #include "trust/operations.h"
@@ -237,16 +238,32 @@ TEST_F(TrustFolderTest, PapersThatOthersMayChangeAreRefused) {
 }
 
 TEST_F(TrustFolderTest, KeysOfAuthoritiesAndIslandsAreForNoGroup) {
-  const auto group = people_group();
-  if (!group || ::geteuid() != 0) GTEST_SKIP() << "needs root and the group rubicon";
+  const support::HostGroup people("rubicon");
+  if (!people.exists()) GTEST_SKIP() << people.reason();
+  ASSERT_EQ(people_group(), people.number());
   for (const auto* name : {"ca/identity.key", "members/local/key.pem"}) {
     const auto key = root_ / name;
-    ASSERT_EQ(::chown(key.c_str(), static_cast<uid_t>(-1), *group), 0);
+    ASSERT_EQ(::chown(key.c_str(), static_cast<uid_t>(-1), people.number()), 0);
     ASSERT_EQ(::chmod(key.c_str(), 0640), 0);
     EXPECT_EQ(trust_.files().read_key(name, KeyReaders::kOwner).error().code, ErrorCode::kRefused) << name;
     EXPECT_TRUE(trust_.files().read_key(name, KeyReaders::kPeople)) << name;
   }
   EXPECT_EQ(Issuer::open(root_, kNow).error().code, ErrorCode::kRefused);
+}
+
+TEST_F(TrustFolderTest, ThePeopleOfTheHostReadTheKeyOfLocalOnly) {
+  const support::HostGroup people("rubicon");
+  if (!people.exists()) GTEST_SKIP() << people.reason();
+  const auto root = fs::path(folder_ / "hall");
+  ASSERT_TRUE(init(root, {"Rubicon", {OwnerId{7}}}, kNow));
+  const auto access_of = [&root](const char* name) {
+    struct stat about {};
+    EXPECT_EQ(::stat((root / name).c_str(), &about), 0) << name;
+    return std::pair(about.st_mode & 07777U, about.st_gid);
+  };
+  EXPECT_EQ(access_of("members/local/key.pem"), std::pair(0640U, people.number()));
+  for (const auto* name : {"members/island-7/key.pem", "ca/identity.key", "ca/permissions.key", "ca/members"})
+    EXPECT_EQ(access_of(name).first, 0600U) << name;
 }
 
 TEST_F(TrustFolderTest, AFolderThatOthersMayChangeIsNotUsed) {
