@@ -12,6 +12,7 @@
 namespace rubicon::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 using support::Terminal;
 using ::testing::AllOf;
@@ -116,8 +117,8 @@ TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
 
 TEST_F(TrustCommands, InitMakesWhatAnInterruptedOneDidNot) {
   init();
-  std::filesystem::remove(trust() + "/members/local/certificate.pem");
-  std::filesystem::remove(trust() + "/members/island-6541/certificate.pem");
+  fs::remove(trust() + "/members/local/certificate.pem");
+  fs::remove(trust() + "/members/island-6541/certificate.pem");
   const auto again = trust({"init"});
   EXPECT_EQ(again.code, 0) << again.errors;
   EXPECT_EQ(member("local", trust())["roles"], json({"admin"}));
@@ -252,6 +253,29 @@ TEST_F(TrustCommands, AnExportedMemberJoinsAgain) {
   ASSERT_EQ(trust({"export", "local", "--out", file, "--phrase-file", phrase}).code, 0);
   const auto joined = with(folder_.file("other"), {"join", file, "--yes", "--phrase-file", phrase});
   EXPECT_EQ(joined.code, 0) << joined.errors;
+}
+
+TEST_F(TrustCommands, AnOlderFileIsTakenOnlyByRequest) {
+  init();
+  const auto [file, phrase] = added("desk");
+  const auto other = folder_.file("other");
+  ASSERT_EQ(with(other, {"join", file, "--yes"}, phrase + "\n").code, 0);
+  const auto first = member("desk", other)["serial"];
+  // Of a member of another host it writes a file here.
+  fs::create_directory(folder_.file("renewed"));
+  const auto renewed = support::run_to_end(
+      {"env", "-C", folder_.file("renewed"), kProgram, "trust", "renew", "desk", "--days", "900", "--trust", trust()});
+  ASSERT_EQ(renewed.code, 0) << renewed.errors;
+  ASSERT_EQ(with(other, {"join", folder_.file("renewed/desk.trust"), "--yes"}).code, 0);
+  const auto second = member("desk", other)["serial"];
+  ASSERT_NE(second, first);
+  const auto refused = with(other, {"join", file, "--yes"}, phrase + "\n");
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("expected a newer one"), HasSubstr("rubicon trust join --older")));
+  EXPECT_EQ(member("desk", other)["serial"], second);
+  const auto taken = with(other, {"join", file, "--yes", "--older"}, phrase + "\n");
+  EXPECT_EQ(taken.code, 0) << taken.errors;
+  EXPECT_EQ(member("desk", other)["serial"], first);
 }
 
 TEST_F(TrustCommands, NothingSecretIsShown) {
