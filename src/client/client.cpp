@@ -78,7 +78,8 @@ struct Client::Impl {
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
     pace = engines.peis ? kPeisPace : trusted ? kTrustPace : kDdsPace;
-    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, pace);
+    peer_discovery = std::make_unique<PeerDiscovery>(
+        *loop, *space, pace, [this] { return ecology->dds() && ecology->dds()->expects_components(); });
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }

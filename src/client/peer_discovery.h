@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "base/scheduler.h"
 #include "rubicon/tuple_space.hpp"
 
@@ -20,12 +22,17 @@ inline constexpr DiscoveryPace kTrustPace{std::chrono::milliseconds(150), std::c
 inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::chrono::seconds(2),
                                          std::chrono::seconds(3)};
 
-/// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides.
+/// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides, and
+/// what the engine knows of components that are on their way.
 class PeerDiscovery {
  public:
-  PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace);
+  /// Whether the engine has found a component that is no peer yet. It is waited for as long as for a named owner.
+  using Expects = std::function<bool()>;
 
-  /// When the discovery of `owner` (nullopt: of all) is complete if no further peer comes up.
+  PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace, Expects expects = {});
+
+  /// When the discovery of `owner` (nullopt: of all) is complete if no further peer comes up. Later than that while one
+  /// is expected: ask again then.
   SteadyTime complete_at(std::optional<OwnerId> owner) const;
   const DiscoveryPace& pace() const { return pace_; }
   bool complete(std::optional<OwnerId> owner) const { return scheduler_.now() >= complete_at(owner); }
@@ -36,6 +43,7 @@ class PeerDiscovery {
   Scheduler& scheduler_;
   TupleSpace& space_;
   DiscoveryPace pace_;
+  Expects expects_;
   SteadyTime started_, last_came_;
   tuples::Handle peers_;
 };

@@ -301,6 +301,11 @@ Result<bool> DdsEcology::renew() {
   return impl_->renew();
 }
 
+bool DdsEcology::expects_components() const {
+  const auto& links = impl_->shared.links;
+  return std::any_of(links.begin(), links.end(), [](const auto* link) { return link->expects_presence(); });
+}
+
 std::vector<ComponentStart> DdsEcology::component_starts() const {
   return impl_->shared.starts->all();
 }

@@ -41,6 +41,9 @@ class DdsEcology final : public StandInEcology {
   /// certificate. Not to be called from a call of a link or a space.
   Result<bool> renew();
 
+  /// Whether components were found whose presence has not arrived yet.
+  bool expects_components() const;
+
   /// The component starts that the links of this process observed, including ignored ones.
   std::vector<ComponentStart> component_starts() const;
 

@@ -45,6 +45,9 @@ class DdsLink final : public Link, private FrameReader {
   static Result<std::unique_ptr<DdsLink>> make(StandIn who, Entity participant, Shared& shared);
   ~DdsLink() override;
 
+  /// Whether a writer of a presence is matched that has brought none yet.
+  bool expects_presence() const;
+
   // -- trust (dds_link_trust.cpp)
   OwnerId id() const { return self_; }
   /// Leaves the domain, with all DDS entities. The listener sees that all others are lost; what it asks for meanwhile

@@ -53,6 +53,12 @@ void DdsLink::take_presences() {
   drop_gone_peers();
 }
 
+bool DdsLink::expects_presence() const {
+  if (!presence_reader_) return false;
+  const auto there = matched_writers({presence_reader_.get()});
+  return std::any_of(there.begin(), there.end(), [this](auto publication) { return !writers_.knows(publication); });
+}
+
 /// Records the start; false if its component is ignored.
 bool DdsLink::accepts(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;

@@ -36,6 +36,8 @@ class Writers {
  public:
   /// nullptr: the writer is gone, and its origin was not asked before.
   Writer* find(dds_entity_t reader, dds_instance_handle_t publication);
+  /// Whether a sample of it was read.
+  bool knows(dds_instance_handle_t publication) const { return known_.contains(publication); }
   /// Time to call keep_only(): many were added since the last call.
   bool is_long() const { return known_.size() >= long_; }
   /// Drops all others; returns the participants that remain.

@@ -45,6 +45,7 @@ class DdsTestEcology {
   std::vector<OwnerId> displaced;
   const support::CollectingLog& log() const { return log_; }
   std::vector<ComponentStart> component_starts() const { return ecology_->component_starts(); }
+  bool expects_components() const { return ecology_->expects_components(); }
 
   void cut(OwnerId a, OwnerId b) {
     each(a, b, [](CuttableLink& link, OwnerId peer) { link.cut(peer); });

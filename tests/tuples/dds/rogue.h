@@ -47,6 +47,11 @@ class Rogue {
     dds_write(writer_.get(), &presence);
   }
 
+  /// A writer of presence that has none to write.
+  Entity silent_writer() const {
+    return Entity(dds_create_writer(participant_.get(), topic_.get(), make_kept_qos().get(), nullptr));
+  }
+
   /// What the presence of a component says.
   struct Shown {
     std::uint64_t incarnation = 0;

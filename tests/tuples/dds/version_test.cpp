@@ -42,5 +42,22 @@ TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
   EXPECT_TRUE(std::any_of(seen.begin(), seen.end(), [](const auto& one) { return one.present && one.version == 1; }));
 }
 
+TEST(ExpectedComponents, AreThoseWhosePresenceHasNotArrived) {
+  VirtualScheduler time;
+  TestEcology ecology(time);
+  Component island(ecology, time, 1);
+  const auto in_the_end = [&](bool expected) {
+    for (int i = 0; i < 1000 && ecology.expects_components() != expected; ++i) time.run_for(10ms);
+    return ecology.expects_components() == expected;
+  };
+  const dds::Rogue other(2);
+  for (int i = 0; i < 1000 && island.space.peers().empty(); ++i) time.run_for(10ms);
+  EXPECT_TRUE(in_the_end(false));
+  auto silent = std::make_unique<dds::Entity>(other.silent_writer());
+  EXPECT_TRUE(in_the_end(true)) << "it is matched, and has said nothing";
+  silent.reset();
+  EXPECT_TRUE(in_the_end(false));
+}
+
 }  // namespace
 }  // namespace rubicon::tuples
