@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kKey = "bench.shelf";
 constexpr int kTuples = 1000;
-constexpr double kSettled = 8, kSettledMany = 30;
+constexpr double kSettled = 8, kSettledMany = 150;
 
 Json meet_once(const Meeting& meeting) {
   auto staying = start_role("stayer", meeting, Json::object());
