@@ -33,8 +33,25 @@ bool Outbox::withdraw(PeerQueue& peer, std::uint32_t index) {
 
 void Outbox::add_control(PeerQueue& peer, const PeerQueue::Entry& entry) {
   if (peer.closed) return;
+  if (peer.controls >= kMaxControls) drop_needless_ends(peer);
   peer.entries.push_back(entry);
+  ++peer.controls;
   list(peer);
+}
+
+void Outbox::drop_needless_ends(PeerQueue& peer) {
+  std::unordered_set<std::uint32_t> seen;
+  const auto is_needless = [&](const PeerQueue::Entry& entry) {
+    const auto* end = std::get_if<SnapshotEnd>(&entry);
+    return end && !(has_(peer, end->subscription) && seen.insert(end->subscription).second);
+  };
+  // From the back, because the last end of a subscription is the one that counts.
+  const auto first = std::remove_if(peer.entries.rbegin(), peer.entries.rend(), is_needless).base();
+  const auto dropped = static_cast<std::size_t>(first - peer.entries.begin());
+  peer.entries.erase(peer.entries.begin(), first);
+  peer.controls -= dropped;
+  size_ -= dropped;
+  merged_ += dropped;
 }
 
 void Outbox::list(PeerQueue& peer) {
@@ -92,7 +109,10 @@ void Outbox::release(PeerQueue& peer, std::size_t from, std::size_t count) {
   size_ -= count;
   for (auto at = from; at < from + count; ++at) {
     const auto* tuple = std::get_if<PeerQueue::TupleIndex>(&peer.entries[at]);
-    if (!tuple) continue;
+    if (!tuple) {
+      --peer.controls;
+      continue;
+    }
     const auto index = static_cast<std::uint32_t>(*tuple);
     peer.queued[index] = false;
     if (!peer.withdrawn.empty()) peer.withdrawn.erase(index);

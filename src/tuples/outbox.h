@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <unordered_set>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -20,21 +22,32 @@ struct PeerQueue {
   bool listed = false;  ///< among the queues of the outbox that are not empty
   bool broken = false;  ///< a withdrawal found no room: the subscriber needs a new beginning
   std::vector<Entry> entries;
+  std::size_t controls = 0;                     ///< of the entries: those that are no tuples
   std::vector<bool> queued;                     ///< by tuple index
   std::unordered_set<std::uint32_t> withdrawn;  ///< queued tuples that are taken away from the subscriber
 };
 
 /// Passes the latest values to the link, per subscriber and turn; keeps what the link does not accept.
+///
+/// What waits for a subscriber that reads nothing is bounded. Of tuples there are at most kMaxEntries: values of a
+/// tuple that waits are merged, further tuples are dropped. Of ends of snapshots there are at most kMaxControls: before
+/// one more is added, those of subscriptions that the subscriber no longer has go, and of several of one subscription
+/// all but the last. A subscriber has at most half as many subscriptions, so that each of them gets its end. merged()
+/// counts those that went.
 class Outbox {
  public:
   static constexpr std::size_t kFrameChanges = 512;
   static constexpr std::size_t kFrameBytes = 256UL * 1024;
   static constexpr std::size_t kFramesPerTurn = 16;
   static constexpr std::size_t kMaxEntries = 4'000'000;
+  static constexpr std::size_t kMaxControls = 20'000;
 
   enum class State { kEmpty, kMore, kNoRoom };
 
-  Outbox(Store& store, Link& link) : store_(store), link_(link) {}
+  /// Whether the subscriber of the queue has that subscription now.
+  using HasSubscription = std::function<bool(const PeerQueue& peer, std::uint32_t subscription)>;
+
+  Outbox(Store& store, Link& link, HasSubscription has) : store_(store), link_(link), has_(std::move(has)) {}
 
   /// Entries of each queue at most, instead of kMaxEntries.
   void limit(std::size_t most) { most_ = most; }
@@ -57,6 +70,7 @@ class Outbox {
 
  private:
   void add_control(PeerQueue& peer, const PeerQueue::Entry& entry);
+  void drop_needless_ends(PeerQueue& peer);
   void list(PeerQueue& peer);
   State flush(PeerQueue& peer);
   Change change_of(const PeerQueue& peer, const PeerQueue::Entry& entry) const;
@@ -65,6 +79,7 @@ class Outbox {
 
   Store& store_;
   Link& link_;
+  HasSubscription has_;
   std::vector<PeerQueue*> listed_;
   std::vector<Change> frame_;
   std::size_t size_ = 0;

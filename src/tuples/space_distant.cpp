@@ -89,6 +89,12 @@ void TupleSpace::Impl::drop_peer(OwnerId peer) {
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
 }
 
+bool TupleSpace::Impl::has(const PeerQueue& peer, std::uint32_t subscription) const {
+  const auto found = subscribers.find(peer.id);
+  return found != subscribers.end() && found->second.outgoing.get() == &peer &&
+         found->second.subscriptions.contains(subscription);
+}
+
 void TupleSpace::Impl::on_changes(OwnerId owner, std::span<const Change> changes) {
   open_turn();
   if (owner == self) {

@@ -19,6 +19,7 @@ inline constexpr std::size_t kMaxValueSize = 1024UL * 1024;
 inline constexpr std::size_t kMaxCached = 2'000'000;
 /// Subscriptions one distant component may hold here.
 inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
+static_assert(2 * kMaxSubscriptionsPerPeer <= Outbox::kMaxControls);
 
 /// An operation on all tuples that match a pattern, done in slices of some nodes per turn.
 struct Walk {
@@ -110,6 +111,7 @@ struct TupleSpace::Impl final : LinkListener {
   void apply(OwnerId owner, const Restart&) { begin_epoch(owner); }
   void update_copy(std::uint32_t index, const TupleView& news);
   void drop_peer(OwnerId peer);
+  bool has(const PeerQueue& peer, std::uint32_t subscription) const;
   void peer_up(OwnerId owner);
   void begin_epoch(OwnerId owner);
   Restart next_restart();

@@ -19,7 +19,8 @@ TupleSpace::Impl::Impl(OwnerId id, Scheduler& sched, Link& far)
       link(far),
       store(id),
       queue(store),
-      outbox(store, link),
+      outbox(store, link,
+             [this](const PeerQueue& peer, std::uint32_t subscription) { return has(peer, subscription); }),
       demand(store, id),
       deadlines(
           sched, [this](const Deadline& deadline, SteadyTime at) { on_deadline(deadline, at); },

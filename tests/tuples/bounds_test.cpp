@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tuples/component.h"
 #include "tuples/event_queue.h"
+#include "tuples/outbox.h"
 #include "tuples/peer_policy.h"
 
 namespace rubicon::tuples {
@@ -143,6 +146,43 @@ TEST_F(Bounds, WhatWaitsForALostSubscriberIsForgotten) {
   link.full = false;
   time.run_for(1s);
   EXPECT_THAT(link.sent, IsEmpty());
+}
+
+/// One that subscribes and unsubscribes, but reads nothing.
+TEST_F(Bounds, EndsOfSnapshotsThatWaitAreBounded) {
+  constexpr std::uint32_t kFirst = 1, kLast = 60'000, kLive = 7;
+  link.full = true;
+  ASSERT_TRUE(space.set("a", "1"));
+  link.listener->on_subscribe(kPeer, {kLive, pattern("a"), {}});
+  for (auto id = kFirst; id <= kLast; ++id) {
+    if (id == kLive) continue;
+    link.listener->on_subscribe(kPeer, {id, pattern("b"), {}});
+    if (id < kLast) link.listener->on_unsubscribe(kPeer, id);
+    if (id % 100 == 0) time.run_ready();
+  }
+  time.run_ready();
+  EXPECT_LE(space.stats().queued, Outbox::kMaxControls + 1);
+  EXPECT_GT(space.stats().merged, 0u);
+  link.full = false;
+  time.run_for(1s);
+  EXPECT_EQ(link.restarts, 1);
+  EXPECT_EQ(std::count(link.sent.begin(), link.sent.end(), "end 7"), 1) << "that of a live subscription is kept";
+  EXPECT_EQ(link.sent.front(), "a=1");
+  EXPECT_EQ(link.sent.back(), "end 60000");
+  EXPECT_EQ(space.stats().queued, 0u);
+}
+
+TEST_F(Bounds, OfTheEndsOfASubscriptionSentAgainTheLastCounts) {
+  link.full = true;
+  for (int i = 0; i < 60'000; ++i) link.listener->on_subscribe(kPeer, {9, pattern("**"), {}});
+  ASSERT_TRUE(space.set("late", "1"));
+  link.listener->on_subscribe(kPeer, {9, pattern("**"), {}});
+  time.run_ready();
+  EXPECT_LE(space.stats().queued, Outbox::kMaxControls + 1);
+  link.full = false;
+  time.run_for(1s);
+  EXPECT_EQ(link.sent.back(), "end 9") << "after the tuple that the last snapshot has";
+  EXPECT_LE(link.sent.size(), Outbox::kMaxControls);
 }
 
 TEST_F(Bounds, RepeatedAndOldChangesAreDropped) {
