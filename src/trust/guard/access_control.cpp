@@ -70,23 +70,14 @@ DDS_Security_boolean check_remote_participant(Instance* instance, const Permissi
   return answer;
 }
 
-DDS_Security_boolean check_remote_datawriter(Instance* instance, const Permissions permissions,
-                                             const DDS_Security_DomainId domain,
-                                             const DDS_Security_PublicationBuiltinTopicDataSecure* writer,
-                                             Exception* exception) noexcept {
+/// `check` is the function of the built-in plug-in for writers, or for readers, which has one argument more.
+template <Kind kind, auto check, class Endpoint, class... More>
+DDS_Security_boolean check_endpoint(Instance* instance, const Permissions permissions,
+                                    const DDS_Security_DomainId domain, const Endpoint* endpoint,
+                                    More... more) noexcept {
   Matches::ask();
-  const auto answer = original.check_remote_datawriter(instance, permissions, domain, writer, exception);
-  if (answer != 0) approve(Kind::Writer, permissions, *writer);
-  return answer;
-}
-
-DDS_Security_boolean check_remote_datareader(Instance* instance, const Permissions permissions,
-                                             const DDS_Security_DomainId domain,
-                                             const DDS_Security_SubscriptionBuiltinTopicDataSecure* reader,
-                                             DDS_Security_boolean* relay_only, Exception* exception) noexcept {
-  Matches::ask();
-  const auto answer = original.check_remote_datareader(instance, permissions, domain, reader, relay_only, exception);
-  if (answer != 0) approve(Kind::Reader, permissions, *reader);
+  const auto answer = (original.*check)(instance, permissions, domain, endpoint, more...);
+  if (answer != 0) approve(kind, permissions, *endpoint);
   return answer;
 }
 
@@ -100,24 +91,16 @@ DDS_Security_boolean check_remote_topic(Instance* instance, const Permissions pe
   return answer;
 }
 
-DDS_Security_boolean get_datawriter_sec_attributes(Instance* instance, const Permissions permissions,
-                                                   const DDS_Security_char* topic,
-                                                   const DDS_Security_PartitionQosPolicy* partition,
-                                                   const DDS_Security_DataTagQosPolicy* tag,
-                                                   DDS_Security_EndpointSecurityAttributes* attributes,
-                                                   Exception* exception) noexcept {
+/// `get` is the function of the built-in plug-in for writers or for readers.
+template <auto get>
+DDS_Security_boolean get_endpoint_attributes(Instance* instance, const Permissions permissions,
+                                             const DDS_Security_char* topic,
+                                             const DDS_Security_PartitionQosPolicy* partition,
+                                             const DDS_Security_DataTagQosPolicy* tag,
+                                             DDS_Security_EndpointSecurityAttributes* attributes,
+                                             Exception* exception) noexcept {
   matches().prepare(text(topic), names_of(partition));
-  return original.get_datawriter_sec_attributes(instance, permissions, topic, partition, tag, attributes, exception);
-}
-
-DDS_Security_boolean get_datareader_sec_attributes(Instance* instance, const Permissions permissions,
-                                                   const DDS_Security_char* topic,
-                                                   const DDS_Security_PartitionQosPolicy* partition,
-                                                   const DDS_Security_DataTagQosPolicy* tag,
-                                                   DDS_Security_EndpointSecurityAttributes* attributes,
-                                                   Exception* exception) noexcept {
-  matches().prepare(text(topic), names_of(partition));
-  return original.get_datareader_sec_attributes(instance, permissions, topic, partition, tag, attributes, exception);
+  return (original.*get)(instance, permissions, topic, partition, tag, attributes, exception);
 }
 
 DDS_Security_boolean return_permissions_handle(Instance* instance, Permissions permissions,
@@ -138,11 +121,12 @@ extern "C" int rubicon_guard_init_access_control(const char* argument, void** co
   std::call_once(once, [&] { guard::original = plugin; });
   plugin.validate_remote_permissions = guard::validate_remote_permissions;
   plugin.check_remote_participant = guard::check_remote_participant;
-  plugin.check_remote_datawriter = guard::check_remote_datawriter;
-  plugin.check_remote_datareader = guard::check_remote_datareader;
+  using Plugin = dds_security_access_control;
+  plugin.check_remote_datawriter = guard::check_endpoint<guard::Kind::Writer, &Plugin::check_remote_datawriter>;
+  plugin.check_remote_datareader = guard::check_endpoint<guard::Kind::Reader, &Plugin::check_remote_datareader>;
   plugin.check_remote_topic = guard::check_remote_topic;
-  plugin.get_datawriter_sec_attributes = guard::get_datawriter_sec_attributes;
-  plugin.get_datareader_sec_attributes = guard::get_datareader_sec_attributes;
+  plugin.get_datawriter_sec_attributes = guard::get_endpoint_attributes<&Plugin::get_datawriter_sec_attributes>;
+  plugin.get_datareader_sec_attributes = guard::get_endpoint_attributes<&Plugin::get_datareader_sec_attributes>;
   plugin.return_permissions_handle = guard::return_permissions_handle;
   return 0;
 }
