@@ -23,6 +23,9 @@ using Grade = Finding::Grade;
 constexpr std::size_t kMaxDomains = 8;
 /// Announcements come at least this often.
 constexpr std::chrono::milliseconds kListening{2500};
+/// How often participants without components are counted again, and the time in between.
+constexpr int kMostLooks = 4;
+constexpr std::chrono::milliseconds kLookPause{500};
 
 /// Runs the checks one after the other and collects their findings.
 class Doctor {
@@ -53,6 +56,8 @@ class Doctor {
       if (!options_.tcp) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
     }
     if (passes && islands_ == 0 && !has_problem()) look_at_other_side();
+    // Islands of the other side say more than a number.
+    if (!has_problem("trust")) add(check_silent_participants(silent_, options_.domain, has_trust_));
     if (passes) look_elsewhere(here);
     if (islands_ == 0 && !has_problem()) {
       add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
@@ -133,7 +138,8 @@ class Doctor {
     for (const auto& island : islands) examine(island);
     const auto present =
         static_cast<unsigned>(std::count_if(seen.begin(), seen.end(), [](const auto& one) { return one.present; }));
-    if (processes > 0 && present == 0 && !has_problem("firewall")) {
+    count_silent(client);
+    if (processes > 0 && present == 0 && silent_ == 0 && !has_problem("firewall")) {
       add({{"tag", Grade::kNote,
             fmt::format("{} of this host use domain {}, but were not discovered", counted(processes, "program"),
                         options_.domain),
@@ -146,6 +152,15 @@ class Doctor {
       const auto fix = trust_remedy(text);
       add({{"complaint", Grade::kNote, text,
             fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)}});
+    }
+  }
+
+  /// A handshake may be under way.
+  void count_silent(Client& client) {
+    silent_ = client.silent_participants();
+    for (int i = 0; i < kMostLooks && silent_ > 0; ++i) {
+      client.run_until([] { return false; }, kLookPause);
+      silent_ = client.silent_participants();
     }
   }
 
@@ -227,6 +242,7 @@ class Doctor {
   Duration length_;
   std::vector<transport::Interface> interfaces_;
   std::size_t islands_ = 0;
+  std::size_t silent_ = 0;  ///< participants of the domain that show no component
   bool has_trust_ = false;  ///< this program has a certificate
   std::vector<std::string> complaints_;
   Findings findings_;

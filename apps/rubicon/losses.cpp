@@ -12,6 +12,7 @@ namespace rubicon::cli {
 
 bool counts_loss(std::string_view name) {
   if (is_secure_counter(name)) return true;
+  if (name == "dds-refused-peers") return false;  // strangers; check_island_trust() has them
   constexpr std::array<std::string_view, 21> kWords{
       "dropped",    "lost",    "refused",     "undeliverable", "undelivered", "undecodable", "malformed",
       "looped",     "damaged", "failures",    "failed",        "bad",         "cut",         "missing",

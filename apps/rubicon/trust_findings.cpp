@@ -17,6 +17,7 @@ using Grade = Finding::Grade;
 constexpr const char* kTrustCheck = "trust";
 constexpr const char* kTrustDaysLeft = "trust-days-left";
 constexpr const char* kRightsRefused = "rights-refused";
+constexpr const char* kRefusedPeers = "dds-refused-peers";
 /// Soon enough to renew in peace.
 constexpr int kRenewDays = 30;
 
@@ -121,10 +122,28 @@ Findings check_other_side(const std::vector<client::Component>& islands, bool wi
   return all;
 }
 
+Findings check_silent_participants(std::size_t silent, unsigned domain, bool with_trust) {
+  if (silent == 0) return {};
+  const auto who = fmt::format("{} of domain {} {} no component to this program", counted(silent, "participant"),
+                               domain, silent == 1 ? "shows" : "show");
+  if (with_trust)
+    return {{kTrustCheck, Grade::kNote,
+             who + ": without trust, of another realm or refused, or no component of Rubicon",
+             "the logs of the islands name whom they refused; `rubicon doctor --trust no` shows those without trust; " +
+                 page("trust.md#what-to-do-when")}};
+  return {{kTrustCheck, Grade::kNote, who + ": with trust, or no component of Rubicon",
+           "take part with a certificate: --trust FOLDER, or rubicon trust join; " + page("trust.md#what-to-do-when")}};
+}
+
 Findings check_island_trust(const IslandSeen& seen) {
   Findings all;
   if (const auto days = number_of(seen, kTrustDaysLeft))
     all.push_back(end_of("island " + name_of(seen.island), *days, ""));
+  if (const auto peers = seen.numbers.find(kRefusedPeers); peers != seen.numbers.end() && peers->second > 0)
+    all.push_back({kTrustCheck, Grade::kNote,
+                   fmt::format("island {} refused {} since its start", name_of(seen.island),
+                               counted(static_cast<std::size_t>(peers->second), "peer")),
+                   "its log says which, and why: " + page("trust.md#what-to-do-when")});
   const auto refused = seen.numbers.find(kRightsRefused);
   if (refused != seen.numbers.end() && refused->second > 0)
     all.push_back(

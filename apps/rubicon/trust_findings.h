@@ -23,7 +23,10 @@ Findings check_own_trust(const Result<std::shared_ptr<rubicon::trust::Trust>>& o
 /// No island was found this way, but these were found the other way: `with_trust` is what this program tried first.
 Findings check_other_side(const std::vector<client::Component>& islands, bool with_trust);
 
-/// The certificate of an island, and what it refused.
+/// `silent` participants of the DDS domain showed no component. None: nothing to say.
+Findings check_silent_participants(std::size_t silent, unsigned domain, bool with_trust);
+
+/// The certificate of an island, and what and whom it refused.
 Findings check_island_trust(const IslandSeen& seen);
 
 /// `access`: who can read and command an island that this program found with trust; `on_peis`: it is on PEIS too.

@@ -246,6 +246,9 @@ class Client final {
   void discover();
   /// Component starts observed since open(), bounded. For diagnostics.
   std::vector<ComponentStart> component_starts() const;
+  /// Participants of the DDS domain that show no component to this one: they have trust if it has none, or the other
+  /// way round, or they are no programs of Rubicon. For diagnostics.
+  std::size_t silent_participants() const;
   static unsigned protocol_version();
   /// What this component sees of the PEIS network, for diagnostics. nullopt without Engine::kPeis.
   std::optional<PeisView> peis_view() const;

@@ -209,6 +209,11 @@ std::vector<ComponentStart> Client::component_starts() const {
   return all;
 }
 
+std::size_t Client::silent_participants() const {
+  const auto* dds = impl_->ecology->dds();
+  return dds ? dds->silent_participants() : 0;
+}
+
 unsigned Client::protocol_version() {
   return tuples::dds::kProtocolVersion;
 }

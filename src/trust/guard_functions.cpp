@@ -76,9 +76,13 @@ Result<void> GuardFunctions::load(const std::string& path) {
 
 void GuardFunctions::begin_watch() {
   if (watch_ == nullptr || !refused_) return;
-  watch_([](void* context, const std::uint8_t*, const char* name,
-            const char* reason) { (*static_cast<tuples::dds::DdsTrust::Refused*>(context))(name, reason); },
-         &refused_);
+  watch_(
+      [](void* context, const std::uint8_t* prefix, const char* name, const char* reason) {
+        tuples::dds::GuidPrefix peer{};
+        std::copy_n(prefix, peer.size(), peer.begin());
+        (*static_cast<tuples::dds::DdsTrust::Refused*>(context))(peer, name, reason);
+      },
+      &refused_);
 }
 
 void GuardFunctions::watch(tuples::dds::DdsTrust::Refused call) {

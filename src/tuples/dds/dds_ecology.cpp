@@ -14,6 +14,7 @@
 #include "tuples/dds/host.h"
 #include "tuples/dds/refusals.h"
 #include "tuples/dds/secure_participant.h"
+#include "tuples/dds/silent_participants.h"
 #include "tuples/member_ids.h"
 
 namespace rubicon::tuples::dds {
@@ -26,8 +27,10 @@ struct DdsEcology::Impl {
     shared.identities = std::make_shared<Identities>(shared.options.trust);
     shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
     shared.options.trust->watch_revoked([this] { renounce(); });
-    shared.options.trust->watch_refused(
-        [this](std::string_view name, std::string_view reason) { refusals.take(name, reason); });
+    shared.options.trust->watch_refused([this](const GuidPrefix& peer, std::string_view name, std::string_view reason) {
+      refusals.take(peer, name, reason);
+    });
+    shared.refused_peers = [this] { return refusals.peers(); };
   }
   ~Impl() {
     if (!shared.options.trust) return;
@@ -308,6 +311,16 @@ bool DdsEcology::expects_components() const {
 
 std::vector<ComponentStart> DdsEcology::component_starts() const {
   return impl_->shared.starts->all();
+}
+
+std::size_t DdsEcology::silent_participants() const {
+  std::set<GuidPrefix> all, known;
+  for (const auto* link : impl_->shared.links) {
+    all.merge(participants_in_domain(link->participant()));
+    known.merge(link->participants_with_components());
+  }
+  return static_cast<std::size_t>(
+      std::count_if(all.begin(), all.end(), [&](const auto& one) { return !known.contains(one); }));
 }
 
 void DdsEcology::watch_displaced(std::function<void(OwnerId)> call) {

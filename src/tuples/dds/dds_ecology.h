@@ -46,6 +46,9 @@ class DdsEcology final : public StandInEcology {
 
   /// The component starts that the links of this process observed, including ignored ones.
   std::vector<ComponentStart> component_starts() const;
+  /// How many participants of the domain show no component to the links of this process: with trust if this process has
+  /// none, and the other way round, or other programs than ours.
+  std::size_t silent_participants() const;
 
  private:
   struct Impl;

@@ -36,6 +36,8 @@ class DdsLink final : public Link, private FrameReader {
     /// One that was refused because it was not known is known now: the domain has to be made again to hear what it
     /// said.
     std::function<void()> known_later = {};
+    /// With trust: how many peers the guard refused since the start.
+    std::function<std::uint64_t()> refused_peers = {};
     std::set<DdsLink*> links = {};  ///< all of them
   };
 
@@ -47,6 +49,9 @@ class DdsLink final : public Link, private FrameReader {
 
   /// Whether a writer of a presence is matched that has brought none yet.
   bool expects_presence() const;
+  /// Whose presence it may read, and its own participant.
+  std::set<GuidPrefix> participants_with_components() const;
+  dds_entity_t participant() const { return participant_.get(); }
 
   // -- trust (dds_link_trust.cpp)
   OwnerId id() const { return self_; }

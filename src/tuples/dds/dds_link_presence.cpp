@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "tuples/dds/dds_link.h"
+#include "tuples/dds/secure_participant.h"
+#include "tuples/dds/silent_participants.h"
 #include "tuples/dds/take_samples.h"
 #include "wire.h"
 
@@ -286,6 +288,12 @@ void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
 void DdsLink::drop_gone_writers() {
   const auto there = matched_writers({presence_reader_.get(), interest_reader_.get(), frame_reader_.get()});
   participants_.keep_only(writers_.keep_only(there));
+}
+
+std::set<GuidPrefix> DdsLink::participants_with_components() const {
+  auto all = participants_matched(presence_reader_.get());
+  all.insert(prefix_of_own(participant_.get()));
+  return all;
 }
 
 }  // namespace rubicon::tuples::dds

@@ -79,7 +79,9 @@ void DdsLink::look_at_unknown() {
 }
 
 void DdsLink::each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
-  if (identities_) visit("dds-false-claims", presence_claims_.refused() + interest_claims_.refused() + false_frames_);
+  if (!identities_) return;
+  visit("dds-false-claims", presence_claims_.refused() + interest_claims_.refused() + false_frames_);
+  visit("dds-refused-peers", shared_.refused_peers());
 }
 
 // -- what waits for a component that is away

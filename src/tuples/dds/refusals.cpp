@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <deque>
+#include <mutex>
+#include <set>
 #include <string>
 
 #include "base/rate_limit.h"
@@ -43,6 +46,22 @@ struct Refusals::Shared {
     if (++lines == kMaxLines) log.warning("more processes are refused: they are not named for a minute");
   }
 
+  /// Which process it was is not always known.
+  void count(const GuidPrefix& peer) {
+    if (peer == GuidPrefix{}) return;
+    const std::lock_guard lock(mutex);
+    if (!known.insert(peer).second) return;
+    ++peers;
+    order.push_back(peer);
+    if (order.size() <= kMaxKnown) return;
+    known.erase(order.front());
+    order.pop_front();
+  }
+
+  mutable std::mutex mutex;
+  std::set<GuidPrefix> known;    // this and the next two: with the mutex
+  std::deque<GuidPrefix> order;  // of known, the oldest first
+  std::uint64_t peers = 0;
   Scheduler& scheduler;
   DdsEcology::Post post;
   Log log;
@@ -60,7 +79,8 @@ Refusals::~Refusals() {
   shared_->alive = false;
 }
 
-void Refusals::take(std::string_view name, std::string_view reason) {
+void Refusals::take(const GuidPrefix& peer, std::string_view name, std::string_view reason) {
+  shared_->count(peer);
   if (shared_->pending.fetch_add(1) >= kMaxOnTheWay) {
     --shared_->pending;
     return;
@@ -69,6 +89,11 @@ void Refusals::take(std::string_view name, std::string_view reason) {
     --shared->pending;
     shared->report(name, reason);
   });
+}
+
+std::uint64_t Refusals::peers() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->peers;
 }
 
 }  // namespace rubicon::tuples::dds

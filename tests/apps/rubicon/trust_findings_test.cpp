@@ -6,8 +6,11 @@
 namespace rubicon::cli {
 namespace {
 
+using testing::Contains;
+using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 using Grade = Finding::Grade;
 using Own = Result<std::shared_ptr<rubicon::trust::Trust>>;
@@ -80,6 +83,25 @@ TEST(TrustFindings, WhatRightsRefusedIsToldWithWhereToLook) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].what, HasSubstr("refused 3 requests by its rights"));
   EXPECT_THAT(found[0].fix, HasSubstr("rubicon trust audit"));
+}
+
+TEST(TrustFindings, PeersThatWereRefusedAreToldWithWhereToLook) {
+  auto seen = island();
+  seen.numbers["dds-refused-peers"] = 1;
+  const auto found = check_island_trust(seen);
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].grade, Grade::kNote);
+  EXPECT_THAT(found[0].what, HasSubstr("island 6541 home refused 1 peer since its start"));
+  EXPECT_THAT(check_losses(seen), Not(Contains(Field(&Finding::what, HasSubstr("dds-refused-peers")))));
+}
+
+TEST(TrustFindings, ParticipantsThatShowNothingAreCounted) {
+  EXPECT_THAT(check_silent_participants(0, 7, true), IsEmpty());
+  const auto with = check_silent_participants(2, 7, true), without = check_silent_participants(1, 7, false);
+  ASSERT_THAT(with, SizeIs(1));
+  EXPECT_THAT(with[0].what, HasSubstr("2 participants of domain 7 show no component to this program: without trust"));
+  EXPECT_THAT(without.at(0).what, HasSubstr("1 participant of domain 7 shows no component to this program: with"));
+  EXPECT_THAT(without.at(0).fix, HasSubstr("--trust FOLDER"));
 }
 
 TEST(TrustFindings, OnPeisNobodyProvesWhoTheyAre) {

@@ -20,7 +20,7 @@ struct RefusalsTest : testing::Test {
       scheduler, [this](auto call) { scheduler.post(std::move(call)); }, log);
 
   void take(const std::string& name, const std::string& reason) {
-    refusals->take(name, reason);
+    refusals->take({}, name, reason);
     scheduler.run_ready();
   }
 };
@@ -53,10 +53,25 @@ TEST_F(RefusalsTest, DoNotFillTheLogWithNames) {
 }
 
 TEST_F(RefusalsTest, DoNotFillTheLoopNorOutliveTheirOwner) {
-  for (int i = 0; i < 500; ++i) refusals->take(std::to_string(i), "no");
+  for (int i = 0; i < 500; ++i) refusals->take({}, std::to_string(i), "no");
   refusals.reset();
   scheduler.run_ready();
   EXPECT_THAT(log.lines, IsEmpty());
+}
+
+TEST_F(RefusalsTest, CountEachPeerOnceThoughItTriesEachSecond) {
+  const auto peer = [](std::uint8_t number, std::uint8_t more = 0) { return GuidPrefix{1, number, more}; };
+  for (int i = 0; i < 60; ++i) {
+    refusals->take(peer(1), "desk", "no");
+    refusals->take(peer(2), "desk", "another process of the same name");
+    refusals->take({}, "", "it is not known which process that was");
+  }
+  EXPECT_EQ(refusals->peers(), 2U);
+  for (std::size_t i = 0; i < Refusals::kMaxKnown; ++i)
+    refusals->take(peer(static_cast<std::uint8_t>(i % 256), static_cast<std::uint8_t>(1 + i / 256)), "", "no");
+  EXPECT_EQ(refusals->peers(), 2 + Refusals::kMaxKnown);
+  refusals->take(peer(1), "desk", "forgotten among so many");
+  EXPECT_EQ(refusals->peers(), 3 + Refusals::kMaxKnown);
 }
 
 }  // namespace

@@ -53,11 +53,13 @@ TEST_F(TrustedMembers, RefuseWhoWasRevokedBeforeItStarted) {
   ASSERT_TRUE(until(*island, "revoked 1:BA:signed"));
   const auto thief = member(kMallory, kMalloryId);
   EXPECT_TRUE(until(*island, "log 'mallory' was refused: its certificate is revoked"));
+  EXPECT_EQ(ask(*island, "refused"), "1");
   thief->write("send 7 3\n");
   EXPECT_TRUE(until(*thief, "answered 3"));
   EXPECT_EQ(ask(*thief, "replies"), "0 of 3");
   EXPECT_EQ(ask(*island, "peers"), std::to_string(kDeskId));
   EXPECT_EQ(ask(*island, "executed"), "0 doubled 0");
+  EXPECT_EQ(ask(*island, "refused"), "1") << "it tried again, but is one peer";
 }
 
 /// It sleeps while another is revoked, and hears of it from the first member that it meets.

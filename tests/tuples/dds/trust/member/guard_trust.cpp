@@ -50,9 +50,13 @@ void GuardTrust::begin_watch() {
   if (watch == nullptr) return;
   watch(nullptr, nullptr);
   if (!refused_) return;
-  watch([](void* call, const std::uint8_t*, const char* name,
-           const char* reason) { (*static_cast<Refused*>(call))(name, reason); },
-        &refused_);
+  watch(
+      [](void* call, const std::uint8_t* prefix, const char* name, const char* reason) {
+        GuidPrefix peer{};
+        std::copy_n(prefix, peer.size(), peer.begin());
+        (*static_cast<Refused*>(call))(peer, name, reason);
+      },
+      &refused_);
 }
 
 void GuardTrust::watch_refused(Refused call) {

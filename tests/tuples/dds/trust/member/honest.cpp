@@ -116,6 +116,11 @@ void Honest::obey(const Words& words) {
       if (name == "dds-false-claims") std::cout << "claims " << value << std::endl;
     });
   }
+  if (verb == "refused") {
+    link_->each_counter([](std::string_view name, std::uint64_t value) {
+      if (name == "dds-refused-peers") std::cout << "refused " << value << std::endl;
+    });
+  }
 }
 
 bool Honest::holds(const Words& words) const {
