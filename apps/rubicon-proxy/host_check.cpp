@@ -9,6 +9,7 @@
 #include "config/config_file.h"
 #include "config/network_numbers.h"
 #include "island/island_state.h"
+#include "trust/private_memory.h"
 #include "tuples/dds/host.h"
 #include "tuples/peis/peis_options.h"
 #include "web/web_service.h"
@@ -55,6 +56,7 @@ void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findi
                  fmt::format("means nothing: {} is there, so that only members reach this island", folder),
                  Kind::kWarning);
   base::NullLogSink quiet;
+  trust::keep_memory_private();
   auto place = trust::place_of_island(folder, config.id);
   auto opened = place ? trust::Trust::open(std::move(*place), scheduler, Log(quiet, "trust"))
                       : Result<std::shared_ptr<trust::Trust>>(fail(place.error()));

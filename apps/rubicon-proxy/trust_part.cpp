@@ -6,6 +6,7 @@
 
 #include "trust/component_ids.h"
 #include "trust/operations.h"
+#include "trust/private_memory.h"
 
 namespace rubicon::daemon {
 
@@ -42,7 +43,7 @@ std::string ending(const trust::Trust& trust) {
 std::optional<std::vector<std::string>> names_of_members(const std::string& folder, WallTime now) {
   if (folder.empty()) return {};
   const auto there = trust::show(folder, now);
-  if (!there || !there->has_authority) return {};
+  if (!there || !there->has_authority || !there->unreadable.empty()) return {};
   std::vector<std::string> names;
   for (const auto& one : there->members) {
     if (!one.revoked) names.push_back(one.member.name);
@@ -53,6 +54,7 @@ std::optional<std::vector<std::string>> names_of_members(const std::string& fold
 
 Result<void> TrustPart::open(const std::string& folder, IslandId island) {
   if (folder.empty()) return {};
+  trust::keep_memory_private();
   auto place = trust::place_of_island(folder, island);
   if (!place) return fail(ErrorCode::kIo, place.error().text);
   auto opened = trust::Trust::open(std::move(*place), scheduler_, Log(sink_, "trust"));

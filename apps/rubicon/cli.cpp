@@ -4,6 +4,8 @@
 
 #include "apps/program/usage_error.h"
 #include "apps/program/version.h"
+#include "trust/place.h"
+#include "trust/private_memory.h"
 
 namespace rubicon::cli {
 
@@ -24,6 +26,13 @@ constexpr const char* kExamples =
     "  rubicon set living.lamp-1 on\n"
     "  rubicon doctor\n"
     "`rubicon COMMAND --help` has more.\n\n";
+
+/// Commands of `rubicon trust`, and all that take part with a certificate.
+bool may_read_key(const CLI::App& command, const client::Options& options) {
+  if (command.get_parent()->get_name() == "trust") return true;
+  if (options.trust == client::kNoTrust || !uses(options, client::Engine::kDds)) return false;
+  return !options.trust.empty() || rubicon::trust::folder_of_user();
+}
 
 }  // namespace
 
@@ -81,7 +90,9 @@ int Cli::dispatch() {
     return kUsage;
   }
   for (const auto& [app, run] : commands_) {
-    if (app->parsed()) return run(*settings);
+    if (!app->parsed()) continue;
+    if (may_read_key(*app, settings->options)) rubicon::trust::keep_memory_private();
+    return run(*settings);
   }
   return kUsage;
 }

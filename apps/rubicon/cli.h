@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/rubicon/session.h"
@@ -25,6 +27,12 @@ class Cli {
   };
   /// Adds a subcommand; `run` is called if the command line names it.
   CLI::App* command(const Text& text, Run run);
+  /// The same with options of its own, which are there as long as this object.
+  template <class Options>
+  std::pair<CLI::App*, Options*> command_with(const Text& text, int (*run)(const Settings&, const Options&)) {
+    const auto options = std::make_shared<Options>();
+    return {command(text, [options, run](const Settings& settings) { return run(settings, *options); }), options.get()};
+  }
   /// The same for a command that needs a client.
   CLI::App* command_in_ecology(const Text& text, SessionRun run);
 

@@ -11,7 +11,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <system_error>
+#include <tuple>
 
 namespace rubicon::trust {
 
@@ -21,6 +23,8 @@ namespace fs = std::filesystem;
 using base::OwnFile;
 
 constexpr std::size_t kLargestKey = 4096;
+constexpr mode_t kLockMode = 0600;
+constexpr Duration kLockPause = std::chrono::milliseconds(50);
 
 ErrorCode code_of(int error) {
   switch (error) {
@@ -218,13 +222,37 @@ Result<void> FolderFiles::write(const std::string& name, std::string_view text, 
   return {};
 }
 
-Result<OwnFile> FolderFiles::lock() const {
-  auto folder = open_folder_of("");
-  if (!folder) return folder;
-  if (::flock(folder->get(), LOCK_EX | LOCK_NB) == 0) return folder;
-  if (errno == EWOULDBLOCK)
-    return fail(ErrorCode::kBusy, fmt::format("{}: another `rubicon trust` changes it now", root_.string()));
-  return failed("", "lock", errno);
+/// Made where it is missing; one of root is given to the owner of the folder, who could not open it otherwise.
+Result<OwnFile> FolderFiles::open_lock() const {
+  const auto folder = open_folder_of(kLockFile);
+  if (!folder) return fail(folder.error());
+  auto file = OwnFile::of_descriptor(
+      ::openat(folder->get(), kLockFile, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kLockMode));
+  struct stat folder_about {
+  }, about{};
+  if (file.get() < 0 || ::fstat(folder->get(), &folder_about) != 0 || ::fstat(file.get(), &about) != 0)
+    return failed(kLockFile, "open", errno);
+  if (about.st_uid != folder_about.st_uid && ::geteuid() == 0)
+    std::ignore = ::fchown(file.get(), folder_about.st_uid, folder_about.st_gid);
+  if ((about.st_mode & 07777) != kLockMode && ::fchmod(file.get(), kLockMode) != 0)
+    return failed(kLockFile, "change its mode", errno);
+  return file;
+}
+
+/// flock() has no time limit of its own.
+Result<OwnFile> FolderFiles::lock(Duration patience) const {
+  auto file = open_lock();
+  if (!file) return file;
+  for (Duration waited{}; ::flock(file->get(), LOCK_EX | LOCK_NB) != 0; waited += kLockPause) {
+    if (errno != EWOULDBLOCK) return failed(kLockFile, "lock", errno);
+    if (waited >= patience)
+      return fail(ErrorCode::kBusy,
+                  fmt::format("{}: another program that changes this folder has this lock{}: `fuser -v {}` shows which",
+                              path(kLockFile), waited > Duration(0) ? ", for seconds already" : "", path(kLockFile)));
+    const timespec pause{0, std::chrono::nanoseconds(kLockPause).count()};
+    ::nanosleep(&pause, nullptr);
+  }
+  return file;
 }
 
 Result<SecretText> read_credential(const fs::path& path) {

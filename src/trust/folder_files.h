@@ -11,6 +11,7 @@
 
 #include "base/own_file.h"
 #include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 #include "trust/secret_text.h"
 
 namespace rubicon::trust {
@@ -23,6 +24,11 @@ enum class KeyReaders : std::uint8_t {
   kOwner,   ///< its owner: keys of the authorities and of islands
   kPeople,  ///< people_group() too
 };
+
+/// Who changes a folder has a lock on this file of it.
+inline constexpr const char* kLockFile = "lock";
+/// How long a program waits for another one that changes the folder.
+inline constexpr Duration kLockPatience = std::chrono::seconds(5);
 
 /// The files of a trust folder. Names are relative to it (`members/desk/key.pem`). No part of a name may be a symbolic
 /// link; the folder itself may. Errors begin with the whole path.
@@ -47,13 +53,15 @@ class FolderFiles {
   /// Writes a new file beside and renames it: on the disk when this returns.
   Result<void> write(const std::string& name, std::string_view text, mode_t mode,
                      std::optional<gid_t> group = {}) const;
-  /// Until the result is destroyed no other process gets it. kBusy: one has it.
-  Result<base::OwnFile> lock() const;
+  /// Until the result is destroyed no other process gets it: a lock on the file kLockFile, which only the owner of the
+  /// folder can open, so that no other user can hold it. kBusy: another process had it all of `patience`.
+  Result<base::OwnFile> lock(Duration patience = kLockPatience) const;
 
  private:
   Result<void> check_folder(const std::string& name, mode_t mode) const;
   Result<base::OwnFile> open_folder_of(const std::string& name) const;
   Result<base::OwnFile> open_file(const std::string& name) const;
+  Result<base::OwnFile> open_lock() const;
   tl::unexpected<Error> failed(const std::string& name, std::string_view what, int error) const;
 
   std::filesystem::path root_;

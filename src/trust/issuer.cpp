@@ -89,8 +89,7 @@ Result<Issuer> Issuer::open(const std::filesystem::path& root, WallTime now) {
 Result<void> Issuer::check_meanings(const MemberOptions& options) const {
   for (const auto& name : folder_.members()) {
     const auto member = folder_.member(name);
-    if (!member) return fail(member.error());
-    if (member->has_role(options.name))
+    if (member && member->has_role(options.name))
       return fail(ErrorCode::kDuplicate, fmt::format("{} is a role of {}: a rule of rights that names one would mean "
                                                      "both; choose another name",
                                                      options.name, name));
@@ -117,12 +116,24 @@ Result<void> Issuer::check_island(const MemberOptions& options) const {
   if (!revoked) return fail(revoked.error());
   for (const auto& name : folder_.members()) {
     const auto member = folder_.member(name);
-    if (!member) return fail(member.error());
+    if (!member && !is_in_force(name, *revoked)) continue;
+    if (!member)
+      return fail(member.error().code,
+                  fmt::format("{}; it may have the id of island {}: put the file back from your copy of the folder, or "
+                              "revoke {}",
+                              member.error().text, model::number(options.island), name));
     if (member->may_use(options.island) && member->expires > now_ && revoked->find(member->serial) == nullptr)
       return fail(ErrorCode::kDuplicate, fmt::format("the member {} has the id of island {}: revoke it first", name,
                                                      model::number(options.island)));
   }
   return {};
+}
+
+bool Issuer::is_in_force(const std::string& name, const RevokedList& revoked) const {
+  const auto given = ledger_.of_name(name);
+  return std::any_of(given.begin(), given.end(), [&](const LedgerEntry& entry) {
+    return entry.ends > now_ && revoked.find(entry.serial) == nullptr;
+  });
 }
 
 bool Issuer::was_cut_short(const std::string& name, const EVP_PKEY* key) const {

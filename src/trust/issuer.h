@@ -39,6 +39,8 @@ class Issuer {
   Result<void> check_meanings(const MemberOptions& options) const;
   Result<void> check_island(const MemberOptions& options) const;
   Result<RevokedList> revoked() const;
+  /// Whether a certificate of that name has neither ended nor been revoked.
+  bool is_in_force(const std::string& name, const RevokedList& revoked) const;
   /// The process ended between the note of the certificate and its file: it never left this host.
   bool was_cut_short(const std::string& name, const EVP_PKEY* key) const;
 

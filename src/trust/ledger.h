@@ -23,7 +23,8 @@ class Ledger {
  public:
   /// A new realm's: empty.
   Ledger() = default;
-  /// kInvalid also if it does not have what the members of the folder have.
+  /// kInvalid also if it does not have what the members of the folder have; of those whose certificates cannot be read
+  /// it has to have the names.
   static Result<Ledger> read(const TrustFolder& folder);
   Result<void> write(const TrustFolder& folder) const;
 

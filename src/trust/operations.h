@@ -8,13 +8,15 @@
 
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
+#include "trust/secret_text.h"
 #include "tuples/member.h"
 
 namespace rubicon::trust {
 
 // What `rubicon trust` does. Each function works on a trust folder (docs/trust.md), takes the time as an argument and
-// leaves files whole: all of a file is new, or nothing. Only one process at a time changes a folder; a second one gets
-// kBusy. Errors name the file, what is wrong and what was expected, and hold nothing secret.
+// leaves files whole: all of a file is new, or nothing. Only one process at a time changes a folder; a second one waits
+// for kLockPatience, then gets kBusy. Errors name the file, what is wrong and what was expected, and hold nothing
+// secret.
 
 inline constexpr int kMemberDays = 730;      ///< life of a member's certificate unless something else is asked for
 inline constexpr int kMaxMemberDays = 3650;  ///< the longest life
@@ -46,7 +48,7 @@ struct Issued {
   RealmIdentity realm;
   std::string bundle;  ///< the text of the file `<name>.trust`
   /// Opens the key in the bundle; shown once, kept by no one. Empty: the bundle has no key.
-  std::string phrase;
+  SecretText phrase;
 };
 
 /// One member of a folder.
@@ -57,12 +59,20 @@ struct ListedMember {
   std::optional<WallTime> revoked;
 };
 
+/// A member whose certificate cannot be read.
+struct UnreadableMember {
+  std::string name;
+  std::string reason;  ///< begins with the path of the file
+  bool revoked = false;
+};
+
 struct FolderContents {
   RealmIdentity realm;
   bool has_authority = false;  ///< members can be added here
   int authority_days_left = 0;
   std::uint64_t revoked_number = 0;  ///< of the list of revoked certificates; grows with each revocation
   std::vector<ListedMember> members;
+  std::vector<UnreadableMember> unreadable;
 };
 
 /// The people of a host, `local`: role admin.
@@ -74,7 +84,8 @@ MemberOptions member_of_island(OwnerId island);
 /// kDuplicate if the folder has a realm.
 Result<RealmIdentity> init(const std::filesystem::path& folder, const InitOptions& options, WallTime now);
 
-/// Makes a key and a certificate for another host. The key leaves in the bundle only.
+/// Makes a key and a certificate for another host. The key leaves in the bundle only. Certificates of other members
+/// that cannot be read matter only for an island: one of them may have its id.
 Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& options, WallTime now);
 /// The same for a member of this host: the key stays in the folder, there is no bundle.
 Result<tuples::Member> add_here(const std::filesystem::path& folder, const MemberOptions& options, WallTime now);
@@ -109,7 +120,8 @@ Result<std::string> revoke(const std::filesystem::path& folder, const std::strin
 /// is renewed there; the bundle (without a key) is for the host of any other. kRefused: it was revoked.
 Result<Issued> renew(const std::filesystem::path& folder, const std::string& name, int days, WallTime now);
 
-/// All members in the order of their names. Works without authority too: then the members of this host.
+/// All members in the order of their names. Works without authority too: then the members of this host. A certificate
+/// that cannot be read hides no other one.
 Result<FolderContents> show(const std::filesystem::path& folder, WallTime now);
 
 /// The bundle of a member again: with its key under a new phrase if the key is in this folder, else without.

@@ -63,7 +63,7 @@ Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& opt
   if (!issuer) return fail(issuer.error());
   const auto key = PrivateKey::make();
   if (!key) return fail(key.error());
-  const auto phrase = new_phrase();
+  auto phrase = new_phrase();
   if (!phrase) return fail(phrase.error());
   auto encrypted = key->encrypted(phrase->view());
   if (!encrypted) return fail(encrypted.error());
@@ -72,7 +72,7 @@ Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& opt
   auto member = issuer->folder().member(options.name);
   if (!member) return fail(member.error());
   return Issued{std::move(*member), issuer->authority().realm.identity(),
-                bundle_text({std::move(*papers), std::move(*encrypted)}), std::string(phrase->view())};
+                bundle_text({std::move(*papers), std::move(*encrypted)}), std::move(*phrase)};
 }
 
 Result<Issued> sign(const std::filesystem::path& folder, std::string_view request, const MemberOptions& options,

@@ -102,10 +102,13 @@ Result<FolderContents> show(const std::filesystem::path& folder, WallTime now) {
   const auto revoked = read_revoked(papers->revoked.text, realm->permissions_ca, papers->revoked.where);
   if (!revoked) return fail(revoked.error());
   FolderContents contents{
-      realm->identity(), shown.has_authority(), days_until(realm->identity_ca.ends(), now), revoked->number, {}};
+      realm->identity(), shown.has_authority(), days_until(realm->identity_ca.ends(), now), revoked->number, {}, {}};
   for (const auto& name : shown.members()) {
     auto member = shown.member(name);
-    if (!member) return fail(member.error());
+    if (!member) {
+      contents.unreadable.push_back({name, member.error().text, revoked->has_name(name)});
+      continue;
+    }
     const auto* gone = revoked->find(member->serial);
     const int days = days_until(member->expires, now);
     contents.members.push_back({std::move(*member), days, shown.files().exists(key_file(name)),
@@ -129,12 +132,12 @@ Result<Issued> export_member(const std::filesystem::path& folder, const std::str
     if (!pem) return fail(pem.error());
     const auto key = PrivateKey::of_pem(pem->view(), from.files().path(key_file(name)));
     if (!key) return fail(key.error());
-    const auto phrase = new_phrase();
+    auto phrase = new_phrase();
     if (!phrase) return fail(phrase.error());
     auto text = key->encrypted(phrase->view());
     if (!text) return fail(text.error());
     encrypted = std::move(*text);
-    issued.phrase = phrase->view();
+    issued.phrase = std::move(*phrase);
   }
   issued.bundle = bundle_text({std::move(*papers), std::move(encrypted)});
   return issued;

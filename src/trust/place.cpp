@@ -121,14 +121,18 @@ Result<Place> place_in(const fs::path& folder) {
   return readable({folder, std::move(*member), {}, {}});
 }
 
-Result<std::optional<Place>> place_of_user() {
+std::optional<fs::path> folder_of_user() {
   const auto asked = environment(kVariable);
-  if (asked == "no") return std::optional<Place>();
-  fs::path folder = asked;
-  if (folder.empty() && may_have_realm(user_folder())) folder = user_folder();
-  if (folder.empty() && may_have_realm(kHostFolder)) folder = kHostFolder;
-  if (folder.empty()) return std::optional<Place>();
-  auto place = place_in(folder);
+  if (asked == "no") return {};
+  if (!asked.empty()) return fs::path(asked);
+  if (may_have_realm(user_folder())) return user_folder();
+  return may_have_realm(kHostFolder) ? std::optional<fs::path>(kHostFolder) : std::nullopt;
+}
+
+Result<std::optional<Place>> place_of_user() {
+  const auto folder = folder_of_user();
+  if (!folder) return std::optional<Place>();
+  auto place = place_in(*folder);
   if (!place) return fail(place.error());
   return std::optional<Place>(std::move(*place));
 }

@@ -26,6 +26,8 @@ struct Place {
 /// The folder of the person who runs a program: ~/.config/rubicon/trust. Empty: there is no $HOME.
 std::filesystem::path user_folder();
 
+/// The folder of place_of_user(), without a look at what is in it. nullopt: there is none.
+std::optional<std::filesystem::path> folder_of_user();
 /// The place for the person who runs a tool. $RUBICON_TRUST comes first (`no`, or a folder), then
 /// ~/.config/rubicon/trust, then the host's folder. The member is `local`, else the only one with a key. nullopt: there
 /// is none, tools work without trust. kRefused: there is one that this user may not enter or read; the text says how to

@@ -65,6 +65,10 @@ const RevokedCertificate* RevokedList::find(std::string_view serial) const {
   return found == certificates.end() ? nullptr : &*found;
 }
 
+bool RevokedList::has_name(std::string_view name) const {
+  return std::any_of(certificates.begin(), certificates.end(), [&](const auto& one) { return one.name == name; });
+}
+
 Result<std::string> sign_revoked(const RevokedList& list, const Certificate& signer, const PrivateKey& key) {
   if (list.certificates.size() > RevokedList::kMost)
     return fail(ErrorCode::kBusy,

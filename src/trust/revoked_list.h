@@ -28,6 +28,7 @@ struct RevokedList {
   std::vector<RevokedCertificate> certificates;
 
   const RevokedCertificate* find(std::string_view serial) const;
+  bool has_name(std::string_view name) const;
   friend bool operator==(const RevokedList&, const RevokedList&) = default;
 };
 

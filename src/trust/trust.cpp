@@ -1,8 +1,6 @@
 #include "trust/trust.h"
 
 #include <fmt/format.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <tuple>
@@ -32,13 +30,6 @@ FileMark mark_of(const std::string& path) {
 std::string contents_of(const Papers& papers) {
   return papers.identity_ca.text + papers.certificate.text + papers.permissions_ca.text + papers.governance.text +
          papers.permissions.text;
-}
-
-/// Its core file would have the private key: there is none, and no other process of the user looks into its memory.
-void keep_memory_private() {
-  constexpr rlimit kNone{0, 0};
-  ::setrlimit(RLIMIT_CORE, &kNone);
-  ::prctl(PR_SET_DUMPABLE, 0);
 }
 
 }  // namespace
@@ -183,7 +174,7 @@ void Trust::Impl::keep() {
 
 /// Another process may have written a newer one since this one looked.
 Result<void> Trust::Impl::write_if_newer() const {
-  const auto lock = folder.files().lock();
+  const auto lock = folder.files().lock(Duration(0));
   if (!lock) return fail(lock.error());
   if (const auto text = folder.files().read(kRevokedFile, kLargestSigned)) {
     const auto there = read_revoked(*text, realm->permissions_ca, folder.files().path(kRevokedFile));
@@ -234,7 +225,6 @@ Trust::~Trust() = default;
 Result<std::shared_ptr<Trust>> Trust::open(Place place, Scheduler& scheduler, Log log) {
   auto impl = std::make_unique<Impl>(std::move(place), scheduler, std::move(log));
   if (auto read = impl->documents(); !read) return fail(read.error());
-  keep_memory_private();
   impl->look();
   return std::shared_ptr<Trust>(new Trust(std::move(impl)));
 }

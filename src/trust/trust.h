@@ -17,7 +17,8 @@ namespace rubicon::trust {
 /// write.
 class Trust final : public tuples::dds::DdsTrust {
  public:
-  /// Reads and checks all files; the error names the file, what is wrong and what was expected.
+  /// Reads and checks all files; the error names the file, what is wrong and what was expected. The key is in the
+  /// memory of this process from then on: keep_memory_private() is the program's.
   static Result<std::shared_ptr<Trust>> open(Place place, base::Scheduler& scheduler, Log log);
   ~Trust() override;
 

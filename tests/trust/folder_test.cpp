@@ -1,10 +1,13 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -74,6 +77,7 @@ TEST_F(TrustFolderTest, HasTheModesOfTheTable) {
       {"permissions-ca.pem", 0644},
       {"governance.p7s", 0644},
       {"revoked.p7s", 0644},
+      {"lock", 0600},
       {"members", 0755},
       {"members/island-7", 0755},
       {"members/island-7/certificate.pem", 0644},
@@ -114,7 +118,7 @@ TEST_F(TrustFolderTest, AChangedByteIsRefusedOrHarmless) {
   ASSERT_TRUE(read_all()) << read_all().error().text;
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(root_)) {
-    if (entry.is_regular_file()) files.push_back(entry.path());
+    if (entry.is_regular_file() && entry.path().filename() != kLockFile) files.push_back(entry.path());
   }
   ASSERT_EQ(files.size(), 14U);
   for (const auto& path : files) {
@@ -304,6 +308,58 @@ TEST_F(TrustFolderTest, AMissingFileIsNamed) {
     EXPECT_NE(read.error().text.find(name), std::string::npos) << read.error().text;
     fs::rename(folder_ / "moved", root_ / name);
   }
+}
+
+TEST_F(TrustFolderTest, WhoMayReadTheFolderCannotHoldItsLock) {
+  const auto reader = OwnFile::of_descriptor(::open(root_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(::flock(reader.get(), LOCK_EX | LOCK_NB), 0);
+  EXPECT_TRUE(trust_.files().lock(Duration(0)));
+  EXPECT_TRUE(Issuer::open(root_, kNow));
+  if (::geteuid() != 0) return;
+  const auto child = ::fork();
+  if (child == 0) {
+    const bool denied = ::setuid(12345) == 0 && ::open((root_ / kLockFile).c_str(), O_RDONLY) < 0 && errno == EACCES;
+    ::_exit(denied ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(TrustFolderTest, TheLockIsForItsOwnerOnlyWhateverWasThere) {
+  ASSERT_EQ(::chmod((root_ / kLockFile).c_str(), 0666), 0);
+  EXPECT_TRUE(trust_.files().lock());
+  EXPECT_EQ(mode_of(root_ / kLockFile), 0600U);
+  fs::remove(root_ / kLockFile);
+  EXPECT_TRUE(trust_.files().lock());
+  EXPECT_EQ(mode_of(root_ / kLockFile), 0600U);
+  fs::remove(root_ / kLockFile);
+  fs::create_symlink(root_ / "revoked.p7s", root_ / kLockFile);
+  EXPECT_EQ(trust_.files().lock().error().code, ErrorCode::kRefused);
+  if (::geteuid() != 0) return;
+  fs::remove(root_ / kLockFile);
+  ASSERT_EQ(::chown(root_.c_str(), 12345, 12345), 0);
+  EXPECT_TRUE(trust_.files().lock());
+  struct stat about {};
+  ASSERT_EQ(::stat((root_ / kLockFile).c_str(), &about), 0);
+  EXPECT_EQ(about.st_uid, 12345U) << "of the user whose folder it is";
+}
+
+TEST_F(TrustFolderTest, ALockIsWaitedForUntilALimit) {
+  auto held = trust_.files().lock();
+  ASSERT_TRUE(held);
+  const auto busy = trust_.files().lock(std::chrono::milliseconds(100));
+  ASSERT_FALSE(busy);
+  EXPECT_EQ(busy.error().code, ErrorCode::kBusy);
+  EXPECT_NE(busy.error().text.find((root_ / kLockFile).string()), std::string::npos) << busy.error().text;
+  const auto child = ::fork();  // it has the lock too
+  if (child == 0) {
+    ::usleep(300'000);
+    ::_exit(0);
+  }
+  held = fail(ErrorCode::kNotFound, "given back");
+  EXPECT_TRUE(trust_.files().lock(std::chrono::minutes(1)));
+  ::waitpid(child, nullptr, 0);
 }
 
 TEST_F(TrustFolderTest, NothingIsLeftBeside) {

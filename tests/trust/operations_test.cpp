@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "support/folder.h"
+#include "support/own_memory.h"
 #include "trust/bundle.h"
 #include "trust/id_ranges.h"
 #include "trust/now.h"
@@ -75,13 +76,13 @@ TEST_F(TrustOperations, InitRefusesWrongNamesAndClocks) {
 TEST_F(TrustOperations, AMemberJoinsByBundleAndPhrase) {
   const auto issued = add_desk();
   ASSERT_TRUE(issued) << issued.error().text;
-  EXPECT_EQ(issued->phrase.size(), 29U);
-  EXPECT_EQ(issued->bundle.find(issued->phrase), std::string::npos);
+  EXPECT_EQ(issued->phrase.view().size(), 29U);
+  EXPECT_EQ(issued->bundle.find(issued->phrase.view()), std::string::npos);
   const auto seen = inspect(issued->bundle, kNow);
   ASSERT_TRUE(seen) << seen.error().text;
   EXPECT_EQ(seen->realm.fingerprint, realm_.fingerprint);
   EXPECT_TRUE(seen->has_key);
-  const auto joined = join(away_, issued->bundle, issued->phrase, kNow);
+  const auto joined = join(away_, issued->bundle, issued->phrase.view(), kNow);
   ASSERT_TRUE(joined) << joined.error().text;
   EXPECT_EQ(joined->member, issued->member);
   const auto shown = show(away_, kNow);
@@ -109,7 +110,7 @@ TEST_F(TrustOperations, ABundleOfAnotherRealmIsNotMixedIn) {
   ASSERT_TRUE(init(other, {}, kNow));
   const auto issued = add(other, {"desk", {}, {}, 10}, kNow);
   ASSERT_TRUE(issued);
-  const auto joined = join(home_, issued->bundle, issued->phrase, kNow);
+  const auto joined = join(home_, issued->bundle, issued->phrase.view(), kNow);
   ASSERT_FALSE(joined);
   EXPECT_EQ(joined.error().code, ErrorCode::kDuplicate);
   EXPECT_NE(joined.error().text.find(realm_.name), std::string::npos) << joined.error().text;
@@ -126,7 +127,7 @@ TEST_F(TrustOperations, ABundleWithPartsOfAnotherMemberIsRefused) {
   EXPECT_NE(seen.error().text.find("these are the permissions of CN=robot"), std::string::npos) << seen.error().text;
   mixed = *read_bundle(desk->bundle);
   mixed.key = read_bundle(robot->bundle)->key;
-  const auto joined = join(away_, bundle_text(mixed), robot->phrase, kNow);
+  const auto joined = join(away_, bundle_text(mixed), robot->phrase.view(), kNow);
   ASSERT_FALSE(joined);
   EXPECT_NE(joined.error().text.find("the key is not that of the certificate of desk"), std::string::npos);
 }
@@ -224,19 +225,19 @@ TEST_F(TrustOperations, ARevokedBundleDoesNotJoinWhereThatIsKnown) {
   ASSERT_TRUE(revoke(home_, "desk", kNow));
   const auto later = export_member(home_, "robot", kNow);
   ASSERT_TRUE(later) << later.error().text;
-  ASSERT_TRUE(join(away_, robot->bundle, robot->phrase, kNow));
+  ASSERT_TRUE(join(away_, robot->bundle, robot->phrase.view(), kNow));
   ASSERT_TRUE(join(away_, later->bundle, "", kNow)) << "brings the list";
-  const auto joined = join(away_, desk->bundle, desk->phrase, kNow);
+  const auto joined = join(away_, desk->bundle, desk->phrase.view(), kNow);
   ASSERT_FALSE(joined);
   EXPECT_NE(joined.error().text.find("was revoked on 2026-11-23"), std::string::npos) << joined.error().text;
-  ASSERT_TRUE(join(away_, robot->bundle, robot->phrase, kNow)) << "an older list";
+  ASSERT_TRUE(join(away_, robot->bundle, robot->phrase.view(), kNow)) << "an older list";
   EXPECT_EQ(show(away_, kNow)->revoked_number, seconds_of(kNow));
 }
 
 TEST_F(TrustOperations, RenewKeepsNameIdsRolesAndKey) {
   const auto issued = add_desk();
   ASSERT_TRUE(issued);
-  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase, kNow));
+  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow));
   const auto later = kNow + std::chrono::days(90);
   const auto renewed = renew(home_, "desk", 300, later);
   ASSERT_TRUE(renewed) << renewed.error().text;
@@ -256,9 +257,9 @@ TEST_F(TrustOperations, AnOlderBundleDoesNotReplaceWhatIsThere) {
   ASSERT_TRUE(issued);
   const auto renewed = renew(home_, "desk", 300, kNow);
   ASSERT_TRUE(renewed) << renewed.error().text;
-  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase, kNow));
+  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow));
   ASSERT_TRUE(join(away_, renewed->bundle, "", kNow));
-  const auto joined = join(away_, issued->bundle, issued->phrase, kNow);
+  const auto joined = join(away_, issued->bundle, issued->phrase.view(), kNow);
   ASSERT_FALSE(joined);
   EXPECT_EQ(joined.error().code, ErrorCode::kDuplicate);
   EXPECT_NE(joined.error().text.find("members/desk/certificate.pem ends on 2027-"), std::string::npos)
@@ -266,7 +267,7 @@ TEST_F(TrustOperations, AnOlderBundleDoesNotReplaceWhatIsThere) {
   EXPECT_NE(joined.error().text.find("--older"), std::string::npos);
   EXPECT_EQ(show(away_, kNow)->members[0].days_left, 300);
   EXPECT_TRUE(join(away_, renewed->bundle, "", kNow)) << "the same again";
-  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase, kNow, Older::kTake));
+  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow, Older::kTake));
   EXPECT_EQ(show(away_, kNow)->members[0].days_left, 100);
 }
 
@@ -283,7 +284,7 @@ TEST_F(TrustOperations, AnEndedMemberIsRenewedAndAnEndedRealmIsShown) {
 TEST_F(TrustOperations, ExportTakesTheKeyAlongIfItIsThere) {
   const auto island = export_member(home_, "island-7", kNow);
   ASSERT_TRUE(island) << island.error().text;
-  ASSERT_TRUE(join(away_, island->bundle, island->phrase, kNow));
+  ASSERT_TRUE(join(away_, island->bundle, island->phrase.view(), kNow));
   EXPECT_EQ(content_of(away_ / "members/island-7/key.pem"), content_of(home_ / "members/island-7/key.pem"));
   ASSERT_TRUE(add_desk());
   EXPECT_TRUE(export_member(home_, "desk", kNow)->phrase.empty());
@@ -292,7 +293,7 @@ TEST_F(TrustOperations, ExportTakesTheKeyAlongIfItIsThere) {
 
 TEST_F(TrustOperations, WithoutAuthorityNothingIsChanged) {
   const auto issued = add_desk();
-  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase, kNow));
+  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow));
   const auto added = add(away_, {"more", {}, {}, 10}, kNow);
   ASSERT_FALSE(added);
   EXPECT_NE(added.error().text.find("ca/identity.key: is not here"), std::string::npos) << added.error().text;
@@ -335,7 +336,7 @@ TEST_F(TrustOperations, ANameThatLeftTheHostOrWasRevokedIsNotMadeAgain) {
 
 TEST_F(TrustOperations, InitMakesNoFolderForAuthoritiesWhereAHostJoined) {
   const auto issued = add_desk();
-  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase, kNow));
+  ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow));
   EXPECT_EQ(init(away_, {}, kNow).error().code, ErrorCode::kDuplicate);
   EXPECT_FALSE(fs::exists(away_ / "ca"));
 }
@@ -343,9 +344,67 @@ TEST_F(TrustOperations, InitMakesNoFolderForAuthoritiesWhereAHostJoined) {
 TEST_F(TrustOperations, OnlyOneChangesAFolder) {
   const auto lock = FolderFiles(home_).lock();
   ASSERT_TRUE(lock);
-  EXPECT_EQ(add_desk().error().code, ErrorCode::kBusy);
-  EXPECT_EQ(revoke(home_, "island-7", kNow).error().code, ErrorCode::kBusy);
   EXPECT_TRUE(show(home_, kNow));
+  EXPECT_EQ(add_desk().error().code, ErrorCode::kBusy);
+}
+
+TEST_F(TrustOperations, ACertificateThatCannotBeReadHidesNoOther) {
+  const auto file = home_ / "members/desk/certificate.pem";
+  ASSERT_TRUE(add_desk());
+  std::ofstream(file) << "damaged";
+  const auto shown = show(home_, kNow);
+  ASSERT_TRUE(shown) << shown.error().text;
+  EXPECT_EQ(shown->members.size(), 2U);
+  ASSERT_EQ(shown->unreadable.size(), 1U);
+  EXPECT_EQ(shown->unreadable[0].name, "desk");
+  EXPECT_TRUE(shown->unreadable[0].reason.starts_with(file.string())) << shown->unreadable[0].reason;
+  EXPECT_FALSE(shown->unreadable[0].revoked);
+  EXPECT_TRUE(add(home_, {"robot", {}, {"panel"}, 10}, kNow));
+  EXPECT_TRUE(add_here(home_, {"console", {}, {}, 10}, kNow));
+  EXPECT_TRUE(renew(home_, "island-7", 10, kNow));
+  EXPECT_TRUE(revoke(home_, "console", kNow));
+}
+
+TEST_F(TrustOperations, ACertificateThatCannotBeReadMattersToItsMemberAndToIslands) {
+  const auto file = (home_ / "members/desk/certificate.pem").string();
+  ASSERT_TRUE(add_desk());
+  std::ofstream(file) << "damaged";
+  EXPECT_EQ(add_desk().error().code, ErrorCode::kDuplicate) << "the name is given";
+  EXPECT_TRUE(renew(home_, "desk", 10, kNow).error().text.starts_with(file));
+  const auto island = add_here(home_, member_of_island(OwnerId{8}), kNow);
+  ASSERT_FALSE(island) << "desk may have that id";
+  EXPECT_TRUE(island.error().text.starts_with(file)) << island.error().text;
+  EXPECT_NE(island.error().text.find("revoke desk"), std::string::npos) << island.error().text;
+  ASSERT_TRUE(revoke(home_, "desk", kNow));
+  EXPECT_TRUE(show(home_, kNow)->unreadable.at(0).revoked);
+  EXPECT_TRUE(add_here(home_, member_of_island(OwnerId{8}), kNow));
+}
+
+/// The list of what was given away is older than the folder: names and ids would be given twice.
+TEST_F(TrustOperations, ACertificateThatCannotBeReadHasToBeInTheList) {
+  fs::create_directory(home_ / "members/foreign");
+  std::ofstream(home_ / "members/foreign/certificate.pem") << "damaged";
+  const auto added = add_desk();
+  ASSERT_FALSE(added);
+  EXPECT_NE(added.error().text.find("members/foreign/certificate.pem"), std::string::npos) << added.error().text;
+}
+
+TEST_F(TrustOperations, PhrasesDoNotStayInMemory) {
+  std::string masked;
+  {
+    const auto issued = add_desk();
+    ASSERT_TRUE(issued);
+    masked = support::masked_end(issued->phrase.view());
+    EXPECT_GE(support::count_in_heap(masked), 1U) << "it is there while it is needed";
+    ASSERT_TRUE(join(away_, issued->bundle, issued->phrase.view(), kNow));
+  }
+  EXPECT_EQ(support::count_in_heap(masked), 0U);
+  {
+    const auto exported = export_member(home_, "local", kNow);
+    ASSERT_TRUE(exported);
+    masked = support::masked_end(exported->phrase.view());
+  }
+  EXPECT_EQ(support::count_in_heap(masked), 0U);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -17,6 +18,7 @@
 #include "trust/guard/guard.h"
 #include "trust/now.h"
 #include "trust/operations.h"
+#include "trust/private_memory.h"
 #include "trust/trust_folder.h"
 
 namespace rubicon::trust {
@@ -312,12 +314,28 @@ TEST_F(TrustTest, AListIsKeptWhenTheFolderIsFreeAgain) {
   EXPECT_EQ(content_of(root_ / "revoked.p7s"), *list);
 }
 
-TEST_F(TrustTest, TheMemoryOfAMemberIsNotWrittenToACoreFile) {
+/// A program on the client library may be one that a debugger or a crash report is for.
+TEST_F(TrustTest, LeavesTheProcessAsItIs) {
+  rlimit before{}, after{};
+  ASSERT_EQ(::getrlimit(RLIMIT_CORE, &before), 0);
+  const auto dumpable = ::prctl(PR_GET_DUMPABLE);
   ASSERT_TRUE(open());
-  rlimit core{1, 1};
-  ASSERT_EQ(::getrlimit(RLIMIT_CORE, &core), 0);
-  EXPECT_EQ(core.rlim_cur, 0U);
-  EXPECT_EQ(::prctl(PR_GET_DUMPABLE), 0);
+  ASSERT_EQ(::getrlimit(RLIMIT_CORE, &after), 0);
+  EXPECT_EQ(after.rlim_max, before.rlim_max);
+  EXPECT_EQ(::prctl(PR_GET_DUMPABLE), dumpable);
+}
+
+TEST(PrivateMemory, IsNotWrittenToACoreFile) {
+  const auto child = ::fork();
+  if (child == 0) {
+    keep_memory_private();
+    rlimit core{1, 1};
+    const bool none = ::getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur == 0 && core.rlim_max == 0;
+    ::_exit(none && ::prctl(PR_GET_DUMPABLE) == 0 ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
 }
 
 TEST_F(TrustTest, ARevokedMemberDoesNotStart) {
@@ -426,7 +444,7 @@ TEST_F(TrustTest, OfSeveralStateFoldersTheFirstOneIsUsed) {
 TEST_F(TrustTest, TheOnlyMemberOfPeopleNeedsNoName) {
   const auto issued = add(root_, {"laptop", {}, {}, 10}, kStart);
   ASSERT_TRUE(issued);
-  ASSERT_TRUE(join(folder_ / "away", issued->bundle, issued->phrase, kStart));
+  ASSERT_TRUE(join(folder_ / "away", issued->bundle, issued->phrase.view(), kStart));
   const auto place = place_in(folder_ / "away");
   ASSERT_TRUE(place) << place.error().text;
   EXPECT_EQ(place->member, "laptop");

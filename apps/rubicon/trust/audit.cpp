@@ -113,7 +113,8 @@ void follow_audit(Output& out, bool json, const AuditOptions& options) {
   }
 }
 
-int audit(const Settings& settings, AuditOptions options) {
+int audit(const Settings& settings, const AuditOptions& asked) {
+  auto options = asked;
   if (options.file.empty()) {
     auto found = find_audit(settings);
     if (!found) return failed(found.error());
@@ -133,13 +134,13 @@ int audit(const Settings& settings, AuditOptions options) {
 }  // namespace
 
 void add_audit(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<AuditOptions>();
-  auto* app = cli.command({"audit", "Show what was asked of an island of this host, by whom, and how it ended",
-                           "  sudo rubicon trust audit\n"
-                           "  sudo rubicon trust audit --name desk --refused\n"
-                           "  sudo rubicon trust audit --follow --json\n",
-                           parent},
-                          [options](const Settings& settings) { return audit(settings, *options); });
+  const auto [app, options] = cli.command_with<AuditOptions>(
+      {"audit", "Show what was asked of an island of this host, by whom, and how it ended",
+       "  sudo rubicon trust audit\n"
+       "  sudo rubicon trust audit --name desk --refused\n"
+       "  sudo rubicon trust audit --follow --json\n",
+       parent},
+      audit);
   app->add_option("--file", options->file, "audit log; default that of the only island of this host, or of --config")
       ->type_name("FILE");
   app->add_option("--name", options->query.who, "only what this member asked for");

@@ -125,6 +125,15 @@ int failed_at(const fs::path& folder, const Error& error) {
   return failed({error.code, error.text + "; the folder of the host is changed by root: sudo rubicon trust ..."});
 }
 
+void put_unreadable(const rubicon::trust::FolderContents& contents) {
+  for (const auto& one : contents.unreadable)
+    print_error(printable(fmt::format("the certificate of {} cannot be read: {}", one.name, one.reason)));
+}
+
+void put_unreadable(const fs::path& folder) {
+  if (const auto there = rubicon::trust::show(folder, now())) put_unreadable(*there);
+}
+
 Line as_json(const RealmIdentity& realm) {
   return {{"name", realm.name}, {"fingerprint", realm.fingerprint}};
 }

@@ -38,6 +38,11 @@ int failed(const Error& error);
 /// With `hint`, after what follows `no permission`.
 int failed_at(const std::filesystem::path& folder, const Error& error);
 
+/// Names the members of a folder whose certificates cannot be read, with their files, on standard error.
+void put_unreadable(const rubicon::trust::FolderContents& contents);
+/// The same for a command that shows nothing else of the folder.
+void put_unreadable(const std::filesystem::path& folder);
+
 /// `Rubicon 5f1c`, its fingerprint.
 Line as_json(const RealmIdentity& realm);
 /// name, roles, ids, serial, expires

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -53,17 +52,23 @@ struct Outcome {
   std::vector<std::string> faults;  ///< of members that could not be added
 };
 
-/// How long a command waits for another one that changes the folder, and how often it looks.
-constexpr int kMostLooks = 50;
-constexpr useconds_t kLookPeriod = 100'000;  // microseconds
+using rubicon::trust::FolderContents;
 
-Result<tuples::Member> add_patiently(const fs::path& folder, const rubicon::trust::MemberOptions& options) {
-  auto added = rubicon::trust::add_here(folder, options, now());
-  for (int i = 0; i < kMostLooks && !added && added.error().code == ErrorCode::kBusy; ++i) {
-    ::usleep(kLookPeriod);
-    added = rubicon::trust::add_here(folder, options, now());
-  }
-  return added;
+bool is_unreadable(const FolderContents& there, std::string_view name) {
+  return std::any_of(there.unreadable.begin(), there.unreadable.end(),
+                     [name](const auto& one) { return one.name == name; });
+}
+
+bool has_people(const FolderContents& there) {
+  const auto is_local = [](const auto& one) { return one.member.name == rubicon::trust::kLocalMember; };
+  return std::any_of(there.members.begin(), there.members.end(), is_local) ||
+         is_unreadable(there, rubicon::trust::kLocalMember);
+}
+
+bool has_island(const FolderContents& there, OwnerId island) {
+  const auto is_it = [&](const auto& one) { return !one.revoked && one.has_key && one.member.may_use(island); };
+  return std::any_of(there.members.begin(), there.members.end(), is_it) ||
+         is_unreadable(there, rubicon::trust::member_of_island(island).name);
 }
 
 /// The folder has a realm: islands that came since get theirs, and the people if an earlier run was interrupted. What
@@ -73,18 +78,14 @@ Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& 
   if (!there) return fail(there.error());
   Outcome outcome{there->realm, false, {}, {}};
   if (!there->has_authority) return outcome;
-  const auto& members = there->members;
-  const auto is_local = [](const auto& one) { return one.member.name == rubicon::trust::kLocalMember; };
-  if (std::none_of(members.begin(), members.end(), is_local)) {
-    const auto added = add_patiently(folder, rubicon::trust::member_of_people());
+  for (const auto& one : there->unreadable) outcome.faults.push_back(one.reason);
+  if (!has_people(*there)) {
+    const auto added = rubicon::trust::add_here(folder, rubicon::trust::member_of_people(), now());
     if (!added) outcome.faults.push_back("no certificate for the people of this host: " + added.error().text);
   }
   for (const auto island : islands) {
-    const bool has = std::any_of(members.begin(), members.end(), [&](const auto& one) {
-      return !one.revoked && one.has_key && one.member.may_use(island);
-    });
-    if (has) continue;
-    const auto added = add_patiently(folder, rubicon::trust::member_of_island(island));
+    if (has_island(*there, island)) continue;
+    const auto added = rubicon::trust::add_here(folder, rubicon::trust::member_of_island(island), now());
     if (added) {
       outcome.added.push_back(island);
     } else {
@@ -180,15 +181,14 @@ int run(const Settings& settings, const InitCommand& command) {
 }  // namespace
 
 void add_init(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<InitCommand>();
-  auto* app = cli.command(
+  const auto [app, options] = cli.command_with<InitCommand>(
       {"init", "Make a realm, with certificates for the people and islands of this host",
        "  sudo rubicon trust init\n"
        "  sudo rubicon trust init --realm Hall\n"
        "The islands are those of the files *.yaml beside the folder. Run it again after a new one:\n"
        "what is there stays as it is. A member that cannot be made is named; the exit code is 0 if there is a realm.\n",
        parent},
-      [options](const Settings& settings) { return run(settings, *options); });
+      run);
   app->add_option("--realm", options->realm, "name of the realm; a random end is added; default Rubicon");
   app->add_option("--for", options->island_file,
                   "configuration of an island: nothing is done if its `tuples.trust` is no, or a folder")

@@ -41,14 +41,15 @@ int join(const Settings& settings, const JoinOptions& options) {
   const auto right = is_right(options);
   if (!right) return failed(right.error());
   if (!*right) return failed({ErrorCode::kRefused, "not joined: the fingerprint was not confirmed"});
-  std::string phrase;
+  SecretText phrase;
   if (bundle->has_key) {
     auto typed = read_phrase(options.phrase, "phrase: ");
     if (!typed) return failed(typed.error());
     phrase = std::move(*typed);
   }
-  const auto joined = rubicon::trust::join(
-      *folder, *text, phrase, now(), options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse);
+  const auto joined =
+      rubicon::trust::join(*folder, *text, phrase.view(), now(),
+                           options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse);
   if (!joined) return failed_at(*folder, joined.error());
   if (settings.json) {
     out.line(model::dump(
@@ -72,14 +73,14 @@ int request(const Settings& settings, const std::string& name) {
 }  // namespace
 
 void add_join(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<JoinOptions>();
-  auto* app = cli.command({"join", "Take the certificate that another host made for this one",
-                           "  rubicon trust join desk.trust\n"
-                           "  sudo rubicon trust join lab.trust          # for an island: into /etc/rubicon/trust\n"
-                           "  rubicon trust join desk.trust --yes < phrase\n"
-                           "Asks for the pass phrase, which is not shown, and whether the fingerprint is right.\n",
-                           parent},
-                          [options](const Settings& settings) { return join(settings, *options); });
+  const auto [app, options] = cli.command_with<JoinOptions>(
+      {"join", "Take the certificate that another host made for this one",
+       "  rubicon trust join desk.trust\n"
+       "  sudo rubicon trust join lab.trust          # for an island: into /etc/rubicon/trust\n"
+       "  rubicon trust join desk.trust --yes < phrase\n"
+       "Asks for the pass phrase, which is not shown, and whether the fingerprint is right.\n",
+       parent},
+      join);
   app->add_option("FILE", options->file, "what `add`, `sign`, `renew` or `export` wrote")->required();
   app->add_flag("--yes", options->yes, "the fingerprint was compared before");
   app->add_flag("--older", options->older, "take the file even if the certificate that is there ends later");
@@ -87,13 +88,13 @@ void add_join(Cli& cli, CLI::App* parent) {
 }
 
 void add_request(Cli& cli, CLI::App* parent) {
-  const auto name = std::make_shared<std::string>();
-  auto* app = cli.command({"request", "Make a key that never leaves this host, and the request for its certificate",
-                           "  rubicon trust request robot > robot.csr     # on the robot\n"
-                           "  sudo rubicon trust sign robot.csr > robot.trust\n"
-                           "  rubicon trust join robot.trust              # on the robot again\n",
-                           parent},
-                          [name](const Settings& settings) { return request(settings, *name); });
+  const auto [app, name] = cli.command_with<std::string>(
+      {"request", "Make a key that never leaves this host, and the request for its certificate",
+       "  rubicon trust request robot > robot.csr     # on the robot\n"
+       "  sudo rubicon trust sign robot.csr > robot.trust\n"
+       "  rubicon trust join robot.trust              # on the robot again\n",
+       parent},
+      request);
   app->add_option("NAME", *name, "name of the member")->required();
 }
 

@@ -56,6 +56,7 @@ tuples::Member member_of(const Settings& settings, const MayOptions& options) {
   const auto found = std::find_if(there->members.begin(), there->members.end(),
                                   [&](const auto& one) { return one.member.name == options.name; });
   if (found != there->members.end()) member = found->member;
+  put_unreadable(*there);
   if (found == there->members.end() && options.name != tuples::kPeisMember)
     print_error(fmt::format("{}: not a member in {}; answered for a member without roles{}", options.name,
                             folder_of(settings).string(), options.roles.empty() ? "" : " but those given"));
@@ -108,14 +109,14 @@ int may(const Settings& settings, const MayOptions& options) {
 }  // namespace
 
 void add_may(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<MayOptions>();
-  auto* app = cli.command({"may", "Say whether a member may do something, and which rule of the island decides",
-                           "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
-                           "  rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml\n"
-                           "  rubicon trust may panel approve proxy.inbox.hall.command\n"
-                           "Asks a running island, or the file of --config. Exit code 3: it may not.\n",
-                           parent},
-                          [options](const Settings& settings) { return may(settings, *options); });
+  const auto [app, options] = cli.command_with<MayOptions>(
+      {"may", "Say whether a member may do something, and which rule of the island decides",
+       "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
+       "  rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml\n"
+       "  rubicon trust may panel approve proxy.inbox.hall.command\n"
+       "Asks a running island, or the file of --config. Exit code 3: it may not.\n",
+       parent},
+      may);
   app->add_option("NAME", options->name, "name of the member; peis for all components of a PEIS network")->required();
   app->add_option("RIGHT", options->verb, "read, demand, set, approve or send")->required();
   app->add_option("KEY", options->key, "key of a tuple; for send NETWORK.DEVICE, island:ID or own")->required();

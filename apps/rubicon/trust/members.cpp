@@ -19,6 +19,7 @@ struct AddOptions {
   std::string out;
   bool here = false;
   PhraseOptions phrase;
+  std::string request;  ///< file to sign
 
   MemberOptions wanted() const {
     auto options = member;
@@ -89,12 +90,14 @@ void put_issued(const Settings& settings, Output& out, const Issued& issued, con
 int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
   if (const auto written = outputs.bundle.write(issued.bundle); !written) return failed(written.error());
   if (!issued.phrase.empty() && outputs.phrase) {
-    if (const auto written = outputs.phrase->write(issued.phrase + "\n"); !written) return failed(written.error());
+    auto written = outputs.phrase->write(issued.phrase.view());
+    if (written) written = outputs.phrase->write("\n");
+    if (!written) return failed(written.error());
   }
   Output out(1);
   put_issued(settings, out, issued, outputs.bundle.path());
   if (!issued.phrase.empty()) {
-    if (!outputs.phrase) show_phrase(issued.phrase);
+    if (!outputs.phrase) show_phrase(issued.phrase.view());
     if (!settings.json) out.line(fmt::format("on the other host: rubicon trust join {}", outputs.bundle.path()));
   }
   return ended(out, kGood);
@@ -102,6 +105,7 @@ int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
 
 int add_here(const Settings& settings, const AddOptions& options) {
   const auto folder = folder_of(settings);
+  put_unreadable(folder);
   const auto added = rubicon::trust::add_here(folder, options.wanted(), now());
   if (!added) return failed_at(folder, added.error());
   Output out(1);
@@ -117,6 +121,7 @@ int add(const Settings& settings, const AddOptions& options) {
   auto outputs = open_outputs(settings, options);
   if (!outputs) return failed(outputs.error());
   const auto folder = folder_of(settings);
+  put_unreadable(folder);
   const auto issued = rubicon::trust::add(folder, options.wanted(), now());
   if (!issued) return failed_at(folder, issued.error());
   return hand_out(settings, *issued, *outputs);
@@ -131,13 +136,13 @@ int give_out(const Settings& settings, const AddOptions& options) {
   return hand_out(settings, *issued, *outputs);
 }
 
-Result<Issued> signed_by(const std::filesystem::path& folder, const std::string& file, const AddOptions& options) {
-  const auto request = read_text(file);
+Result<Issued> signed_by(const std::filesystem::path& folder, const AddOptions& options) {
+  const auto request = read_text(options.request);
   if (!request) return fail(request.error());
   return rubicon::trust::sign(folder, *request, options.wanted(), now());
 }
 
-int sign(const Settings& settings, const std::string& file, const AddOptions& options) {
+int sign(const Settings& settings, const AddOptions& options) {
   const auto folder = folder_of(settings);
   std::optional<NewFile> bundle;
   if (!options.out.empty()) {
@@ -145,7 +150,7 @@ int sign(const Settings& settings, const std::string& file, const AddOptions& op
     if (!opened) return failed(opened.error());
     bundle.emplace(std::move(*opened));
   }
-  const auto issued = signed_by(folder, file, options);
+  const auto issued = signed_by(folder, options);
   if (!issued) return failed_at(folder, issued.error());
   Output out(1);
   if (!bundle) {
@@ -163,15 +168,14 @@ void add_phrase_option(CLI::App* app, AddOptions& options) {
 }
 
 void add_add(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<AddOptions>();
-  auto* app =
-      cli.command({"add", "Make a member for another host: a file to carry there, and its pass phrase",
-                   "  sudo rubicon trust add desk\n"
-                   "  sudo rubicon trust add panel --role admin --days 90\n"
-                   "  sudo rubicon trust add lab --island 7\n"
-                   "The phrase is shown once. --here keeps the key on this host, for a further island or service.\n",
-                   parent},
-                  [options](const Settings& settings) { return add(settings, *options); });
+  const auto [app, options] = cli.command_with<AddOptions>(
+      {"add", "Make a member for another host: a file to carry there, and its pass phrase",
+       "  sudo rubicon trust add desk\n"
+       "  sudo rubicon trust add panel --role admin --days 90\n"
+       "  sudo rubicon trust add lab --island 7\n"
+       "The phrase is shown once. --here keeps the key on this host, for a further island or service.\n",
+       parent},
+      add);
   app->add_option("NAME", options->member.name, "name of the member, as rights name it; never given again")->required();
   add_options_of_member(app, *options);
   app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
@@ -180,24 +184,23 @@ void add_add(Cli& cli, CLI::App* parent) {
 }
 
 void add_export(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<AddOptions>();
-  auto* app = cli.command({"export", "Write the file of a member again, its key under a new pass phrase",
-                           "  sudo rubicon trust export desk\n", parent},
-                          [options](const Settings& settings) { return give_out(settings, *options); });
+  const auto [app, options] =
+      cli.command_with<AddOptions>({"export", "Write the file of a member again, its key under a new pass phrase",
+                                    "  sudo rubicon trust export desk\n", parent},
+                                   give_out);
   app->add_option("NAME", options->member.name, "name of the member")->required();
   app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
   add_phrase_option(app, *options);
 }
 
 void add_sign(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<AddOptions>();
-  const auto file = std::make_shared<std::string>();
-  auto* app = cli.command({"sign", "Answer the request of a member: a file without a key, for `join`",
-                           "  sudo rubicon trust sign robot.csr > robot.trust\n"
-                           "Compare who asks with the name in the request: who is signed, is a member.\n",
-                           parent},
-                          [options, file](const Settings& settings) { return sign(settings, *file, *options); });
-  app->add_option("FILE", *file, "what `request` wrote; - = standard input")->required();
+  const auto [app, options] =
+      cli.command_with<AddOptions>({"sign", "Answer the request of a member: a file without a key, for `join`",
+                                    "  sudo rubicon trust sign robot.csr > robot.trust\n"
+                                    "Compare who asks with the name in the request: who is signed, is a member.\n",
+                                    parent},
+                                   sign);
+  app->add_option("FILE", options->request, "what `request` wrote; - = standard input")->required();
   add_options_of_member(app, *options);
   app->add_option("--out", options->out, "file to write instead of standard output")->type_name("FILE");
 }

@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <tuple>
+#include <utility>
 
 #include "apps/rubicon/trust/commands.h"
 
@@ -35,13 +37,14 @@ class Silence {
   bool changed_;
 };
 
-/// Byte by byte: what follows the line is for others.
-std::string line_of_input() {
+/// Byte by byte: what follows the line is for others. With room for all of it: what grows leaves copies behind.
+SecretText line_of_input() {
   std::string line;
+  line.reserve(kLongestPhrase);
   char c = 0;
   while (line.size() < kLongestPhrase && ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n') line += c;
   if (line.ends_with('\r')) line.pop_back();
-  return line;
+  return SecretText(std::move(line));
 }
 
 void ask(const std::string& question) {
@@ -49,14 +52,15 @@ void ask(const std::string& question) {
   std::fflush(stderr);
 }
 
-Result<std::string> phrase_in(const std::string& file) {
+Result<SecretText> phrase_in(const std::string& file) {
   auto text = read_text(file);
   if (!text) return fail(text.error());
-  text->resize(std::min(text->find_first_of("\r\n"), text->size()));
-  return text;
+  const SecretText all(std::move(*text));
+  const auto line = all.view().substr(0, all.view().find_first_of("\r\n"));
+  return SecretText(std::string(line));
 }
 
-std::string typed_phrase(const std::string& question) {
+SecretText typed_phrase(const std::string& question) {
   if (!::isatty(STDIN_FILENO)) return line_of_input();
   const Silence silence;
   ask(question);
@@ -65,8 +69,8 @@ std::string typed_phrase(const std::string& question) {
 
 }  // namespace
 
-Result<std::string> read_phrase(const PhraseOptions& options, const std::string& question) {
-  auto phrase = options.file.empty() ? Result<std::string>(typed_phrase(question)) : phrase_in(options.file);
+Result<SecretText> read_phrase(const PhraseOptions& options, const std::string& question) {
+  auto phrase = options.file.empty() ? Result<SecretText>(typed_phrase(question)) : phrase_in(options.file);
   if (phrase && phrase->empty())
     return fail(ErrorCode::kInvalid, fmt::format("{}: no pass phrase, expected one line",
                                                  options.file.empty() ? "standard input" : options.file));
@@ -80,10 +84,11 @@ Result<void> may_show_phrase(bool json) {
               "the pass phrase is shown on a terminal only, and standard output is none; expected --phrase-file FILE");
 }
 
-void show_phrase(const std::string& phrase) {
+/// Not by the buffer of standard output, which keeps it.
+void show_phrase(std::string_view phrase) {
   std::fflush(stdout);
-  std::printf("phrase       %s\n", phrase.c_str());
-  std::fflush(stdout);
+  for (const auto part : {std::string_view("phrase       "), phrase, std::string_view("\n")})
+    std::ignore = ::write(STDOUT_FILENO, part.data(), part.size());
 }
 
 Result<bool> confirmed(const std::string& question) {
@@ -91,7 +96,7 @@ Result<bool> confirmed(const std::string& question) {
     return fail(ErrorCode::kInvalid, "standard input is no terminal to confirm on, expected --yes");
   ask(question + " [y/N] ");
   const auto answer = line_of_input();
-  return answer == "y" || answer == "yes";
+  return answer.view() == "y" || answer.view() == "yes";
 }
 
 }  // namespace rubicon::cli::trust

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
 
@@ -10,6 +11,7 @@ namespace rubicon::cli::trust {
 
 namespace {
 
+using rubicon::trust::FolderContents;
 using rubicon::trust::ListedMember;
 
 /// Soon enough to renew in peace.
@@ -67,33 +69,48 @@ Result<Line> renew_one(const std::filesystem::path& folder, const std::string& n
   return line;
 }
 
+bool is_asked_for(const RenewOptions& options, const std::string& name, bool revoked) {
+  return options.name.empty() ? !revoked : name == options.name;
+}
+
+/// One whose certificate cannot be read cannot be renewed: ids, roles and key of the next one come from it.
+std::size_t refuse_unreadable(const FolderContents& there, const RenewOptions& options) {
+  std::size_t refused = 0;
+  for (const auto& one : there.unreadable) {
+    if (!is_asked_for(options, one.name, one.revoked)) continue;
+    print_error(printable(fmt::format("{} cannot be renewed: {}", one.name, one.reason)));
+    ++refused;
+  }
+  return refused;
+}
+
+std::string renewed_text(const ListedMember& one) {
+  const auto& name = one.member.name;
+  return fmt::format("{:<12} {}", name,
+                     one.has_key ? "renewed; islands of this host: systemctl reload 'rubicon-proxy@*'"
+                                 : fmt::format("{}.trust: rubicon trust join it on its host", name));
+}
+
 int renew(const Settings& settings, const RenewOptions& options) {
   const auto folder = folder_of(settings);
   const auto there = rubicon::trust::show(folder, now());
   if (!there) return failed_at(folder, there.error());
   Output out(1);
-  int code = kGood;
-  std::size_t done = 0;
+  auto done = refuse_unreadable(*there, options);
+  int code = done == 0 ? kGood : kFailed;
   for (const auto& one : there->members) {
-    const auto& name = one.member.name;
-    if (options.name.empty() ? one.revoked.has_value() : name != options.name) continue;
+    if (!is_asked_for(options, one.member.name, one.revoked.has_value())) continue;
     ++done;
-    const auto line = renew_one(folder, name, one.has_key, options.days);
+    const auto line = renew_one(folder, one.member.name, one.has_key, options.days);
     if (!line) {
       code = failed_at(folder, line.error());
-    } else if (settings.json) {
-      out.line(model::dump(*line));
     } else {
-      out.line(fmt::format("{:<12} {}", name,
-                           one.has_key ? "renewed; islands of this host: systemctl reload 'rubicon-proxy@*'"
-                                       : fmt::format("{}.trust: rubicon trust join it on its host", name)));
+      out.line(settings.json ? model::dump(*line) : renewed_text(one));
     }
   }
-  if (done == 0)
-    return failed(
-        {ErrorCode::kNotFound, fmt::format("{}: no member {}, expected one that `rubicon trust show` lists",
-                                           folder.string(), options.name.empty() ? "is there" : options.name)});
-  return ended(out, code);
+  if (done > 0) return ended(out, code);
+  return failed({ErrorCode::kNotFound, fmt::format("{}: no member {}, expected one that `rubicon trust show` lists",
+                                                   folder.string(), options.name.empty() ? "is there" : options.name)});
 }
 
 Line listed_json(const ListedMember& one) {
@@ -104,11 +121,33 @@ Line listed_json(const ListedMember& one) {
   return line;
 }
 
+Line contents_json(const FolderContents& there, const std::filesystem::path& folder) {
+  Line line{{"realm", as_json(there.realm)},
+            {"folder", folder.string()},
+            {"authority", there.has_authority},
+            {"authority-days-left", there.authority_days_left},
+            {"revoked-number", there.revoked_number},
+            {"members", Line::array()},
+            {"unreadable", Line::array()}};
+  for (const auto& one : there.members) line["members"].push_back(listed_json(one));
+  for (const auto& one : there.unreadable) line["unreadable"].push_back({{"name", one.name}, {"why", one.reason}});
+  return line;
+}
+
 std::string state_of(const ListedMember& one) {
   if (one.revoked) return "revoked";
   if (one.days_left < 0) return "expired";
   if (one.days_left < kWarnDays) return fmt::format("{} days left", one.days_left);
   return "good";
+}
+
+std::string table_of(const Output& out, const std::vector<ListedMember>& members) {
+  Table table({{"member"}, {"ids"}, {"roles"}, {"until"}, {"key"}, {"state"}});
+  for (const auto& one : members) {
+    table.row({one.member.name, ids_text(one.member), fmt::format("{}", fmt::join(one.member.roles, ", ")),
+               time_text(one.member.expires).substr(0, 10), one.has_key ? "here" : "elsewhere", state_of(one)});
+  }
+  return table.text({out.has_colour(), out.width()});
 }
 
 int show(const Settings& settings) {
@@ -117,47 +156,37 @@ int show(const Settings& settings) {
   if (!there) return failed_at(folder, there.error());
   Output out(1);
   if (settings.json) {
-    Line line{{"realm", as_json(there->realm)},          {"folder", folder.string()},
-              {"authority", there->has_authority},       {"authority-days-left", there->authority_days_left},
-              {"revoked-number", there->revoked_number}, {"members", Line::array()}};
-    for (const auto& one : there->members) line["members"].push_back(listed_json(one));
-    out.line(model::dump(line));
-    return ended(out, kGood);
+    out.line(model::dump(contents_json(*there, folder)));
+  } else {
+    put(out, there->realm);
+    out.line(fmt::format("folder       {}{}", folder.string(),
+                         there->has_authority ? ", with the authority: members are added here" : ""));
+    out.write(table_of(out, there->members));
   }
-  put(out, there->realm);
-  out.line(fmt::format("folder       {}{}", folder.string(),
-                       there->has_authority ? ", with the authority: members are added here" : ""));
-  Table table({{"member"}, {"ids"}, {"roles"}, {"until"}, {"key"}, {"state"}});
-  for (const auto& one : there->members) {
-    std::string roles;
-    for (const auto& role : one.member.roles) roles += (roles.empty() ? "" : ", ") + role;
-    table.row({one.member.name, ids_text(one.member), roles, time_text(one.member.expires).substr(0, 10),
-               one.has_key ? "here" : "elsewhere", state_of(one)});
-  }
-  out.write(table.text({out.has_colour(), out.width()}));
+  put_unreadable(*there);
   return ended(out, kGood);
 }
 
 }  // namespace
 
 void add_revoke(Cli& cli, CLI::App* parent) {
-  const auto name = std::make_shared<std::string>();
-  auto* app = cli.command({"revoke", "Shut a member out, at once and for good",
-                           "  sudo rubicon trust revoke desk\n"
-                           "Components that are there end their connections to it; those that are not, when they hear\n"
-                           "any member again.\n",
-                           parent},
-                          [name](const Settings& settings) { return revoke(settings, *name); });
+  const auto [app, name] = cli.command_with<std::string>(
+      {"revoke", "Shut a member out, at once and for good",
+       "  sudo rubicon trust revoke desk\n"
+       "Components that are there end their connections to it; those that are not, when they hear\n"
+       "any member again.\n",
+       parent},
+      revoke);
   app->add_option("NAME", *name, "name of the member; never given again")->required();
 }
 
 void add_renew(Cli& cli, CLI::App* parent) {
-  const auto options = std::make_shared<RenewOptions>();
-  auto* app = cli.command({"renew", "Give members new certificates before theirs end; they keep names, ids and keys",
-                           "  sudo rubicon trust renew                # all\n"
-                           "  sudo rubicon trust renew desk           # writes desk.trust, for `join` there\n",
-                           parent},
-                          [options](const Settings& settings) { return renew(settings, *options); });
+  const auto [app, options] = cli.command_with<RenewOptions>(
+      {"renew", "Give members new certificates before theirs end; they keep names, ids and keys",
+       "  sudo rubicon trust renew                # all\n"
+       "  sudo rubicon trust renew desk           # writes desk.trust, for `join` there\n",
+       parent},
+      renew);
   app->add_option("NAME", options->name, "name of the member; default all that are not revoked");
   app->add_option("--days", options->days, "life of the certificates")
       ->type_name("N")

@@ -1,12 +1,18 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <grp.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <sstream>
 
 #include "apps/rubicon/live_island.h"
+#include "apps/rubicon/trust/phrase.h"
+#include "support/own_memory.h"
+#include "support/process.h"
 #include "support/terminal.h"
 
 namespace rubicon::cli {
@@ -113,6 +119,84 @@ TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
   const auto damaged = trust({"init"});
   EXPECT_EQ(damaged.code, 0);
   EXPECT_THAT(damaged.errors, HasSubstr("members/island-7/certificate.pem"));
+}
+
+TEST_F(TrustCommands, OneDamagedCertificateStopsNobodyElse) {
+  init();
+  added("desk");
+  const auto certificate = trust() + "/members/desk/certificate.pem";
+  std::ofstream(certificate) << "damaged";
+  const auto shown = trust({"show"});
+  EXPECT_EQ(shown.code, 0);
+  EXPECT_THAT(shown.errors, AllOf(HasSubstr("the certificate of desk cannot be read"), HasSubstr(certificate)));
+  EXPECT_THAT(shown.output, AllOf(HasSubstr("local"), HasSubstr("island-6541"), Not(HasSubstr("desk"))));
+  const auto listed = lines_of(trust({"show", "--json"})).at(0);
+  EXPECT_EQ(listed["members"].size(), 2U);
+  EXPECT_EQ(listed["unreadable"][0]["name"], "desk");
+  EXPECT_THAT(listed["unreadable"][0]["why"].get<std::string>(), HasSubstr(certificate));
+  const auto here = trust({"add", "panel", "--here"});
+  EXPECT_EQ(here.code, 0) << here.errors;
+  EXPECT_THAT(here.errors, HasSubstr(certificate));
+  added("robot");
+}
+
+TEST_F(TrustCommands, ADamagedCertificateIsAnErrorWhereItMatters) {
+  init();
+  added("desk");
+  const auto certificate = trust() + "/members/desk/certificate.pem";
+  std::ofstream(certificate) << "damaged";
+  for (const auto& words : std::vector<std::vector<std::string>>{{"renew"}, {"renew", "desk"}}) {
+    const auto renewed = trust(words);
+    EXPECT_EQ(renewed.code, 1) << "one of them has no new certificate";
+    EXPECT_THAT(renewed.errors, AllOf(HasSubstr("desk cannot be renewed"), HasSubstr(certificate)));
+  }
+  EXPECT_EQ(trust({"renew", "local"}).code, 0);
+  const auto island = trust({"add", "lab", "--island", "7", "--here"});
+  EXPECT_NE(island.code, 0);
+  EXPECT_THAT(island.errors, AllOf(HasSubstr("it may have the id of island 7"), HasSubstr("revoke desk")));
+  EXPECT_EQ(trust({"revoke", "desk"}).code, 0);
+  EXPECT_EQ(trust({"renew"}).code, 0);
+  EXPECT_EQ(trust({"add", "lab", "--island", "7", "--here"}).code, 0);
+}
+
+TEST_F(TrustCommands, WhoHoldsTheFolderIsNamedByItsLock) {
+  init();
+  const auto lock = trust() + "/lock";
+  EXPECT_EQ(mode_of(lock), "600");
+  const auto held = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
+  folder_.write("lab.yaml", small_island(7));
+  const auto busy = trust({"init"});
+  EXPECT_THAT(busy.errors, AllOf(HasSubstr("no certificate for island 7"), HasSubstr(lock)));
+  ::close(held);
+  EXPECT_EQ(trust({"init"}).errors, "");
+}
+
+TEST_F(TrustCommands, AProgramThatReadsKeysWritesNoCoreFile) {
+  init();
+  const auto [file, phrase] = added("desk");
+  support::Process joins({kProgram, "trust", "join", file, "--yes", "--trust", folder_.file("other")});
+  ASSERT_TRUE(joins.line_with("member"));  // it waits for the phrase
+  EXPECT_THAT(text_in("/proc/" + std::to_string(joins.pid()) + "/limits"), ContainsRegex("Max core file size +0 +0 "));
+  joins.write(phrase + "\n");
+  EXPECT_EQ(joins.exit_code(), 0) << joins.errors();
+}
+
+TEST_F(TrustCommands, PhrasesThatAreReadDoNotStayInMemory) {
+  std::string phrase = "abcd-efgh-ijkm-npqr-stuv-wxyz";
+  const auto masked = support::masked_end(phrase);
+  const auto file = folder_.write("phrase", "");
+  const auto descriptor = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
+  ASSERT_EQ(::write(descriptor, phrase.data(), phrase.size()), static_cast<ssize_t>(phrase.size()));
+  ::close(descriptor);
+  rubicon::trust::SecretText(std::move(phrase));
+  ASSERT_EQ(support::count_in_heap(masked), 0U);
+  {
+    const auto read = trust::read_phrase({file}, "phrase: ");
+    ASSERT_TRUE(read);
+    EXPECT_GE(support::count_in_heap(masked), 1U);
+  }
+  EXPECT_EQ(support::count_in_heap(masked), 0U);
 }
 
 TEST_F(TrustCommands, InitMakesWhatAnInterruptedOneDidNot) {
