@@ -28,6 +28,14 @@ bool has_one_signature(PKCS7* signature) {
   return signers != nullptr && sk_PKCS7_SIGNER_INFO_num(signers) == 1;
 }
 
+/// Cyclone looks for the signer among the certificates of the document. A document that it cannot use must be refused
+/// here, where the error names the file.
+bool has_certificate_of(const Certificate& signer, PKCS7* signature) {
+  const auto* certificates = signature->d.sign->cert;
+  return certificates != nullptr && sk_X509_num(certificates) == 1 &&
+         X509_cmp(sk_X509_value(certificates, 0), signer.get()) == 0;
+}
+
 }  // namespace
 
 Result<std::string> sign_text(std::string_view text, const Certificate& signer, const PrivateKey& key) {
@@ -52,7 +60,8 @@ Result<std::string> verified_text(std::string_view document, const Certificate& 
   if (signers == nullptr || sk_X509_push(signers.get(), signer.get()) <= 0) return openssl_failed("check a signature");
   const auto text = writing();
   constexpr int kFlags = PKCS7_TEXT | PKCS7_NOINTERN | PKCS7_NOVERIFY | PKCS7_NOCHAIN;
-  if (PKCS7_verify(parts.signature.get(), signers.get(), nullptr, parts.content.get(), text.get(), kFlags) != 1)
+  if (!has_certificate_of(signer, parts.signature.get()) ||
+      PKCS7_verify(parts.signature.get(), signers.get(), nullptr, parts.content.get(), text.get(), kFlags) != 1)
     return invalid_input(where, fmt::format("was not signed by {}, or was changed afterwards", signer.subject()));
   return written_text(text.get());
 }

@@ -71,6 +71,26 @@ TEST(SignedText, ChangedAfterwardsIsRefused) {
   EXPECT_FALSE(verified_text(std::string(kLargestSigned + 1, 'x'), home().realm.permissions_ca, "x"));
 }
 
+/// Cyclone needs it, and would refuse the document without the name of its file.
+TEST(SignedText, NeedsTheCertificateOfItsSignerAndNoOther) {
+  const auto& realm = home().realm;
+  const auto document = [&](STACK_OF(X509) * more, int flags) {
+    const auto content = reading("text"), again = reading("text");
+    const auto out = writing();
+    const SignedHandle signature(PKCS7_sign(realm.permissions_ca.get(), home().permissions_key.get(), more,
+                                            content.get(), flags | PKCS7_TEXT | PKCS7_DETACHED));
+    EXPECT_EQ(SMIME_write_PKCS7(out.get(), signature.get(), again.get(), PKCS7_TEXT | PKCS7_DETACHED), 1);
+    return written_text(out.get());
+  };
+  auto* others = sk_X509_new_null();
+  sk_X509_push(others, realm.identity_ca.get());
+  EXPECT_TRUE(verified_text(document(nullptr, 0), realm.permissions_ca, "x"));
+  EXPECT_FALSE(verified_text(document(others, 0), realm.permissions_ca, "x"));
+  EXPECT_FALSE(verified_text(document(others, PKCS7_NOCERTS), realm.permissions_ca, "x"));
+  EXPECT_FALSE(verified_text(document(nullptr, PKCS7_NOCERTS), realm.permissions_ca, "x"));
+  sk_X509_free(others);
+}
+
 TEST(Documents, GovernanceEncryptsAll) {
   const auto xml = governance_xml();
   EXPECT_NE(xml.find("<allow_unauthenticated_participants>false<"), xml.npos);
