@@ -106,7 +106,7 @@ TEST_F(DoctorBesideTrust, WithTrustItCountsWhoShowsNoComponent) {
                     HasSubstr("2 participants of domain 0 show no component to this program: without trust")));
 }
 
-TEST_F(DoctorBesideTrust, AmongItsOwnKindItCountsNobody) {
+TEST_F(DoctorBesideTrust, AmongItsOwnKindItCountsNone) {
   start_closed();
   const auto told = doctor(file("trust"));
   EXPECT_EQ(told.code, 0) << told.output;

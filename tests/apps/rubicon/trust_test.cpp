@@ -121,7 +121,7 @@ TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
   EXPECT_THAT(damaged.errors, HasSubstr("members/island-7/certificate.pem"));
 }
 
-TEST_F(TrustCommands, OneDamagedCertificateStopsNobodyElse) {
+TEST_F(TrustCommands, OneDamagedCertificateStopsNoOtherMember) {
   init();
   added("desk");
   const auto certificate = trust() + "/members/desk/certificate.pem";
