@@ -75,6 +75,33 @@ TEST_F(WrongClocks, AnIslandDoesNotStartIn2100) {
                                   HasSubstr("and the clock says 2100-01-01"), Not(HasSubstr("is up"))));
 }
 
+TEST_F(WrongClocks, AnIslandDoesNotStartAfterItsEnd) {
+  make_realm();
+  set_clock(now_here() + 24h * 800);
+  const auto ended = run_island(with_clock());
+  EXPECT_EQ(ended.code, 1) << ended.errors;
+  EXPECT_THAT(ended.errors,
+              AllOf(HasSubstr(file("trust/members/island-1/certificate.pem: CN=island-1")), HasSubstr(" ended on "),
+                    HasSubstr("renew it, or set the clock"), Not(HasSubstr("is up"))));
+}
+
+TEST_F(WrongClocks, AMemberThatEndedByTheClockOfTheIslandIsRefusedAndNamed) {
+  make_realm();
+  add_member("desk", 1, {"--role", "admin", "--days", "1"});
+  mend_clock();
+  start_island(with_clock());
+  const auto before = person({"set", kLampCommand, "on"});
+  ASSERT_EQ(before.code, 0) << before.errors << island_->errors();
+  set_clock(now_here() + 48h);
+  const auto refused = person({"set", kLampCommand, "off"});
+  EXPECT_EQ(refused.code, 8) << refused.errors << island_->errors();
+  EXPECT_TRUE(says(*island_, "'desk' was refused: Certificate not valid: error: certificate has expired"))
+      << island_->errors();
+  mend_clock();
+  const auto after = person({"get", kLampValue});
+  EXPECT_EQ(after.output, "on\n") << after.errors << island_->errors();
+}
+
 TEST_F(WrongClocks, ToolsSayThatItIsTheClock) {
   make_realm();
   for (const auto& [time, text] : {std::pair(kNeverSet, "the clock of this host says 1970-01-0"),
@@ -129,6 +156,21 @@ TEST_F(WrongClocks, AnIslandWhoseClockRunsPastItsEndComesBackWhenItIsSet) {
   ASSERT_TRUE(says(*island_, "this process is in the ecology again")) << island_->errors();
   const auto after = person({"set", kLampCommand, "off"});
   EXPECT_EQ(after.code, 0) << after.errors << island_->errors();
+}
+
+TEST_F(WrongClocks, AnIslandWhoseClockIsSetGoesOn) {
+  add_desk("admin");
+  mend_clock();
+  start_island(with_clock());
+  set_clock(kNeverSet);
+  EXPECT_NE(person({"set", kLampCommand, "off"}).code, 0) << "no certificate is valid by that clock";
+  for (const auto ahead : {1h, -1h, -24h * 300, 0h}) {
+    set_clock(now_here() + ahead);
+    const auto commanded = person({"set", kLampCommand, "on"});
+    EXPECT_EQ(commanded.code, 0) << ahead.count() << commanded.errors << island_->errors();
+    const auto value = person({"get", kLampValue});
+    EXPECT_EQ(value.output, "on\n") << ahead.count() << value.errors << island_->errors();
+  }
 }
 
 }  // namespace
