@@ -52,19 +52,14 @@ Json crowd_once(const Meeting& meeting, int count) {
                    {{"number", i}, {"count", count}, {"begin", begin}, {"settled_s", settled}, {"idle_s", 1}}));
   double slowest = 0;
   int unseen = 0, lost = 0;
-  std::size_t fewest = static_cast<std::size_t>(count);
   for (auto& one : all) {
     const auto result = result_of(one);
     const double seen = result.at("seen_s");
     unseen += seen == 0;
     lost += result.at("lost_peers").get<int>();
-    fewest = std::min(fewest, result.at("peers").get<std::size_t>());
     slowest = std::max(slowest, seen);
   }
-  return {{"seconds", unseen == 0 ? slowest : settled},
-          {"members_that_did_not_see_all", unseen},
-          {"lost_peers", lost},
-          {"fewest_peers_in_the_end", fewest}};
+  return {{"seconds", unseen == 0 ? slowest : settled}, {"members_that_did_not_see_all", unseen}, {"lost_peers", lost}};
 }
 
 }  // namespace
