@@ -76,6 +76,13 @@ std::string tag_of(const DdsOptions& options) {
   return fmt::format("{}@{}", options.tag, transport::host_id("tag"));
 }
 
+/// Each fragment is encrypted by itself. On loopback few large ones cost a tenth less processor time than Cyclone's
+/// 1344 bytes; the network of a LAN would cut such datagrams into pieces.
+std::string sizes(const DdsOptions& options) {
+  if (!options.trust || !is_loopback_only(options) || options.transport != DdsTransport::kUdp) return {};
+  return "<MaxMessageSize>65000 B</MaxMessageSize><FragmentSize>40000 B</FragmentSize>";
+}
+
 std::string discovery(const DdsOptions& options) {
   const auto tag = tag_of(options);
   const auto lease = std::chrono::duration_cast<std::chrono::milliseconds>(options.lease).count();
@@ -113,8 +120,8 @@ std::string domain_xml(const DdsOptions& options) {
   }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
-      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>{}{}</Domain></CycloneDDS>",
-      names, allowed, transport, tcp, discovery(options));
+      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}{}</General>{}{}</Domain></CycloneDDS>",
+      names, allowed, transport, sizes(options), tcp, discovery(options));
 }
 
 }  // namespace rubicon::tuples::dds
