@@ -12,7 +12,7 @@ const scopes: Shortcut[][] = [];
 let started = { key: "", at: 0 };
 const longestPause = 1500; // ms
 
-/** Adds shortcuts until the result is called; later ones go before earlier ones. */
+/** Adds shortcuts until the result is called; later ones go before earlier ones. In a layout effect: what is shown has its keys. */
 export function addShortcuts(shortcuts: Shortcut[]): () => void {
   scopes.push(shortcuts);
   return () => scopes.splice(scopes.indexOf(shortcuts), 1);

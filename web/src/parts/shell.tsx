@@ -112,7 +112,7 @@ function ActiveSwitch({ view }: { view: View }) {
   const waking = words.activeWaking(wokenSensors.value);
   const turn = () => (active.value = !active.value);
   const wakes = view.wakes?.(route.value) ?? false;
-  useEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboardActive, run: turn }]) : undefined), [wakes]);
+  useLayoutEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboardActive, run: turn }]) : undefined), [wakes]);
   if (!wakes || !mayBe("view")) return null;
   return (
     <button
@@ -220,7 +220,7 @@ function useFocusOfView(main: { current: HTMLElement | null }, address: string):
 }
 
 function useShellKeys(views: View[]): void {
-  useEffect(
+  useLayoutEffect(
     () =>
       addShortcuts([
         { keys: "/", what: words.keyboardSearch, run: showSearch },

@@ -178,7 +178,7 @@ interface Latest {
 /** The list that was drawn last gets the keys of rows, wherever the focus is. */
 function useListKeys(latest: { current: Latest }): void {
   const own = Object.keys(latest.current.props.keys ?? {}).join();
-  useEffect(() => {
+  useLayoutEffect(() => {
     const step = (by: (now: Latest) => number) => () => latest.current.move(latest.current.active + by(latest.current));
     const open = () => {
       const { props, active } = latest.current;

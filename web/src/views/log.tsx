@@ -1,4 +1,4 @@
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { chosenIsland, islands, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
 import type { Tone } from "../core/commands";
 import { formatFullTime, formatTime, zoneName } from "../core/format";
@@ -106,7 +106,7 @@ function Log({ route }: { route: Route }) {
   const togglePause = () => setPaused(paused ? null : { lines: book.lines, taken: book.taken });
   const latest = useRef(togglePause);
   latest.current = togglePause;
-  useEffect(() => addShortcuts([{ keys: "f", what: text.pauseKey, run: () => latest.current() }]), []);
+  useLayoutEffect(() => addShortcuts([{ keys: "f", what: text.pauseKey, run: () => latest.current() }]), []);
   if (noIslands() && book.lines.length === 0) return <NoIsland />;
   return (
     <section class="view log">

@@ -1,4 +1,4 @@
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { islands, server } from "../app";
 import { csvOf } from "../core/csv";
 import { formatTime, zoneName } from "../core/format";
@@ -205,7 +205,7 @@ function usePlotKeys(use: KeyUse): (event: KeyboardEvent) => void {
     setAt(Math.min(bounds.to, Math.max(bounds.from, from + share * (bounds.to - bounds.from))));
   };
   const pan = (share: number) => latest.current.set(moved(latest.current.bounds, share));
-  useEffect(
+  useLayoutEffect(
     () =>
       addShortcuts([
         { keys: "+", what: text.zoomIn, run: () => zoom(0.5) },

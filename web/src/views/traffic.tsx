@@ -1,4 +1,4 @@
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import { type Network, networkToShow } from "../core/catalog";
 import { formatFullTime, formatTime, hexDump, prettyJson } from "../core/format";
@@ -156,7 +156,7 @@ function lastOf(passing: Passing[]): number {
 function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
   const latest = useRef({ toggle, pause });
   latest.current = { toggle, pause };
-  useEffect(
+  useLayoutEffect(
     () =>
       addShortcuts([
         { keys: "w", what: text.toggleKey, run: () => latest.current.toggle?.() },
