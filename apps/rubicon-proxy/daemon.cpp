@@ -103,7 +103,7 @@ class Session {
     if (!island) return fail(island.error());
     island_ = std::move(*island);
     island_->show_log(lines_);
-    if (judge_) island_->judge_by(judge_);
+    if (judge_) island_->judge_by(judge_, live_log_);
     if (const auto trusted = trust_.get()) island_->show_days_left([trusted] { return trusted->days_left(); });
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();

@@ -204,7 +204,8 @@ void Island::show_log(LogLines& lines) {
                                                   model::IslandKey{impl_->config.proxy.prefix}.log_lines(), lines);
 }
 
-void Island::judge_by(std::shared_ptr<trust::rights::RightsJudge> judge) {
+void Island::judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands) {
+  impl_->proxy.log_commands_to(commands);
   impl_->judge = std::move(judge);
   impl_->metrics.add(
       [judge = impl_->judge](const IslandMetrics::Publish& publish) { publish("rights-refused", judge->refused()); });

@@ -34,8 +34,9 @@ class Island {
   /// Shows the last lines of this log as a tuple; it must outlive the island.
   void show_log(LogLines& lines);
   /// The judge that the links of the process ask: a reload replaces its rules. Without one a reload that begins or ends
-  /// `rights:` is refused.
-  void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge);
+  /// `rights:` is refused. `commands` gets the lines that quote what was set, and must outlive the island: the log that
+  /// show_log() shows would give them to those who may not read the actuators.
+  void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands);
   /// Shows how many days the certificate of the process is valid, as `<prefix>.property.trust-days-left.value`.
   void show_days_left(std::function<int()> days_left);
   /// Starts the recorders, shows what is remembered, then opens the lines.

@@ -20,9 +20,9 @@ void CommandLog::ended(const Command& command, std::string_view how, std::string
   }
   ++logged_;
   const std::chrono::duration<double> took = now - command.accepted;
-  context_.log.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key, model::quoted(command.text),
-                                command.commander, number(command.creator), how, took.count(), why.empty() ? "" : ": ",
-                                why));
+  context_.commands.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key,
+                                     model::quoted(command.text), command.commander, number(command.creator), how,
+                                     took.count(), why.empty() ? "" : ": ", why));
 }
 
 void CommandLog::log_omitted() {
@@ -35,8 +35,8 @@ void CommandLog::log_omitted() {
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", count, how);
   }
   omitted_.clear();
-  context_.log.info(fmt::format("{} more commands ended within {} s: {}", all,
-                                std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
+  context_.commands.info(fmt::format("{} more commands ended within {} s: {}", all,
+                                     std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
 }
 
 }  // namespace rubicon::proxy

@@ -377,6 +377,10 @@ Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gatewa
 
 Proxy::~Proxy() = default;
 
+void Proxy::log_commands_to(base::LogSink& log) {
+  impl_->context.commands = Log(log, "proxy");
+}
+
 void Proxy::restore() {
   impl_->admission.restore(std::string());
 }

@@ -26,6 +26,8 @@ class Proxy {
         const TypeCatalogue& types, base::LogSink& log, state::StateStore* store = nullptr);
   ~Proxy();
 
+  /// The lines that quote what was set go to this log, which must outlive the proxy.
+  void log_commands_to(base::LogSink& log);
   /// Lists the devices that the state file remembers. Call before the lines open.
   void restore();
   /// Why new rules cannot be applied: names by which two points of a device would claim one key.

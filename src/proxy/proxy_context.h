@@ -42,6 +42,7 @@ struct ProxyContext {
   gateway::Gateway& gateway;
   const TypeCatalogue& types;
   Log log;
+  Log commands = log;  ///< gets the lines that quote what was set
   TurnClock clock{scheduler};
   base::LimitedLog limited_log{log, scheduler};
   std::uint64_t last_request = 0;

@@ -65,6 +65,16 @@ class AuditOfAnIsland : public TrustOnALan {
   }
 };
 
+TEST_F(AuditOfAnIsland, AndTheServiceHaveWhatWasSetAndNotTheLogThatOthersRead) {
+  make_members();
+  start_with_audit("home.audit");
+  desk_sets("on");
+  EXPECT_THAT(island_->errors(), HasSubstr("actuator.switch-1 = 'on' by")) << "the user of the island sees it";
+  const auto log = on(1, {"log", "--trust", file("guest")});
+  EXPECT_THAT(log.output, HasSubstr("is up")) << log.errors;
+  EXPECT_THAT(log.output, Not(HasSubstr("switch-1")));
+}
+
 TEST_F(AuditOfAnIsland, HasOneLineForEachWishInOrder) {
   make_members();
   start_with_audit("home.audit");

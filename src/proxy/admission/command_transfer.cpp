@@ -98,8 +98,8 @@ void CommandTransfer::answered(Command& command, const std::string& status, Owne
   const auto reason = fmt::format("the device moved to island {}", number(island));
   model::write_point_status({to_string(Quality::kUnknown), reason, command.since, {}, {}, command_text(command)}, text);
   std::ignore = context_.space.set(status, text, {"application/json", {}, kFailureShown, 0});
-  context_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
-                                   command.commander, number(command.creator), command.reason));
+  context_.commands.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
+                                        command.commander, number(command.creator), command.reason));
 }
 
 void CommandTransfer::clear(const Device& device) {

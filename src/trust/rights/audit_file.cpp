@@ -115,6 +115,7 @@ void AuditFile::hide() {
   hidden_ = MemberRights();
   if (options_.hide.empty()) return;
   Rule rule{{std::string(kEverybody)}, {}, options_.hide};
+  std::transform(rule.keys.begin(), rule.keys.end(), rule.keys.begin(), kept_key);
   rule.may.add(Right::kRead);
   hidden_.add(rule, 0);
 }

@@ -41,7 +41,11 @@ std::string text_of(const Decision& decision, const std::vector<Rule>& rules) {
 
 Rights::Rights() : rules_{{.who = {kAdmin}, .may = RightSet::all()}}, only_admins_(true) {}
 
-Rights::Rights(std::vector<Rule> rules) : rules_(std::move(rules)) {}
+Rights::Rights(std::vector<Rule> rules) : rules_(std::move(rules)) {
+  for (auto& rule : rules_) {
+    for (auto* keys : {&rule.keys, &rule.except}) std::transform(keys->begin(), keys->end(), keys->begin(), kept_key);
+  }
+}
 
 bool Rights::concerns(const Rule& rule, const Member& who) const {
   if (only_admins_) return !is_peis(who) && who.has_role(kAdmin);

@@ -55,9 +55,9 @@ Result<void> RightsJudge::may_send(const Member& who, std::string_view where) co
 }
 
 Decision RightsJudge::explain(const Member& who, Right right, std::string_view key) const {
-  if (right != Right::kSet) return rights_.decide(who, right, key);
+  if (right != Right::kSet) return rights_.decide(who, right, kept_key(key));
   if (is_message(key)) return {true, std::nullopt, "each message is judged by what it asks for"};
-  return rights_.decide(who, needed_to_set(key), key);
+  return rights_.decide(who, needed_to_set(key), kept_key(key));
 }
 
 void RightsJudge::answered(const Member& who, std::string_view host, const tuples::RemoteSet& set,
@@ -69,14 +69,16 @@ void RightsJudge::answered(const Member& who, std::string_view host, const tuple
                     : set.append           ? "append"
                                            : to_string(Right::kSet);
   const auto value = is_message(set.key) ? std::string_view() : std::string_view(set.value);
-  audit_->write({who, set.from, host, verb, set.key, value, accepted,
+  const auto key = kept_key(set.key);
+  audit_->write({who, set.from, host, verb, key, value, accepted,
                  accepted ? std::string_view() : std::string_view(reply.text),
                  accepted ? std::string_view() : to_string(reply.code)});
 }
 
 void RightsJudge::record(const Member& who, const tuples::Wish& wish, const Result<void>& answer) {
   if (!audit_) return;
-  audit_->write({who, wish.component, wish.host, wish.verb, wish.key, wish.value, answer.has_value(),
+  const auto key = kept_key(wish.key);
+  audit_->write({who, wish.component, wish.host, wish.verb, key, wish.value, answer.has_value(),
                  answer ? std::string_view() : std::string_view(answer.error().text),
                  answer ? std::string_view() : to_string(answer.error().code)});
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "model/property_alias.h"
 #include "rubicon/address.hpp"
 #include "rubicon/key.hpp"
 
@@ -73,6 +74,11 @@ Result<void> check_rule_key(std::string_view pattern) {
               fmt::format("{}: expected parts of A-Z a-z 0-9 _ - joined by dots, with * for any text in a part and ** "
                           "for all that follow, or island:<id>",
                           model::quoted(pattern)));
+}
+
+std::string kept_key(std::string_view key) {
+  constexpr auto kDotsOfProperty = 4;  // proxy.<network>.<device>.property.<name>
+  return std::count(key.begin(), key.end(), '.') >= kDotsOfProperty ? model::without_alias(key) : std::string(key);
 }
 
 }  // namespace rubicon::trust::rights

@@ -60,4 +60,8 @@ Result<void> check_who(std::string_view who);
 /// may be `**` for any parts; or `island:<id>`, for messages.
 Result<void> check_rule_key(std::string_view pattern);
 
+/// The key under which the proxy keeps what is asked for: that of a property has two names (model/property_alias.h).
+/// Rules, questions and the audit use this one.
+std::string kept_key(std::string_view key);
+
 }  // namespace rubicon::trust::rights

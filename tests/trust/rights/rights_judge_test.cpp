@@ -46,6 +46,18 @@ TEST_F(JudgeOfHome, RefusesByNameAndNamesTheRule) {
   EXPECT_EQ(judge.refused(), 2U) << "a question is no refusal";
 }
 
+TEST_F(JudgeOfHome, APropertyHasTheSameRightsByItsOtherName) {
+  constexpr auto kOther = "proxy.a.b.property.sampling-rate.command";
+  judge.replace(Rights(
+      rules_in("rights:\n  - {who: robot, may: set, keys: [\"proxy.**\"], not: [\"proxy.*.*.property.rate.*\"]}\n"
+               "  - {who: panel, may: set, keys: [\"proxy.*.*.property.sampling-rate.command\"]}\n")));
+  EXPECT_FALSE(judge.may_set(all["robot"], set_of(kOther)));
+  EXPECT_TRUE(judge.may_set(all["panel"], set_of(kOther)));
+  EXPECT_TRUE(judge.may_set(all["panel"], set_of("proxy.a.b.property.rate.command")));
+  judge.answered(all["panel"], "desk", set_of(kOther), {});
+  EXPECT_THAT(audit->lines, ElementsAre("panel@desk set proxy.a.b.property.rate.command=on yes"));
+}
+
 TEST_F(JudgeOfHome, TheInboxNeedsTheRightToApproveAndNoOther) {
   judge.replace(
       Rights(rules_in("rights:\n  - {who: robot, may: set, keys: [\"proxy.**\"]}\n"
