@@ -185,7 +185,8 @@ class Doctor {
     const auto name = name_of(seen.island);
     if (!seen.answers)
       return add({{"islands", Grade::kProblem, fmt::format("island {} is present, but does not answer", name),
-                   "its program hangs, or UDP to this host is blocked: allow it in both directions"}});
+                   fmt::format("its program hangs, or UDP to this host is blocked: allow it in both directions{}",
+                               has_trust_ ? "; or its rights do not let this member read anything" : "")}});
     add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
     const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
     add(check_lines(seen, now));

@@ -82,7 +82,8 @@ trust::rights::AuditOptions audit_options(const IslandConfig& config) {
 void check_rights(const IslandConfig& config, base::ConfigErrors& errors) {
   if (!config.rights || !config.engine.trust_folder.empty() || !config.engine.dds) return;
   errors.add(config.rights->place, "rights",
-             "nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or no rights");
+             "nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or no rights; "
+             "on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
 }
 
 std::vector<std::string> rights_warnings(const IslandConfig& config,

@@ -47,7 +47,7 @@ struct IslandRights : testing::Test {
     ecology.certify(kPanel, {.name = "panel", .ids = {{number(kPanel), number(kPanel)}}});
     base::ConfigErrors errors;
     island = std::move(*Island::make(std::move(config), time, files, log, ecology, errors));
-    island->judge_by(judge);
+    island->judge_by(judge, log);
     link = std::move(*ecology.join(kPanel));
     panel.emplace(kPanel, time, *link);
     all = panel->subscribe({kHouse, "**"}, {.passive = true}, [](const tuples::Event&) {});
@@ -144,7 +144,7 @@ TEST(RightsChecks, WithoutTrustNobodyOnDdsHasRights) {
   EXPECT_EQ(
       errors_of("dds", ""),
       "home.yaml:5:3: rights: nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or "
-      "no rights");
+      "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
   EXPECT_THAT(errors_of("[dds, peis]", ""), HasSubstr("nobody is authenticated"));
   EXPECT_EQ(errors_of("dds", "/etc/rubicon/trust"), "");
   EXPECT_EQ(errors_of("peis", ""), "");
