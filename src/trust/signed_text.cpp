@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <openssl/err.h>
 
+#include <tuple>
+
 namespace rubicon::trust {
 
 namespace {
@@ -26,6 +28,17 @@ bool has_one_signature(PKCS7* signature) {
   if (PKCS7_type_is_signed(signature) == 0) return false;
   auto* signers = PKCS7_get_signer_info(signature);
   return signers != nullptr && sk_PKCS7_SIGNER_INFO_num(signers) == 1;
+}
+
+/// Otherwise PKCS7_verify() of OpenSSL 3.0 fails without giving back its memory.
+bool has_known_digests(PKCS7* signature) {
+  auto input = reading("");
+  if (input == nullptr) return false;
+  BIO* chain = PKCS7_dataInit(signature, input.get());
+  if (chain == nullptr) return false;
+  std::ignore = input.release();  // the end of the chain
+  BIO_free_all(chain);
+  return true;
 }
 
 /// Cyclone looks for the signer among the certificates of the document. A document that it cannot use must be refused
@@ -60,7 +73,7 @@ Result<std::string> verified_text(std::string_view document, const Certificate& 
   if (signers == nullptr || sk_X509_push(signers.get(), signer.get()) <= 0) return openssl_failed("check a signature");
   const auto text = writing();
   constexpr int kFlags = PKCS7_TEXT | PKCS7_NOINTERN | PKCS7_NOVERIFY | PKCS7_NOCHAIN;
-  if (!has_certificate_of(signer, parts.signature.get()) ||
+  if (!has_certificate_of(signer, parts.signature.get()) || !has_known_digests(parts.signature.get()) ||
       PKCS7_verify(parts.signature.get(), signers.get(), nullptr, parts.content.get(), text.get(), kFlags) != 1)
     return invalid_input(where, fmt::format("was not signed by {}, or was changed afterwards", signer.subject()));
   return written_text(text.get());

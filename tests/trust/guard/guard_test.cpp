@@ -285,6 +285,8 @@ class StrangersTest : public GuardTest {
                           signed_text(other, permissions_xml(subject, "*", "*"))};
       auto command = member("stranger", its, {"01b00001.00000007", "*.01b00001"}, kBare);
       command.insert(command.end(), {"--participants", count});
+      // On a busy machine the island would not have the time to refuse so many each second.
+      command.insert(command.begin(), {"nice", "-n", "19"});
       return command;
     }
   }
@@ -308,7 +310,11 @@ TEST_F(StrangersTest, TwoHundredOfThemDoNotHarmAnIsland) {
   Process neighbour(desk_member(kGuard));
   ASSERT_TRUE(island.line_with("who desk"));
   const auto before = island.resident_kilobytes();
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr std::size_t kStrangers = 40;  // with sanitizers as many take the time of 200
+#else
   constexpr std::size_t kStrangers = 200;
+#endif
   std::set<std::string> refused;
   {
     Process crowd(strangers(std::to_string(kStrangers)));

@@ -93,11 +93,12 @@ TEST_F(TrustedMembers, CannotBeTakenForOthers) {
 TEST_F(TrustedMembers, RenewWhileCommandsPassAndLoseNone) {
   const auto* patience = std::getenv("RUBICON_CHAOS_SECONDS");
   const int times = patience ? 1000 : 50;
-  constexpr int kCommands = 600;         // a millisecond each, while a renewal takes more than half a second
-  constexpr long kMostGrowth = 100'000;  // kilobytes
+  constexpr int kCommands = 600;  // a millisecond each, while a renewal takes more than half a second
+  [[maybe_unused]] constexpr long kMostGrowth = 100'000;  // kilobytes
   const auto island = home(), tool = desk();
   meet(*island, *tool);
-  const auto island_before = island->resident_kilobytes(), tool_before = tool->resident_kilobytes();
+  [[maybe_unused]] const auto island_before = island->resident_kilobytes();
+  [[maybe_unused]] const auto tool_before = tool->resident_kilobytes();
   island->write("set a 0\n");
   tool->write(fmt::format("send 7 {}\n", kCommands * times));
   for (int i = 1; i <= times; ++i) {
@@ -111,8 +112,10 @@ TEST_F(TrustedMembers, RenewWhileCommandsPassAndLoseNone) {
     ASSERT_TRUE(until(*tool, fmt::format("answered {}", kCommands * times / 20 * i)));
   EXPECT_EQ(ask(*tool, "replies"), fmt::format("{0} of {0}", kCommands * times));
   EXPECT_EQ(ask(*island, "executed"), fmt::format("{} doubled 0", kCommands * times));
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they keep what was freed
   EXPECT_LT(island->resident_kilobytes() - island_before, kMostGrowth);
   EXPECT_LT(tool->resident_kilobytes() - tool_before, kMostGrowth);
+#endif
 }
 
 TEST_F(TrustedMembers, LeaveWhenTheirCertificateEndsAndComeBackWithANewOne) {
