@@ -13,7 +13,7 @@ namespace rubicon::daemon {
 /// The audit of the daemon's judge.
 class AuditPart {
  public:
-  /// `wishes` gets the lines of the audit; it shows them to the user of the island only. All must outlive it.
+  /// `wishes` gets the lines of the audit; only the user of the island sees that log. All must outlive it.
   AuditPart(Scheduler& scheduler, LogSink& log, LogSink& wishes)
       : scheduler_(scheduler), log_(log, "audit"), wishes_(wishes, "audit") {}
 

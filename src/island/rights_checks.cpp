@@ -37,7 +37,7 @@ bool names_a_network(std::string_view pattern, const IslandConfig& config) {
                      [&](const auto& setup) { return base::glob_matches(pattern, setup.id); });
 }
 
-/// Names that nobody has.
+/// Names that no certificate and no token has.
 std::vector<std::string> strangers(const Rule& rule, const std::vector<std::string>& names) {
   std::vector<std::string> unknown;
   for (const auto& word : rule.who) {

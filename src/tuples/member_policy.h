@@ -12,7 +12,7 @@ namespace rubicon::tuples {
 /// judge of the process what that member may. Components of the own process may all.
 class MemberPolicy final : public PeerPolicy {
  public:
-  /// `link_itself`: who stands behind kLinkItself; null = nobody, then the link gets no own tuples for itself.
+  /// `link_itself`: who stands behind kLinkItself; null = no member, then the link gets no own tuples for itself.
   MemberPolicy(OwnerId self, std::shared_ptr<Judge> judge, std::shared_ptr<const Member> link_itself = nullptr)
       : self_(self), judge_(std::move(judge)), link_itself_(std::move(link_itself)) {}
 

@@ -27,7 +27,7 @@ class PeerPolicy {
   virtual const Member* member(OwnerId peer) const = 0;
   /// The host of a component that is up, as it declares it; empty: not up, or not known. Valid until peer_down().
   virtual std::string_view host(OwnerId peer) const = 0;
-  /// Whom it asks what members may; nullptr: nobody.
+  /// The judge of what members may do; nullptr: none.
   virtual Judge* judge() = 0;
   /// Whether subscriptions of the component are judged for each own tuple they cover, by access().
   virtual bool filters(OwnerId peer) const = 0;

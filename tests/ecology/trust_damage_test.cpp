@@ -22,7 +22,7 @@ const std::vector<std::string> kPapers{"identity-ca.pem",
                                        "members/island-1/permissions.p7s",
                                        "members/island-1/key.pem"};
 
-/// A folder of certificates that somebody changed.
+/// A folder of certificates with changes by hand.
 class DamagedTrust : public TrustOnALan {
  protected:
   static std::string in_folder(const std::string& name) { return "trust/" + name; }

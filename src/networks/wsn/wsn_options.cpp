@@ -88,7 +88,7 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
 }
 
 /// By default a sink with a line of its own is shared, unless only members reach the island: the protocol of the
-/// forwarder asks nobody who he is. Behind a forwarder it is shared already.
+/// forwarder does not ask who connects. Behind a forwarder it is shared already.
 std::optional<share::ForwarderOptions> read_share(ConfigReader& options, const sink::Source& source,
                                                   const network::NetworkConfig& config) {
   share::ForwarderOptions out;

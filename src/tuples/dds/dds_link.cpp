@@ -228,7 +228,7 @@ void DdsLink::delete_entities() {
   }
 }
 
-/// What DDS told of them; peers_ stays.
+/// What DDS reported of them; peers_ stays.
 void DdsLink::forget_others() {
   for (const auto& [id, peer] : peers_) {
     if (peer.is_up()) policy_->peer_down(id);

@@ -35,7 +35,7 @@ struct EventStock {
   static constexpr std::size_t kMaxDemands = 1000;    ///< where rights decide about each tuple
   static constexpr std::size_t kMaxHidden = 100'000;  ///< further hidden tuples are judged at each of their sets
   std::size_t events = 0, bytes = 0, tuples = 0, demands = 0;
-  std::size_t hidden = 0;  ///< tuples that the caller may not read; they count nowhere, nobody learns how many
+  std::size_t hidden = 0;  ///< tuples that the caller may not read; they count nowhere, so no caller learns how many
   bool full = false;       ///< there was no room for a tuple or its demand
 
   bool has_room(std::size_t more) const { return events < kMaxEvents && bytes + more <= kMaxBytes; }

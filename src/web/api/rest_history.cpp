@@ -82,7 +82,7 @@ history::HistorySource::SeriesText text_of_page(Request request, PageRange range
 }
 
 /// A page of series, of those that the caller may read: the name of no other is in it, nor in its `next`. The history
-/// writes its pages on a thread of its own, where there is nobody to ask for rights.
+/// writes its pages on a thread of its own, which cannot ask the judge.
 class ReadableSeries final : public Exchange {
  public:
   ReadableSeries(Call& call, Pattern pattern, PageRange range)

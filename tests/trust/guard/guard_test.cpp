@@ -113,7 +113,7 @@ TEST_F(GuardTest, AMemberWithoutGuardMeetsOneThatHasIt) {
   EXPECT_EQ(desk.line_with("got"), "got *.01a00001 from-island-7");
 }
 
-// -- a writer or reader without security attributes: access control is asked by nobody
+// -- a writer or reader without security attributes: access control is not asked
 
 TEST_F(GuardTest, WithoutGuardAWriterWithoutAttributesWritesAsAnother) {
   Process desk(desk_member(kBare));
