@@ -336,7 +336,7 @@ std::string line_of(const proxy::Objection& objection, const island::IslandConfi
 Result<island::ReloadPlan> Island::plan(const island::IslandConfig& next, base::ConfigErrors& errors) {
   auto plan = island::plan_reload(impl_->config, next);
   if (!impl_->judge && impl_->config.rights != next.rights)
-    plan.refusals.push_back("rights: nobody is judged here; restart the island to begin");
+    plan.refusals.push_back("rights: this island started without them; restart it to begin");
   for (const auto& objection : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(line_of(objection, next));
   if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "\n")));
   impl_->add_what_files_changed(next, plan);

@@ -82,7 +82,7 @@ trust::rights::AuditOptions audit_options(const IslandConfig& config) {
 void check_rights(const IslandConfig& config, base::ConfigErrors& errors) {
   if (!config.rights || !config.engine.trust_folder.empty() || !config.engine.dds) return;
   errors.add(config.rights->place, "rights",
-             "nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or no rights; "
+             "engine dds does not know who asks without trust, expected tuples.trust: yes, or no rights; "
              "on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
 }
 
@@ -97,7 +97,7 @@ std::vector<std::string> rights_warnings(const IslandConfig& config,
                                   fmt::join(unknown, ", ")));
     }
     if (is_among(rule.who, tuples::kPeisMember) && !config.engine.peis)
-      lines.push_back(fmt::format("{}: who: peis matches nobody: the island is not on engine peis", rule.place));
+      lines.push_back(fmt::format("{}: who: peis matches no component: the island is not on engine peis", rule.place));
     warn_of_keys(rule, config, lines);
   }
   if (config.engine.peis) {

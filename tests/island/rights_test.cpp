@@ -130,7 +130,7 @@ TEST(RightsChecks, RightsBeginWithARestartWhereNobodyIsJudged) {
   const auto island = std::move(*Island::make(config_with(""), time, files, log, ecology, errors));
   const auto plan = island->plan(config_with("rights:\n  - {who: a, may: all}\n"), errors);
   ASSERT_FALSE(plan);
-  EXPECT_THAT(plan.error().text, HasSubstr("rights: nobody is judged here; restart the island to begin"));
+  EXPECT_THAT(plan.error().text, HasSubstr("rights: this island started without them; restart it to begin"));
 }
 
 TEST(RightsChecks, WithoutTrustNobodyOnDdsHasRights) {
@@ -141,11 +141,10 @@ TEST(RightsChecks, WithoutTrustNobodyOnDdsHasRights) {
     check_rights(config, errors);
     return errors.text();
   };
-  EXPECT_EQ(
-      errors_of("dds", ""),
-      "home.yaml:5:3: rights: nobody is authenticated on engine dds without trust, expected tuples.trust: yes, or "
-      "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
-  EXPECT_THAT(errors_of("[dds, peis]", ""), HasSubstr("nobody is authenticated"));
+  EXPECT_EQ(errors_of("dds", ""),
+            "home.yaml:5:3: rights: engine dds does not know who asks without trust, expected tuples.trust: yes, or "
+            "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
+  EXPECT_THAT(errors_of("[dds, peis]", ""), HasSubstr("does not know who asks"));
   EXPECT_EQ(errors_of("dds", "/etc/rubicon/trust"), "");
   EXPECT_EQ(errors_of("peis", ""), "");
   EXPECT_EQ(errors_of("memory", ""), "");
@@ -179,7 +178,7 @@ TEST(RightsChecks, WarnOfRulesThatMatchNothing) {
   EXPECT_THAT(warnings("{who: robot, may: read, keys: [proxy.**], not: [proxy.**]}"),
               ElementsAre("home.yaml:5:5: keys: 'proxy.**' stands in `not` too: the rule denies it"));
   EXPECT_THAT(warnings("{who: peis, may: read, keys: [proxy.**]}"),
-              ElementsAre("home.yaml:5:5: who: peis matches nobody: the island is not on engine peis"));
+              ElementsAre("home.yaml:5:5: who: peis matches no component: the island is not on engine peis"));
   EXPECT_THAT(warnings("{who: peis, may: read, keys: [proxy.**]}", "tuples: {engine: peis}\n"),
               ElementsAre(HasSubstr("the wire of engine peis is not protected")));
   EXPECT_THAT(rights_warnings(config_with("rights:\n  - {who: desk, may: all}\n"), std::nullopt), IsEmpty());
