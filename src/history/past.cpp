@@ -265,7 +265,6 @@ Result<void> find_times(Store& store, std::vector<Statement>& statements, Series
   const auto& open = store.series().at(row).open;
   std::optional<std::int64_t> first, last;
   const auto look = [&](std::int64_t time) {
-    time = std::clamp(time, -kFurthest, kFurthest);  // of a damaged file
     first = std::min(first.value_or(time), time);
     last = std::max(last.value_or(time), time);
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -39,10 +40,11 @@ inline std::int64_t floor_to(std::int64_t time, std::int64_t width) {
 /// Rounded down; times further away are moved to kFurthest.
 inline std::int64_t to_milliseconds(WallTime time) {
   const auto whole = std::chrono::floor<std::chrono::milliseconds>(time).time_since_epoch().count();
-  return whole < -kFurthest ? -kFurthest : whole > kFurthest ? kFurthest : whole;
+  return std::clamp<std::int64_t>(whole, -kFurthest, kFurthest);
 }
+/// Times further away, of a damaged file, are moved to kFurthest: a WallTime has no room for them.
 inline WallTime from_milliseconds(std::int64_t time) {
-  return WallTime(std::chrono::milliseconds(time));
+  return WallTime(std::chrono::milliseconds(std::clamp(time, -kFurthest, kFurthest)));
 }
 inline std::int64_t milliseconds(Duration span) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(span).count();

@@ -494,5 +494,18 @@ TEST(Store, ListsASeriesWithImpossibleTimes) {
   EXPECT_EQ(listed->at(0).last, wall(kFurthest));
 }
 
+TEST(Store, AnswersWithATextOfAnImpossibleTime) {
+  Folder folder;
+  const auto store = opened(folder / "h");
+  const Declaration series{{OwnerId(6541), kKey}, SeriesKind::kText, {}, {}};
+  ASSERT_TRUE(store->write({wall(kBegin), {{0, series}}, {}, {{0, kBegin, "now"}}}));
+  ASSERT_TRUE(store->database().run("INSERT INTO text VALUES(1,-9223372036854775808,'long ago')", "test"));
+  const auto found = answer(*store, {{series.name}, wall(kBegin), wall(kBegin + kHour), 10});
+  ASSERT_TRUE(found) << found.error().text;
+  ASSERT_TRUE(found->series.at(0).text_before);
+  EXPECT_EQ(found->series[0].text_before->time, wall(-kFurthest));
+  EXPECT_EQ(found->series[0].text_before->text, "long ago");
+}
+
 }  // namespace
 }  // namespace rubicon::history
