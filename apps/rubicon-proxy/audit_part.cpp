@@ -11,7 +11,7 @@ Result<void> AuditPart::take(const island::IslandConfig& config, trust::rights::
     return {};
   }
   auto path = options.file;
-  auto opened = trust::rights::AuditFile::open(std::move(options), scheduler_, log_, wishes_);
+  auto opened = trust::rights::AuditFile::open(std::move(options), scheduler_, log_, lines_);
   if (!opened) return fail(std::move(opened.error()));
   path_ = std::move(path);
   file_ = std::move(*opened);

@@ -13,9 +13,9 @@ namespace rubicon::daemon {
 /// The audit of the daemon's judge.
 class AuditPart {
  public:
-  /// `wishes` gets the lines of the audit; only the user of the island sees that log. All must outlive it.
-  AuditPart(Scheduler& scheduler, LogSink& log, LogSink& wishes)
-      : scheduler_(scheduler), log_(log, "audit"), wishes_(wishes, "audit") {}
+  /// `lines` gets what the audit file gets: only the user of the island may see that log. All must outlive it.
+  AuditPart(Scheduler& scheduler, LogSink& log, LogSink& lines)
+      : scheduler_(scheduler), log_(log, "audit"), lines_(lines, "audit") {}
 
   /// Opens the file that the configuration names, unless it is open, and takes its other options. The error says why it
   /// cannot be written; the one before stays.
@@ -27,7 +27,7 @@ class AuditPart {
 
  private:
   Scheduler& scheduler_;
-  Log log_, wishes_;
+  Log log_, lines_;
   std::string path_;
   std::shared_ptr<trust::rights::AuditFile> file_;
 };

@@ -6,6 +6,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/island_points.h"
+#include "apps/rubicon/log_lines.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/local_time.h"
 #include "model/json_members.h"
@@ -16,8 +17,6 @@ namespace rubicon::cli {
 namespace {
 
 constexpr std::array<std::string_view, 4> kLevels{"debug", "info", "warning", "error"};
-/// An island publishes its present lines when it hears of the subscription; lines that it published before come first.
-constexpr Duration kPresentLines = std::chrono::milliseconds(500);
 
 struct LogOptions {
   IslandOption island;
@@ -27,24 +26,6 @@ struct LogOptions {
 
 std::size_t rank_of(std::string_view level) {
   return static_cast<std::size_t>(std::find(kLevels.begin(), kLevels.end(), level) - kLevels.begin());
-}
-
-struct LogLine {
-  OwnerId island{};
-  std::uint64_t number = 0;
-  WallTime time{};
-  std::string level, subject, text;
-};
-
-std::vector<LogLine> lines_in(const tuples::TupleView& tuple) {
-  std::vector<LogLine> lines;
-  const auto list = nlohmann::json::parse(tuple.value, nullptr, false);
-  if (!list.is_array()) return lines;
-  for (const auto& one : list) {
-    lines.push_back({tuple.owner, model::count_of(one, "number"), model::time_of(one, "time"),
-                     model::text_of(one, "level"), model::text_of(one, "subject"), model::text_of(one, "text")});
-  }
-  return lines;
 }
 
 /// Prints each line of each island once.
@@ -70,7 +51,7 @@ class LogReader {
  private:
   void take(const Event& event) {
     if (event.kind != EventKind::kSet) return;
-    auto lines = lines_in(event.tuple);
+    auto lines = log_lines_in(event.tuple);
     heard_ = true;
     if (lines.empty()) return;
     auto& last = last_[event.tuple.owner];

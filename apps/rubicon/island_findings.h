@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/rubicon/findings.h"
+#include "apps/rubicon/log_lines.h"
 #include "apps/rubicon/losses.h"
 
 namespace rubicon::cli {
@@ -20,6 +21,8 @@ struct IslandSeen {
   std::string history;                            ///< status of its history; empty = it has none
   /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
+  /// The newest line of its log about a peer that it refused; nullopt: none, or this program may not read its log.
+  std::optional<LogLine> refusal;
 };
 
 // Pure functions of what was observed. Each returns findings of one check.

@@ -18,6 +18,7 @@ constexpr const char* kTrustCheck = "trust";
 constexpr const char* kTrustDaysLeft = "trust-days-left";
 constexpr const char* kRightsRefused = "rights-refused";
 constexpr const char* kRefusedPeers = "dds-refused-peers";
+constexpr std::string_view kPeersSubject = "dds", kWasRefused = "was refused";  // of lines about peers
 /// Soon enough to renew in peace.
 constexpr int kRenewDays = 30;
 
@@ -78,6 +79,18 @@ Finding end_of(const std::string& whose, std::int64_t days, const std::string& n
           fmt::format("the certificate of {} has {} left", whose, counted(static_cast<std::size_t>(days), "day"))};
 }
 
+/// The reason is in its log only.
+Finding refused_peers(const IslandSeen& seen) {
+  const auto count = static_cast<std::size_t>(seen.numbers.at(kRefusedPeers));
+  auto what = fmt::format("island {} refused {} since its start", name_of(seen.island), counted(count, "peer"));
+  if (!seen.refusal)
+    return {kTrustCheck, Grade::kNote, what, "its log says which, and why: " + page("trust.md#what-to-do-when")};
+  what += fmt::format("; at {}: {}", time_text(seen.refusal->time), seen.refusal->text);
+  return {kTrustCheck, Grade::kNote, what,
+          fmt::format("{}; `rubicon log --island {} --level warning` shows earlier ones",
+                      page("trust.md#what-to-do-when"), number(seen.island.id))};
+}
+
 }  // namespace
 
 std::string_view trust_remedy(std::string_view reason) {
@@ -135,15 +148,24 @@ Findings check_silent_participants(std::size_t silent, unsigned domain, bool wit
            "take part with a certificate: --trust FOLDER, or rubicon trust join; " + page("trust.md#what-to-do-when")}};
 }
 
+bool has_refused_peers(const IslandSeen& seen) {
+  const auto peers = seen.numbers.find(kRefusedPeers);
+  return peers != seen.numbers.end() && peers->second > 0;
+}
+
+std::optional<LogLine> last_refusal(const std::vector<LogLine>& lines) {
+  const auto is_one = [](const LogLine& line) {
+    return line.subject == kPeersSubject && line.text.find(kWasRefused) != line.text.npos;
+  };
+  const auto found = std::find_if(lines.rbegin(), lines.rend(), is_one);
+  return found == lines.rend() ? std::nullopt : std::optional(*found);
+}
+
 Findings check_island_trust(const IslandSeen& seen) {
   Findings all;
   if (const auto days = number_of(seen, kTrustDaysLeft))
     all.push_back(end_of("island " + name_of(seen.island), *days, ""));
-  if (const auto peers = seen.numbers.find(kRefusedPeers); peers != seen.numbers.end() && peers->second > 0)
-    all.push_back({kTrustCheck, Grade::kNote,
-                   fmt::format("island {} refused {} since its start", name_of(seen.island),
-                               counted(static_cast<std::size_t>(peers->second), "peer")),
-                   "its log says which, and why: " + page("trust.md#what-to-do-when")});
+  if (has_refused_peers(seen)) all.push_back(refused_peers(seen));
   const auto refused = seen.numbers.find(kRightsRefused);
   if (refused != seen.numbers.end() && refused->second > 0)
     all.push_back(

@@ -26,6 +26,9 @@ Findings check_other_side(const std::vector<client::Component>& islands, bool wi
 /// `silent` participants of the DDS domain showed no component. None: nothing to say.
 Findings check_silent_participants(std::size_t silent, unsigned domain, bool with_trust);
 
+bool has_refused_peers(const IslandSeen& seen);
+/// The newest line about a peer that an island refused; nullopt: none.
+std::optional<LogLine> last_refusal(const std::vector<LogLine>& lines);
 /// The certificate of an island, and what and whom it refused.
 Findings check_island_trust(const IslandSeen& seen);
 

@@ -34,6 +34,7 @@ class Node {
 
   tuples::TupleSpace& space() { return *space_; }
   base::Scheduler& scheduler() { return loop_.scheduler(); }
+  tuples::Ecology& ecology() { return *ecology_; }
 
   /// Runs the loop until finish(). Ends the process with a message if that takes longer than `most`.
   void run(base::Duration most);

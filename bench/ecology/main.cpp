@@ -41,9 +41,11 @@ int main(int count, char** values) {
                       {"meeting", trust::measure_meeting},
                       {"memory", trust::measure_memory},
                       {"get", trust::measure_get},
-                      {"crowd", trust::measure_crowd}};
-  program.roles = {{"holder", holder},     {"taker", taker},          {"keeper", keeper},
-                   {"visitors", visitors}, {"stayer", trust::stayer}, {"newcomer", trust::newcomer}};
+                      {"crowd", trust::measure_crowd},
+                      {"renewal", trust::measure_renewal}};
+  program.roles = {{"holder", holder},          {"taker", taker},          {"keeper", keeper},
+                   {"visitors", visitors},      {"stayer", trust::stayer}, {"newcomer", trust::newcomer},
+                   {"renewer", trust::renewer}, {"reader", trust::reader}};
   program.highest_domain = rubicon::tuples::dds::kMaxDomain;
   return run_components(count, values, program);
 }

@@ -77,10 +77,10 @@ Result<void> GuardFunctions::load(const std::string& path) {
 void GuardFunctions::begin_watch() {
   if (watch_ == nullptr || !refused_) return;
   watch_(
-      [](void* context, const std::uint8_t* prefix, const char* name, const char* reason) {
+      [](void* context, const std::uint8_t* prefix, const char* name, int is_verified, const char* reason) {
         tuples::dds::GuidPrefix peer{};
         std::copy_n(prefix, peer.size(), peer.begin());
-        (*static_cast<tuples::dds::DdsTrust::Refused*>(context))(peer, name, reason);
+        (*static_cast<tuples::dds::DdsTrust::Refused*>(context))({peer, name, is_verified != 0, reason});
       },
       &refused_);
 }

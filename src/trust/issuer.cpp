@@ -151,10 +151,12 @@ bool Issuer::was_cut_short(const std::string& name, const EVP_PKEY* key) const {
 Result<void> Issuer::check(const MemberOptions& options, const EVP_PKEY* key) const {
   if (auto checked = check_member_name(options.name); !checked) return checked;
   if (ledger_.has_name(options.name) && !was_cut_short(options.name, key))
-    return fail(ErrorCode::kDuplicate,
-                fmt::format("the name {} was given before: names of members are unique for ever, also those of revoked "
-                            "ones; `rubicon trust renew` gives a member a new certificate",
-                            options.name));
+    return fail(
+        ErrorCode::kDuplicate,
+        fmt::format("the name {} was given before: names of members are unique for ever, also those of revoked "
+                    "ones; `rubicon trust renew` gives a member a new certificate; if its key is lost, revoke it and "
+                    "add another name",
+                    options.name));
   if (auto days = check_days(options.days); !days) return days;
   if (auto roles = parse_roles(roles_text(options.roles)); !roles) return fail(roles.error());
   if (auto meanings = check_meanings(options); !meanings) return meanings;

@@ -166,7 +166,7 @@ void Trust::Impl::keep() {
   if (kept) return;
   const auto text = kept.error().text + "; the list of revoked certificates is forgotten at the next start";
   // Tools of people may not write the folder of the host; its islands keep the list.
-  if (place.state.empty() && kept.error().code == ErrorCode::kRefused)
+  if (!is_island_member(own) && kept.error().code == ErrorCode::kRefused)
     log.debug(text);
   else
     log.warning(text);

@@ -90,6 +90,8 @@ TEST_F(AuditOfAnIsland, HasOneLineForEachWishInOrder) {
   EXPECT_EQ(shown.code, 0) << shown.errors;
   EXPECT_EQ(std::count(shown.output.begin(), shown.output.end(), '\n'), 3) << shown.output;
   EXPECT_THAT(shown.output, HasSubstr("\"why\":\"guest may not set"));
+  const auto refused = authority({"audit", "--config", file("home.yaml"), "--refused"});
+  EXPECT_EQ(std::count(refused.output.begin(), refused.output.end(), '\n'), 3) << refused.output;
 }
 
 TEST_F(AuditOfAnIsland, GoesOnInANewFileAfterLogrotateRenamedIt) {

@@ -164,6 +164,8 @@ TEST_F(WrongClocks, AnIslandWhoseClockIsSetGoesOn) {
   start_island(with_clock());
   set_clock(kNeverSet);
   EXPECT_NE(person({"set", kLampCommand, "off"}).code, 0) << "no certificate is valid by that clock";
+  EXPECT_TRUE(says(*island_, "'desk' was refused: Certificate not valid: error: certificate is not yet valid"))
+      << island_->errors();
   for (const auto ahead : {1h, -1h, -24h * 300, 0h}) {
     set_clock(now_here() + ahead);
     const auto commanded = person({"set", kLampCommand, "on"});

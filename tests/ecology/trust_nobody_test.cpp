@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <limits>
+#include <stop_token>
+#include <thread>
 
 #include "ecology/trust_lan.h"
 #include "tuples/dds/rogue.h"
@@ -119,6 +121,20 @@ TEST_F(AnotherUserOfTheHost, DoesNotDisplaceTheIslandByOneWithItsNumber) {
   thief->write("stats\n");
   ASSERT_TRUE(thief->line_with("\"ok\"")) << thief->errors();
   expect_untouched();
+}
+
+TEST_F(AnotherUserOfTheHost, DoesNotKeepTheIslandFromItsMembersByAFlood) {
+  std::jthread flood([&](const std::stop_token& stop) {
+    const Host::Visit visit(lan_.host(0));
+    Rogue rogue(66666);
+    for (std::uint64_t start = 1; !stop.stop_requested(); ++start) rogue.show(1, start);
+  });
+  for (int i = 0; i < 10; ++i) {
+    const auto commanded = local_on_loopback({"set", kLampCommand, i % 2 == 0 ? "off" : "on"});
+    EXPECT_EQ(commanded.code, 0) << i << commanded.errors << island_->errors();
+  }
+  const auto value = local_on_loopback({"get", kLampValue});
+  EXPECT_EQ(value.output, "on\n") << value.errors << island_->errors();
 }
 
 /// One sample like that ends an island without trust, also one from an older start.

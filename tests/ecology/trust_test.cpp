@@ -28,7 +28,7 @@ TEST_F(TrustOnALan, WhoHasNoCertificateSeesNoIslandAndIsToldWhy) {
   EXPECT_EQ(blind.code, 8) << blind.errors << island_->errors();
   const auto told = on(1, {"doctor", "--trust", "no", "--for", "100ms"});
   EXPECT_EQ(told.code, 1) << told.output << told.errors;
-  EXPECT_THAT(told.output, HasSubstr("no island"));
+  EXPECT_THAT(told.output, AllOf(HasSubstr("no island"), HasSubstr("show no component to this program: with trust")));
 }
 
 TEST_F(TrustOnALan, ARevokedPersonIsShutOut) {
@@ -69,6 +69,29 @@ TEST_F(TrustOnALan, AMemberWithoutRightsMayNothing) {
   EXPECT_NE(commanded.code, 0) << commanded.output << island_->errors();
   const auto value = person({"get", kLamp});
   EXPECT_EQ(value.code, 8) << value.errors << island_->errors();
+}
+
+/// The file was changed since its start.
+TEST_F(TrustOnALan, MayAnswersByTheRulesThatTheRunningIslandHasInForce) {
+  add_desk("guest");
+  const auto rules = [this](const std::string& lamp) {
+    configure("rights:\n  - {who: admin, may: all}\n  - {who: guest, may: read, keys: [\"proxy.**\"]}\n" + lamp);
+  };
+  rules("  - {who: desk, may: set, keys: [\"proxy.*.den.actuator.*.command\"]}\n");
+  start_island();
+  rules("");
+  const std::vector<std::string> question{"trust", "may", "desk", "set", "proxy.dummy-1.den.actuator.switch-1.command"};
+  const auto yes = local(question);
+  EXPECT_EQ(yes.code, 0) << yes.errors << island_->errors();
+  EXPECT_THAT(yes.output, HasSubstr("yes: rule 3 (island 1:"));
+  const auto of_itself = person(question);
+  EXPECT_EQ(of_itself.code, 0) << of_itself.errors << "it may read the rules, and knows its roles";
+  auto offline = question;
+  offline.insert(offline.end(), {"--config", file("home.yaml")});
+  EXPECT_EQ(local(offline).code, 3);
+  const auto no = person({"trust", "may", "desk", "set", "proxy.settings.command"});
+  EXPECT_EQ(no.code, 3) << no.errors;
+  EXPECT_EQ(no.output, "no: no rule allows it\n");
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include "examples/demo_island.h"
 #include "examples/examples_in_text.h"
 #include "examples/judgement.h"
+#include "support/folder.h"
+#include "support/private_network.h"
 
 namespace rubicon::examples {
 namespace {
@@ -91,7 +93,7 @@ constexpr const char* kTrust = "rubicon trust ";
 constexpr Exception kNotRun[] = {
     {"192.168.1.10", "a KNX interface of somebody's house"},
     {"rubicon knx discover", "a KNX interface on a network with multicast"},
-    {kTrust, "changes the trust of this host; TrustCommands of tests/apps/rubicon run them in a folder of their own"},
+    {kTrust, "changes the trust of this host; ExamplesOfTrust runs them in a folder of its own"},
     {"/etc/rubicon/", "a file of the machine's administrator"},
     {"--interfaces eth0 set", "a lamp of another host"},
     {"| jq ", "jq need not be installed"},
@@ -110,7 +112,7 @@ std::set<std::string> not_run() {
       "rubicon knx read 1/2/7 9.001 --direct 192.168.1.10",
       "rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10",
       "rubicon set --json living.lamp-1 on | jq .state",
-      "rubicon token tablet --role command --file web.tokens && sudo install -m 600 web.tokens /etc/rubicon/web.tokens",
+      "rubicon token tablet --role admin --file web.tokens && sudo install -m 600 web.tokens /etc/rubicon/web.tokens",
       "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml    # the first start creates the folders",
       "rubicon-proxy check /etc/rubicon/home.yaml",
   };
@@ -127,6 +129,13 @@ std::string beside(const std::string& line) {
   return "";
 }
 
+/// Who changes the trust of a host is root.
+std::string without_sudo(std::string text) {
+  const std::string sudo = "sudo ", command = sudo + kTrust;
+  for (auto at = text.find(command); at != text.npos; at = text.find(command, at)) text.erase(at, sudo.size());
+  return text;
+}
+
 std::vector<Example> all_examples() {
   std::vector<Example> all;
   const auto add = [&all](std::vector<Example> more) { std::move(more.begin(), more.end(), std::back_inserter(all)); };
@@ -137,15 +146,18 @@ std::vector<Example> all_examples() {
     if (page.path().extension() == ".md") pages.push_back(page.path());
   }
   std::sort(pages.begin(), pages.end());
-  for (const auto& page : pages) add(examples_of_page("docs/" + page.filename().string(), read_text(page)));
+  for (const auto& page : pages)
+    add(examples_of_page("docs/" + page.filename().string(), without_sudo(read_text(page))));
   for (const auto* page : {"src/networks/salad/README.md", "examples/recordings/README.md"})
     add(examples_of_page(page, read_text(source / page)));
   add(examples_of_help("rubicon-proxy(1)", read_text(source / "packaging/man/rubicon-proxy.1")));
   // rubicon(1) is made of what --help of each command says.
   const auto manual = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "manual"});
-  add(examples_of_help("rubicon(1)", manual.output));
+  add(examples_of_help("rubicon(1)", without_sudo(manual.output)));
   all.push_back({"examples/client/4_points.cpp", "example-4_points temperature"});
   add(examples_of_help("rubicon --help", support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
+  const auto trust = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "trust", "--help"});
+  add(examples_of_help("rubicon trust --help", without_sudo(trust.output)));
   return all;
 }
 
@@ -252,6 +264,67 @@ TEST_F(EveryExample, EndsAsItShould) {
   EXPECT_GT(run_to_end, 50U);
   EXPECT_GT(run_for_a_while, 12U);
   EXPECT_EQ(skipped, not_run());
+}
+
+/// An example of trust, and what it needs where there is no terminal, no running island and no other host.
+struct TrustExample {
+  std::string line, more{}, before{};
+};
+const std::vector<TrustExample> kTrustExamples{
+    {"rubicon trust init"},
+    {"rubicon trust init --realm Hall"},
+    {"rubicon trust show"},
+    {"rubicon trust show --json"},
+    {"rubicon trust add desk", "--phrase-file phrase"},
+    {"rubicon trust add desk --role admin", "--trust minute --out minute.trust --phrase-file minute.phrase",
+     "rubicon trust init --trust minute"},
+    {"rubicon trust add panel --role admin --days 90", "--phrase-file panel.phrase"},
+    {"rubicon trust add lab --island 7", "--phrase-file lab.phrase"},
+    {"rubicon trust join desk.trust", "--yes --phrase-file phrase --trust person"},
+    {"rubicon trust join desk.trust --yes < phrase", "--trust other"},
+    {"rubicon trust join lab.trust", "--yes --phrase-file lab.phrase --trust lab"},
+    {"rubicon trust request robot > robot.csr", "--trust robot"},
+    {"rubicon trust sign robot.csr > robot.trust"},
+    {"rubicon trust join robot.trust", "--yes --trust robot"},
+    {"rubicon trust export desk", "--phrase-file again", "rm desk.trust"},
+    {"rubicon trust renew desk", "", "rm desk.trust"},
+    {"rubicon trust renew", "", "rm *.trust"},
+    {"rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml"},
+    {"rubicon trust may desk set proxy.hall.door.actuator.lock-1.command", "--config home.yaml"},
+    {"rubicon trust may panel approve proxy.inbox.hall.command", "--config home.yaml"},
+    {"rubicon trust audit", "--config home.yaml"},
+    {"rubicon trust audit --name desk --refused", "--config home.yaml"},
+    {"rubicon trust audit --follow --json", "--config home.yaml | head -n 1"},
+    {"rubicon trust revoke desk"},
+};
+
+std::string without_comment(const std::string& line) {
+  const auto command = line.substr(0, line.find(" #"));
+  return command.substr(0, command.find_last_not_of(' ') + 1);
+}
+
+TEST(ExamplesOfTrust, EndWellOneAfterTheOther) {
+  const support::PrivateNetwork alone;
+  if (!alone.entered()) GTEST_SKIP() << alone.reason();
+  const support::Folder folder;
+  std::ofstream(folder / "home.yaml") << "island: {id: 1}\nrights:\n  - {who: [desk, panel], may: all}\n"
+                                         "audit: {file: home.audit}\n";
+  std::ofstream(folder / "home.audit") << R"({"t":1767225600,"who":"desk","verdict":"refused"})"
+                                       << "\n";
+  std::set<std::string> run;
+  for (const auto& [line, more, before] : kTrustExamples) {
+    auto command = "cd " + folder.path() + "; " + (before.empty() ? "" : before + "; ") + line + " " + more;
+    if (const auto at = command.find("/etc/rubicon/"); at != command.npos) command.erase(at, 13);
+    const auto outcome = support::run_to_end(
+        {"env", "RUBICON_TRUST=trust", "PATH=" RUBICON_BINARY_DIR "/bin:/usr/bin:/bin", "sh", "-c", command});
+    EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.errors;
+    run.insert(line);
+  }
+  std::set<std::string> expected;
+  for (const auto& example : all_examples()) {
+    if (example.line.find(kTrust) != example.line.npos) expected.insert(without_comment(example.line));
+  }
+  EXPECT_EQ(run, expected);
 }
 
 }  // namespace

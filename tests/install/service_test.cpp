@@ -90,9 +90,10 @@ TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
   EXPECT_EQ(words("SetCredential"), std::vector<std::string>{"trust-key:none"});
   const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
   const auto command = (all_.prefix() / "bin/rubicon").string();
-  EXPECT_THAT(keys, HasSubstr("ExecStart=/usr/bin/flock /run/rubicon-keys/.lock " + command + " trust init --for " +
-                              (island_.parent_path() / "%i.yaml").string() + "\n"));
-  EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key " + (island_.parent_path() / "%i.yaml").string()));
+  EXPECT_THAT(keys, HasSubstr("ExecStart=-/usr/bin/flock /run/rubicon-keys/.lock " + command + " trust init --for \"" +
+                              (island_.parent_path() / "%i.yaml").string() + "\"\n"));
+  EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key \"" + (island_.parent_path() / "%i.yaml").string() + "\""));
+  EXPECT_THAT(keys, HasSubstr("\nEnvironment=RUBICON_TRUST=/etc/rubicon/trust\n"));
 }
 
 TEST_F(Unit, NeverStartsOpenBecauseAFolderIsLostAndWritesNoKeyToACoreFile) {

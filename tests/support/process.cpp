@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 namespace rubicon::support {
 
@@ -179,6 +180,19 @@ long Process::resident_kilobytes() const {
 long Process::open_descriptors() const {
   const std::filesystem::directory_iterator all("/proc/" + std::to_string(pid_) + "/fd");
   return std::distance(begin(all), end(all));
+}
+
+std::chrono::milliseconds Process::processor_time() const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  // The name may have spaces; utime and stime are the 12th and 13th word after it.
+  std::istringstream words(text.substr(text.rfind(')') + 1));
+  std::string skipped;
+  for (int i = 0; i < 11; ++i) words >> skipped;
+  long user = 0, system = 0;
+  words >> user >> system;
+  return std::chrono::milliseconds(1000 * (user + system) / ::sysconf(_SC_CLK_TCK));
 }
 
 Outcome run_to_end(std::vector<std::string> arguments, const std::string& input) {

@@ -39,6 +39,8 @@ class Process {
   long resident_kilobytes() const;
   /// Of the process.
   long open_descriptors() const;
+  /// That the process used so far.
+  std::chrono::milliseconds processor_time() const;
 
  private:
   bool fill(std::chrono::steady_clock::time_point deadline);

@@ -105,6 +105,26 @@ TEST_F(TrustOperations, AWrongPhraseWritesNothing) {
   EXPECT_FALSE(fs::exists(away_));
 }
 
+/// Or the byte means nothing, such as one of the text in front of a signed document: then the member is the same.
+TEST_F(TrustOperations, ABundleWithAChangedByteWritesNothingOrIsTheSameMember) {
+  const auto issued = add_desk();
+  ASSERT_TRUE(issued);
+  const auto& good = issued->bundle;
+  std::size_t refused = 0, tried = 0;
+  for (std::size_t at = 0; at < good.size(); at += 1 + good.size() / 97, ++tried) {
+    auto changed = good;
+    changed[at] = static_cast<char>(changed[at] ^ 1);
+    const auto joined = join(away_, changed, issued->phrase.view(), kNow);
+    EXPECT_EQ(fs::exists(away_), joined.has_value()) << at;
+    EXPECT_TRUE(!joined || joined->member == issued->member) << at;
+    refused += joined ? 0U : 1U;
+    fs::remove_all(away_);
+  }
+  EXPECT_GT(refused, tried / 2) << tried;
+  EXPECT_FALSE(join(away_, good.substr(0, good.size() / 2), issued->phrase.view(), kNow));
+  EXPECT_FALSE(fs::exists(away_));
+}
+
 TEST_F(TrustOperations, ABundleOfAnotherRealmIsNotMixedIn) {
   const auto other = folder_ / "other";
   ASSERT_TRUE(init(other, {}, kNow));

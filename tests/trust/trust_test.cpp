@@ -314,6 +314,28 @@ TEST_F(TrustTest, AListIsKeptWhenTheFolderIsFreeAgain) {
   EXPECT_EQ(content_of(root_ / "revoked.p7s"), *list);
 }
 
+TEST_F(TrustTest, AnIslandThatCannotKeepAListWarnsAndAToolDoesNot) {
+  const auto old = content_of(root_ / "revoked.p7s");
+  const auto list = revoke(root_, "local", kStart);
+  ASSERT_TRUE(list && TrustFolder(root_).write_revoked(old));
+  fs::remove(root_ / "lock");
+  fs::create_symlink(folder_ / "elsewhere", root_ / "lock");
+  struct Warnings final : base::LogSink {
+    void write(base::LogLevel level, std::string_view, std::string_view text) override {
+      if (level == base::LogLevel::kWarning) all += text;
+    }
+    std::string all;
+  };
+  const auto warnings_of = [&](const std::string& name) {
+    Warnings warnings;
+    const auto trust = Trust::open({root_, name, {}, {}}, scheduler_, Log(warnings, "trust"));
+    EXPECT_TRUE(trust && (*trust)->take_revoked(*list)) << name;
+    return warnings.all;
+  };
+  EXPECT_EQ(warnings_of("desk"), "");
+  EXPECT_NE(warnings_of("island-7").find("is forgotten at the next start"), std::string::npos);
+}
+
 /// A program on the client library may be one that a debugger or a crash report is for.
 TEST_F(TrustTest, LeavesTheProcessAsItIs) {
   ASSERT_TRUE(open());

@@ -74,10 +74,14 @@ Result<std::string> find_audit(const Settings& settings) {
 std::string audit_text(std::string_view text) {
   const auto line = model::object_of(text);
   const auto of = [&line](const char* name) { return printable(model::text_of(line, name)); };
+  const auto time = time_text(model::time_from_seconds(model::number_of(line, "t")));
+  if (line.contains("lost"))
+    return fmt::format("{}  {} before could not be written", time, counted(model::count_of(line, "lost"), "line"));
+  if (line.contains("more"))
+    return fmt::format("{}  {}: refused {} more", time, of("who"), counted(model::count_of(line, "more"), "time"));
   const auto value = of("value"), why = of("why");
-  return fmt::format("{}  {} {} {}{}: {}{}", time_text(model::time_from_seconds(model::number_of(line, "t"))),
-                     of("who"), of("verb"), of("key"), value.empty() ? "" : " = " + value, of("verdict"),
-                     why.empty() ? "" : ", " + why);
+  return fmt::format("{}  {} {} {}{}: {}{}", time, of("who"), of("verb"), of("key"), value.empty() ? "" : " = " + value,
+                     of("verdict"), why.empty() ? "" : ", " + why);
 }
 
 bool is_wanted(const AuditQuery& query, std::string_view text) {
@@ -92,11 +96,13 @@ ino_t number_of_file(const std::string& file) {
 }
 
 /// New lines as they are written, also in the file that replaces this one, until the reader of our output ends.
-void follow_audit(Output& out, bool json, const AuditOptions& options) {
+void follow_audit(Output& out, bool json, const AuditOptions& options, std::uint64_t begin) {
   auto opened = number_of_file(options.file);
-  std::ifstream lines(options.file, std::ios::binary | std::ios::ate);
+  std::ifstream lines(options.file, std::ios::binary);
+  lines.seekg(static_cast<std::streamoff>(begin));
   std::string whole;
   while (!out.broken()) {
+    const auto there = number_of_file(options.file);  // before the last lines of a file that was replaced
     for (std::string part; std::getline(lines, part);) {
       whole += part;
       if (lines.eof()) break;  // the rest of this line is still to come
@@ -105,9 +111,10 @@ void follow_audit(Output& out, bool json, const AuditOptions& options) {
     }
     lines.clear();
     out.flush();
-    ::nanosleep(&kLook, nullptr);
-    const auto there = number_of_file(options.file);
-    if (there == opened || there == 0) continue;
+    if (there == opened || there == 0) {
+      ::nanosleep(&kLook, nullptr);
+      continue;
+    }
     opened = there;
     lines = std::ifstream(options.file, std::ios::binary);
   }
@@ -126,8 +133,8 @@ int audit(const Settings& settings, const AuditOptions& asked) {
   });
   if (!read) return failed(read.error());
   out.flush();
-  if (*read > 0) print_error(fmt::format("{}: {} in it are damaged", options.file, counted(*read, "line")));
-  if (options.follow) follow_audit(out, settings.json, options);
+  if (read->damaged > 0) print_error(fmt::format("{}: {} damaged", options.file, counted(read->damaged, "line")));
+  if (options.follow) follow_audit(out, settings.json, options, read->end);
   return ended(out, kGood);
 }
 

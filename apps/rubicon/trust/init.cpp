@@ -4,10 +4,12 @@
 #include <algorithm>
 
 #include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/started_realm.h"
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "model/json_members.h"
 #include "trust/place.h"
+#include "trust/trust_folder.h"
 
 namespace rubicon::cli::trust {
 
@@ -39,7 +41,9 @@ std::vector<Found> configurations_beside(const fs::path& folder) {
   std::error_code error;
   const auto beside = fs::absolute(folder, error).lexically_normal().parent_path();
   for (const auto& entry : fs::directory_iterator(beside, error)) {
-    if (entry.path().extension() == ".yaml") all.push_back({entry.path().string(), island_of(entry.path().string())});
+    const auto file = entry.path().string();
+    if (entry.path().extension() == ".yaml" && !is_of_another_realm(file, folder))
+      all.push_back({file, island_of(file)});
   }
   std::sort(all.begin(), all.end(), [](const Found& a, const Found& b) { return a.file < b.file; });
   return all;
@@ -76,6 +80,8 @@ bool has_island(const FolderContents& there, OwnerId island) {
 Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& islands) {
   const auto there = rubicon::trust::show(folder, now());
   if (!there) return fail(there.error());
+  if (const auto safe = rubicon::trust::TrustFolder(folder).prepare(there->has_authority); !safe)
+    return fail(safe.error());
   Outcome outcome{there->realm, false, {}, {}};
   if (!there->has_authority) return outcome;
   for (const auto& one : there->unreadable) outcome.faults.push_back(one.reason);
@@ -95,11 +101,6 @@ Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& 
   return outcome;
 }
 
-bool has_realm(const fs::path& folder) {
-  std::error_code error;
-  return fs::exists(folder / "identity-ca.pem", error);
-}
-
 Result<Outcome> make(const fs::path& folder, const std::string& realm, const std::vector<OwnerId>& islands) {
   if (has_realm(folder)) return add_missing(folder, islands);
   rubicon::trust::InitOptions options;
@@ -109,15 +110,6 @@ Result<Outcome> make(const fs::path& folder, const std::string& realm, const std
   if (made) return Outcome{std::move(*made), true, islands, {}};
   if (!has_realm(folder)) return fail(made.error());
   return add_missing(folder, islands);
-}
-
-/// Whether the island of a file needs no realm of the host: it is without trust, or has a folder of its own.
-bool is_without_host(const std::string& file) {
-  const auto root = config::load_config(file, {});
-  if (!root) return false;
-  ConfigErrors errors;
-  const auto choice = ConfigReader(*root, "", errors).map("tuples").text("trust", "");
-  return choice == "no" || choice == "off" || choice == "false" || choice.find('/') != choice.npos;
 }
 
 std::string numbers(const std::vector<OwnerId>& islands) {
@@ -134,17 +126,24 @@ void show(Output& out, const Outcome& outcome, const fs::path& folder) {
                                                : "certificates were added for island " + numbers(outcome.added)));
     return;
   }
-  out.line(fmt::format("certificates for the people of this host (group rubicon){}",
+  out.line(fmt::format("{}: a new realm, with certificates for the people of this host (group rubicon){}",
+                       folder.string(),
                        outcome.added.empty() ? "; no island is configured yet: run this again when one is"
                                              : ", and for island " + numbers(outcome.added)));
   out.line("next: systemctl restart the islands; `rubicon trust add NAME` for another host");
+}
+
+/// Errors of a configuration have a line each.
+std::string in_one_line(std::string text) {
+  for (auto at = text.find('\n'); at != text.npos; at = text.find('\n', at + 1)) text.replace(at, 1, "; ");
+  return printable(text);
 }
 
 std::vector<OwnerId> islands_beside(const fs::path& folder) {
   std::vector<OwnerId> islands;
   for (const auto& one : configurations_beside(folder)) {
     if (!one.island) {
-      print_error(fmt::format("no certificate for {}: {}", one.file, printable(one.island.error().text)));
+      print_error(fmt::format("no certificate for {}: {}", one.file, in_one_line(one.island.error().text)));
     } else if (std::find(islands.begin(), islands.end(), *one.island) == islands.end()) {
       islands.push_back(*one.island);
     }
@@ -156,26 +155,39 @@ struct InitCommand {
   std::string realm, island_file;
 };
 
-int run(const Settings& settings, const InitCommand& command) {
-  if (!command.island_file.empty() && is_without_host(command.island_file)) return kGood;
+void put_made(Output& out, const Settings& settings, const Outcome& outcome, const fs::path& folder) {
+  if (!settings.json) return show(out, outcome, folder);
+  Line line{{"realm", as_json(outcome.realm)}, {"folder", folder.string()}, {"new", outcome.is_new}};
+  line["islands"] = Line::array();
+  for (const auto one : outcome.added) line["islands"].push_back(number(one));
+  out.line(model::dump(line));
+}
+
+int run(const Settings& settings, const std::string& realm, const StartedRealm* started) {
   const auto folder = folder_of(settings);
-  const auto made = make(folder, command.realm, islands_beside(folder));
+  const auto made = make(folder, realm, islands_beside(folder));
   if (!made) {
     // Islands that have their certificates start all the same.
     const int code = failed_at(folder, made.error());
     return has_realm(folder) ? int{kGood} : code;
   }
   for (const auto& fault : made->faults) print_error(printable(fault));
-  Output out(1);
-  if (settings.json) {
-    Line line{{"realm", as_json(made->realm)}, {"folder", folder.string()}, {"new", made->is_new}};
-    line["islands"] = Line::array();
-    for (const auto one : made->added) line["islands"].push_back(number(one));
-    out.line(model::dump(line));
-  } else {
-    show(out, *made, folder);
+  if (started != nullptr) {
+    if (const auto kept = started->keep(made->realm); !kept) print_error(printable(kept.error().text));
   }
+  Output out(1);
+  // A unit says only what changed.
+  if (started == nullptr || made->is_new || !made->added.empty()) put_made(out, settings, *made, folder);
   return ended(out, kGood);
+}
+
+/// Before an island starts. One without a file does not: a name that was mistyped makes no realm.
+int run_for(const Settings& settings, const InitCommand& command) {
+  if (std::error_code error; !fs::exists(command.island_file, error) && !error) return kGood;
+  if (is_without_host(command.island_file)) return kGood;
+  const StartedRealm started(folder_of(settings));
+  if (const auto there = started.check_is_there(); !there) return failed(there.error());
+  return run(settings, command.realm, &started);
 }
 
 }  // namespace
@@ -188,10 +200,13 @@ void add_init(Cli& cli, CLI::App* parent) {
        "The islands are those of the files *.yaml beside the folder. Run it again after a new one:\n"
        "what is there stays as it is. A member that cannot be made is named; the exit code is 0 if there is a realm.\n",
        parent},
-      run);
+      [](const Settings& settings, const InitCommand& command) {
+        return command.island_file.empty() ? run(settings, command.realm, nullptr) : run_for(settings, command);
+      });
   app->add_option("--realm", options->realm, "name of the realm; a random end is added; default Rubicon");
   app->add_option("--for", options->island_file,
-                  "configuration of an island: nothing is done if its `tuples.trust` is no, or a folder")
+                  "configuration of an island that starts: nothing is done if it needs no realm of the host, and the "
+                  "loss of the realm that it had is an error")
       ->type_name("FILE");
 }
 

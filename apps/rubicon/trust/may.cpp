@@ -10,6 +10,7 @@
 #include "config/yaml.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
+#include "rubicon/key.hpp"
 #include "trust/rights/rights_judge.h"
 
 namespace rubicon::cli::trust {
@@ -63,13 +64,21 @@ tuples::Member member_of(const Settings& settings, const MayOptions& options) {
   return member;
 }
 
-int answer(Output& out, const Settings& settings, const MayOptions& options, const Rules& asked) {
+/// kInvalid: no rule can answer that.
+Result<Right> right_asked(const MayOptions& options) {
   const auto right = rules::right_of(options.verb);
   if (!right)
-    return failed({ErrorCode::kInvalid,
-                   fmt::format("'{}' is no right, expected read, demand, set, approve or send", options.verb)});
+    return fail(ErrorCode::kInvalid,
+                fmt::format("'{}' is no right, expected read, demand, set, approve or send", options.verb));
+  const bool names_island = *right == Right::kSend && options.key.starts_with(rules::kIsland);
+  const auto good = names_island ? rules::check_rule_key(options.key) : model::check_key(options.key);
+  if (!good) return fail(good.error());
+  return *right;
+}
+
+int answer(Output& out, const Settings& settings, const MayOptions& options, Right right, const Rules& asked) {
   const rules::RightsJudge judge(asked.rights(), nullptr, asked.prefix);
-  const auto decision = judge.explain(member_of(settings, options), *right, options.key);
+  const auto decision = judge.explain(member_of(settings, options), right, options.key);
   if (settings.json) {
     Line line{{"name", options.name}, {"right", options.verb}, {"key", options.key}, {"may", decision.allowed}};
     if (decision.rule) line["rule"] = *decision.rule + 1;
@@ -82,7 +91,7 @@ int answer(Output& out, const Settings& settings, const MayOptions& options, con
 }
 
 /// By the configuration that a running island has in force.
-int ask_island(const Settings& settings, const MayOptions& options) {
+int ask_island(const Settings& settings, const MayOptions& options, Right right) {
   const auto session = Session::open(settings, "trust may");
   if (!session) return kFailed;
   const auto key = model::IslandKey{settings.prefix}.settings();
@@ -92,18 +101,20 @@ int ask_island(const Settings& settings, const MayOptions& options) {
     const auto root = config::parse_yaml(tuple.value, fmt::format("island {}", number(island.id)));
     if (!root) return failed(root.error());
     const auto found = rules_of(*root);
-    return found ? answer(session->out(), settings, options, *found) : failed(found.error());
+    return found ? answer(session->out(), settings, options, right, *found) : failed(found.error());
   }
   return session->not_found(fmt::format("island {} shows no configuration", number(island.id)),
                             "--config FILE asks its file");
 }
 
 int may(const Settings& settings, const MayOptions& options) {
-  if (settings.config.empty()) return ask_island(settings, options);
+  const auto right = right_asked(options);
+  if (!right) return failed(right.error());
+  if (settings.config.empty()) return ask_island(settings, options, *right);
   const auto found = rules_of_file(settings.config);
   if (!found) return failed(found.error());
   Output out(1);
-  return answer(out, settings, options, *found);
+  return answer(out, settings, options, *right, *found);
 }
 
 }  // namespace

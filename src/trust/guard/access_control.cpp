@@ -45,7 +45,8 @@ thread_local DDS_Security_IdentityHandle asked_about = 0;
 
 void report_refusal(const Exception* exception) {
   const auto peer = peers().who(asked_about);
-  report(peers().prefix_of(asked_about).value_or(GuidPrefix{}), peer ? peer->name : "", reason_of(exception));
+  report({peers().prefix_of(asked_about).value_or(GuidPrefix{}), peer ? peer->name : "", peer.has_value()},
+         reason_of(exception));
 }
 
 Permissions validate_remote_permissions(Instance* instance, const dds_security_authentication* authentication,

@@ -37,10 +37,21 @@ std::string_view binary_property(const Message* message, std::string_view name) 
   return {};
 }
 
-Result refuse(const GuidPrefix& prefix, const std::string& name, const std::string& reason, Exception* exception) {
-  explain(exception, name, reason);
-  report(prefix, name, reason);
+Result refuse(const Refused& peer, const std::string& reason, Exception* exception) {
+  explain(exception, peer.name, reason);
+  report(peer, reason);
   return DDS_SECURITY_VALIDATION_FAILED;
+}
+
+/// Notes whether the handshake failed: its peer has to wait before the next one.
+Result failed(Handle identity, Result result) {
+  if (result == DDS_SECURITY_VALIDATION_FAILED) peers().failed(identity, Clock::now());
+  return result;
+}
+
+/// Then the answer is PENDING_RETRY: Cyclone asks again after a second, with the same message.
+bool must_wait(Handle identity) {
+  return peers().must_wait(identity, Clock::now());
 }
 
 /// The certificate that the built-in plug-in has verified in this handshake.
@@ -67,17 +78,17 @@ Result judge(Instance* instance, DDS_Security_HandshakeHandle handshake, const M
              Exception* exception) {
   const auto peer = peers().of_handshake(handshake);
   if (result == DDS_SECURITY_VALIDATION_FAILED && peer) {
-    report(peer->prefix, claimed_name(binary_property(message, "c.id")), reason_of(exception));
+    report({peer->prefix, claimed_name(binary_property(message, "c.id"))}, reason_of(exception));
   }
   if (!is_done(result)) return result;
-  if (!peer) return refuse({}, {}, "its handshake is not known, too many others are under way", exception);
+  if (!peer) return refuse({}, "its handshake is not known, too many others are under way", exception);
   const auto read = verified_certificate(instance, handshake);
-  if (!read.certificate) return refuse(peer->prefix, {}, read.reason, exception);
+  if (!read.certificate) return refuse({peer->prefix}, read.reason, exception);
   const auto& certificate = *read.certificate;
+  const Refused member{peer->prefix, certificate.name, true};
   if (!std::ranges::equal(certificate.prefix, std::span(peer->prefix).first<std::tuple_size_v<Prefix>>()))
-    return refuse(peer->prefix, certificate.name, "its GUID belongs to the certificate of another", exception);
-  if (peers().is_revoked(certificate.serial))
-    return refuse(peer->prefix, certificate.name, "its certificate is revoked", exception);
+    return refuse(member, "its GUID belongs to the certificate of another", exception);
+  if (peers().is_revoked(certificate.serial)) return refuse(member, "its certificate is revoked", exception);
   peers().authenticated(peer->identity, certificate);
   return result;
 }
@@ -93,9 +104,9 @@ Result validate_remote_identity(Instance* instance, DDS_Security_IdentityHandle*
   GuidPrefix prefix{};
   std::copy(std::begin(guid->prefix), std::end(guid->prefix), prefix.begin());
   if (result == DDS_SECURITY_VALIDATION_FAILED) {
-    report(prefix, {}, reason_of(exception));
+    report({prefix}, reason_of(exception));
   } else if (remote != nullptr && *remote != 0 && !peers().met(*remote, prefix)) {
-    return refuse(prefix, {}, "too many peers", exception);
+    return refuse({prefix}, "too many peers", exception);
   }
   return result;
 }
@@ -103,36 +114,42 @@ Result validate_remote_identity(Instance* instance, DDS_Security_IdentityHandle*
 Result begin_handshake_request(Instance* instance, DDS_Security_HandshakeHandle* handshake, Message* message_out,
                                const DDS_Security_IdentityHandle local, const DDS_Security_IdentityHandle remote,
                                const DDS_Security_OctetSeq* data, Exception* exception) noexcept {
+  if (must_wait(remote)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
   const auto result =
       original.begin_handshake_request(instance, handshake, message_out, local, remote, data, exception);
   if (result == DDS_SECURITY_VALIDATION_FAILED) {  // the handshake may be unset
-    if (const auto prefix = peers().prefix_of(remote)) report(*prefix, {}, reason_of(exception));
-    return result;
+    if (const auto prefix = peers().prefix_of(remote)) report({*prefix}, reason_of(exception));
+    return failed(remote, result);
   }
   peers().shakes_hands(*handshake, remote);
-  return judge(instance, *handshake, nullptr, result, exception);
+  return failed(remote, judge(instance, *handshake, nullptr, result, exception));
 }
 
 Result begin_handshake_reply(Instance* instance, DDS_Security_HandshakeHandle* handshake, Message* message_out,
                              const Message* message_in, const DDS_Security_IdentityHandle remote,
                              const DDS_Security_IdentityHandle local, const DDS_Security_OctetSeq* data,
                              Exception* exception) noexcept {
+  if (must_wait(remote)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
   const auto result =
       original.begin_handshake_reply(instance, handshake, message_out, message_in, remote, local, data, exception);
   if (result == DDS_SECURITY_VALIDATION_FAILED) {
     if (const auto prefix = peers().prefix_of(remote)) {
-      report(*prefix, claimed_name(binary_property(message_in, "c.id")), reason_of(exception));
+      report({*prefix, claimed_name(binary_property(message_in, "c.id"))}, reason_of(exception));
     }
-    return result;
+    return failed(remote, result);
   }
   peers().shakes_hands(*handshake, remote);
-  return judge(instance, *handshake, message_in, result, exception);
+  return failed(remote, judge(instance, *handshake, message_in, result, exception));
 }
 
 Result process_handshake(Instance* instance, Message* message_out, const Message* message_in,
                          const DDS_Security_HandshakeHandle handshake, Exception* exception) noexcept {
-  const auto result = original.process_handshake(instance, message_out, message_in, handshake, exception);
-  return judge(instance, handshake, message_in, result, exception);
+  const auto peer = peers().of_handshake(handshake);
+  if (peer && must_wait(peer->identity)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
+  const auto result =
+      judge(instance, handshake, message_in,
+            original.process_handshake(instance, message_out, message_in, handshake, exception), exception);
+  return peer ? failed(peer->identity, result) : result;
 }
 
 DDS_Security_boolean return_handshake_handle(Instance* instance, const DDS_Security_HandshakeHandle handshake,

@@ -47,7 +47,7 @@ bool admit(Kind kind, Crypto local, Crypto remote, Exception* exception) {
   if (!reason) return true;
   const auto name = peer ? peer->name : std::string();
   explain(exception, name, *reason);
-  report(peers().prefix_of(identity).value_or(GuidPrefix{}), name, *reason);
+  report({peers().prefix_of(identity).value_or(GuidPrefix{}), name, peer.has_value()}, *reason);
   return false;
 }
 

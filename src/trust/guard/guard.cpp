@@ -46,7 +46,7 @@ extern "C" void rubicon_guard_revoke(const char* const* serials, size_t count) n
 }
 
 extern "C" void rubicon_guard_watch(void (*call)(void* context, const uint8_t prefix[12], const char* name,
-                                                 const char* reason),
+                                                 int is_verified, const char* reason),
                                     void* context) noexcept {
   guard::watch(call, context);
 }

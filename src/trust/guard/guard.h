@@ -32,11 +32,13 @@ RUBICON_GUARD_EXPORT int rubicon_guard_who(const uint8_t prefix[12],
 /// refused in handshakes and that rubicon_guard_who() no longer knows.
 RUBICON_GUARD_EXPORT void rubicon_guard_revoke(const char* const* serials, size_t count) RUBICON_GUARD_NOEXCEPT;
 /// `call` runs on a thread of DDS after a handshake, or a writer or reader of a peer, was refused: the GUID prefix, the
-/// name that the certificate claims (may be empty) and the reason, both printable. A peer that is refused tries again
-/// once a second. DDS holds locks meanwhile: `call` may call rubicon_guard_who(), but neither rubicon_guard_watch() nor
-/// DDS. nullptr ends it; afterwards the former call runs no more.
+/// name (may be empty) and the reason, both printable. If `is_verified` is 1, the name is that of a verified
+/// certificate; else a certificate claims it, and a stranger may claim any. The next handshake of that peer comes after
+/// a second, then after about twice as long each time, at most 5 s. DDS holds locks meanwhile: `call` may call
+/// rubicon_guard_who(), but neither rubicon_guard_watch() nor DDS. nullptr ends it; afterwards the former call runs no
+/// more.
 RUBICON_GUARD_EXPORT void rubicon_guard_watch(void (*call)(void* context, const uint8_t prefix[12], const char* name,
-                                                           const char* reason),
+                                                           int is_verified, const char* reason),
                                               void* context) RUBICON_GUARD_NOEXCEPT;
 
 /// For the properties of a participant: `dds.sec.auth.library.path|init|finalize`, `dds.sec.access.library...`,

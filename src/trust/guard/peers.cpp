@@ -1,5 +1,7 @@
 #include "trust/guard/peers.h"
 
+#include <algorithm>
+
 namespace rubicon::trust::guard {
 
 bool Peers::met(Handle identity, const GuidPrefix& prefix) {
@@ -9,8 +11,10 @@ bool Peers::met(Handle identity, const GuidPrefix& prefix) {
     erase(identity);
   }
   if (identities_.size() >= kMost && !make_room()) return false;
-  strangers_[next_] = identity;
-  identities_[identity] = {prefix, next_++, {}, {}};
+  auto& stranger = identities_[identity];
+  stranger.prefix = prefix;
+  stranger.order = next_++;
+  strangers_[stranger.order] = identity;
   return true;
 }
 
@@ -65,7 +69,23 @@ void Peers::authenticated(Handle identity, Certificate certificate) {
   strangers_.erase(known->second.order);
   beginners_.erase(known->second.order);
   known->second.certificate = std::move(certificate);
+  known->second.wait = {};
   authenticated_[known->second.prefix] = identity;
+}
+
+void Peers::failed(Handle identity, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  const auto known = identities_.find(identity);
+  if (known == identities_.end()) return;
+  auto& wait = known->second.wait;
+  wait = std::clamp(2 * wait, kShortestWait, kLongestWait);
+  known->second.not_before = now + wait;
+}
+
+bool Peers::must_wait(Handle identity, Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = identities_.find(identity);
+  return known != identities_.end() && known->second.wait.count() > 0 && now < known->second.not_before;
 }
 
 void Peers::gone(Handle identity) {

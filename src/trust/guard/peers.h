@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -17,6 +18,7 @@ namespace rubicon::trust::guard {
 
 using Handle = long long;  ///< as Cyclone's plug-ins give them; unique in the process, 0 = none
 using GuidPrefix = std::array<std::uint8_t, 12>;
+using Clock = std::chrono::steady_clock;
 
 /// Who is at the other end of each GUID prefix that this process met: the remote identities of all domains, from the
 /// first message of a stranger until Cyclone returns its handle. Thread-safe.
@@ -25,6 +27,11 @@ class Peers {
   /// More identities than this are not kept: the oldest that has shaken no hands goes, else the oldest that has not
   /// authenticated itself.
   static constexpr std::size_t kMost = 4096;
+
+  /// A peer whose handshake failed waits so long, then twice as long after each further failure. Cyclone alone begins
+  /// again after a second, for good: a crowd of strangers would take the processor that a new member needs. Not longer,
+  /// because anyone can send a bad message in the name of a peer that is no member yet.
+  static constexpr std::chrono::milliseconds kShortestWait{500}, kLongestWait{4'000};
 
   struct Known {
     Handle identity = 0;
@@ -40,6 +47,9 @@ class Peers {
   /// nullopt: the identity is not known, or had to go.
   std::optional<Known> of_handshake(Handle handshake) const;
   void authenticated(Handle identity, Certificate certificate);
+  void failed(Handle identity, Clock::time_point now);
+  /// True: its last handshake failed a short while ago, the next one has to wait.
+  bool must_wait(Handle identity, Clock::time_point now) const;
   void gone(Handle identity);
 
   std::optional<Certificate> who(const GuidPrefix& prefix) const;
@@ -58,6 +68,8 @@ class Peers {
     std::uint64_t order = 0;
     std::vector<Handle> handshakes;
     std::optional<Certificate> certificate;
+    std::chrono::milliseconds wait{0};
+    Clock::time_point not_before{};
   };
 
   bool make_room();

@@ -8,7 +8,7 @@ namespace {
 
 struct Watcher {
   std::mutex mutex;  ///< held while the call runs: whoever ends it knows that it runs no more
-  void (*call)(void*, const std::uint8_t*, const char*, const char*) = nullptr;
+  void (*call)(void*, const std::uint8_t*, const char*, int, const char*) = nullptr;
   void* context = nullptr;
 };
 
@@ -19,7 +19,8 @@ Watcher& watcher() {
 
 }  // namespace
 
-void watch(void (*call)(void* context, const std::uint8_t prefix[12], const char* name, const char* reason),
+void watch(void (*call)(void* context, const std::uint8_t prefix[12], const char* name, int is_verified,
+                        const char* reason),
            void* context) {
   auto& one = watcher();
   const std::lock_guard lock(one.mutex);
@@ -27,10 +28,11 @@ void watch(void (*call)(void* context, const std::uint8_t prefix[12], const char
   one.context = context;
 }
 
-void report(const GuidPrefix& prefix, const std::string& name, const std::string& reason) {
+void report(const Refused& peer, const std::string& reason) {
   auto& one = watcher();
   const std::lock_guard lock(one.mutex);
-  if (one.call != nullptr) one.call(one.context, prefix.data(), name.c_str(), reason.c_str());
+  if (one.call != nullptr)
+    one.call(one.context, peer.prefix.data(), peer.name.c_str(), peer.is_verified ? 1 : 0, reason.c_str());
 }
 
 }  // namespace rubicon::trust::guard

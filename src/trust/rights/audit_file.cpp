@@ -66,8 +66,8 @@ AuditFile::AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log wi
       scheduler_(scheduler),
       log_(std::move(log)),
       refusals_(scheduler, [this](std::string_view who, std::uint64_t count) { more(who, count); }),
-      accepted_log_(scheduler, wishes, "accepted wishes", options_.file),
-      refused_log_(scheduler, std::move(wishes), "refused wishes", options_.file),
+      accepted_log_(scheduler, wishes, "accepted requests", options_.file),
+      refused_log_(scheduler, std::move(wishes), "refused requests", options_.file),
       at_end_(scheduler, [this] { flush(); }) {
   hide();
 }

@@ -93,10 +93,13 @@ struct AuditQuery {
   WallTime to = WallTime::max();
   bool refused_only = false;
 };
+struct AuditRead {
+  std::uint64_t damaged = 0;  ///< lines that are no audit lines
+  std::uint64_t end = 0;      ///< of the newest file: behind its last whole line
+};
 /// Calls with each line that matches, as it stands in the files, oldest first: `file.4` to `file.1`, then `file`. Lines
-/// that are no audit lines are left out and counted in the result. kNotFound: none of the files is there; kRefused: one
-/// of them may not be read.
-Result<std::uint64_t> read_audit(const std::string& file, const AuditQuery& query,
-                                 const std::function<void(std::string_view line)>& call);
+/// that are no audit lines are left out. kNotFound: none of the files is there; kRefused: one of them may not be read.
+Result<AuditRead> read_audit(const std::string& file, const AuditQuery& query,
+                             const std::function<void(std::string_view line)>& call);
 
 }  // namespace rubicon::trust::rights

@@ -18,26 +18,26 @@ bool matches(const AuditQuery& query, const nlohmann::json& line) {
   return is_in_time && is_of_name && (!query.refused_only || model::text_of(line, "verdict") == "refused");
 }
 
-/// Lines of one file that are none of ours.
-std::uint64_t read_one(std::istream& file, const AuditQuery& query,
-                       const std::function<void(std::string_view line)>& call) {
-  std::uint64_t strange = 0;
+AuditRead read_one(std::istream& file, const AuditQuery& query,
+                   const std::function<void(std::string_view line)>& call) {
+  AuditRead read;
   for (std::string line; std::getline(file, line);) {
+    if (!file.eof()) read.end += line.size() + 1;
     const auto tree = nlohmann::json::parse(line, nullptr, false);
     if (!tree.is_object() || !tree.contains("t")) {
-      strange += line.empty() ? 0U : 1U;
+      read.damaged += line.empty() ? 0U : 1U;
     } else if (matches(query, tree)) {
       call(line);
     }
   }
-  return strange;
+  return read;
 }
 
 }  // namespace
 
-Result<std::uint64_t> read_audit(const std::string& file, const AuditQuery& query,
-                                 const std::function<void(std::string_view line)>& call) {
-  std::uint64_t strange = 0;
+Result<AuditRead> read_audit(const std::string& file, const AuditQuery& query,
+                             const std::function<void(std::string_view line)>& call) {
+  AuditRead all;
   bool any = false;
   for (int age = kOlderAuditFiles; age >= 0; --age) {
     const auto name = age == 0 ? file : fmt::format("{}.{}", file, age);
@@ -46,10 +46,11 @@ Result<std::uint64_t> read_audit(const std::string& file, const AuditQuery& quer
     if (!lines && errno == ENOENT) continue;
     if (!lines) return fail(ErrorCode::kRefused, fmt::format("{}: cannot be read: {}", name, std::strerror(errno)));
     any = true;
-    strange += read_one(lines, query, call);
+    const auto one = read_one(lines, query, call);
+    all = {all.damaged + one.damaged, age == 0 ? one.end : 0};
   }
   if (!any) return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file, expected an audit log", file));
-  return strange;
+  return all;
 }
 
 }  // namespace rubicon::trust::rights

@@ -15,7 +15,7 @@ class WishLog {
   static constexpr std::size_t kLines = 50;
   static constexpr Duration kWindow = std::chrono::seconds(10);
 
-  /// `what`: `refused wishes`. `where`: the file that has all of them; empty = there is none.
+  /// `what`: `refused requests`. `where`: the file that has all of them; empty = there is none.
   WishLog(Scheduler& scheduler, Log log, std::string_view what, std::string where)
       : scheduler_(scheduler), log_(std::move(log)), what_(what), where_(std::move(where)) {}
 

@@ -27,9 +27,7 @@ struct DdsEcology::Impl {
     shared.identities = std::make_shared<Identities>(shared.options.trust);
     shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
     shared.options.trust->watch_revoked([this] { renounce(); });
-    shared.options.trust->watch_refused([this](const GuidPrefix& peer, std::string_view name, std::string_view reason) {
-      refusals.take(peer, name, reason);
-    });
+    shared.options.trust->watch_refused([this](const DdsTrust::Refusal& refusal) { refusals.take(refusal); });
     shared.refused_peers = [this] { return refusals.peers(); };
   }
   ~Impl() {
@@ -180,6 +178,7 @@ Result<bool> DdsEcology::Impl::renew() {
   if (!read) return fail(std::move(read.error()));
   if (domain && !read->contents.empty() && read->contents == documents.contents) return false;
   retry_timer.cancel();
+  again_timer.cancel();
   leave();
   auto done = come_back();
   if (!done) retry();
@@ -214,11 +213,17 @@ void DdsEcology::Impl::retry() {
   });
 }
 
-/// Others are lost for half a second, as in a renewal.
+/// Others are lost for half a second, as in a renewal. With a file that cannot be read now this process could not come
+/// back: it stays until the file is there again.
 void DdsEcology::Impl::enter_again(Duration pause) {
   if (again_timer.pending()) return;
   again_timer = shared.scheduler.after(pause, [this] {
     if (!domain) return;
+    const auto& trust = shared.options.trust;
+    if (const auto read = trust ? trust->documents() : DdsTrust::Documents{}; !read) {
+      limited_log.error("documents", read.error().text + "; this process goes on with what it has read before");
+      return enter_again(kRetryPause);
+    }
     leave();
     if (const auto done = come_back(); !done) {
       limited_log.error("outside", done.error().text);

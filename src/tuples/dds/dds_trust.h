@@ -48,11 +48,16 @@ class DdsTrust {
   /// `call` runs on the loop, in a turn of its own, when a newer list was found on the disk (`rubicon trust revoke`
   /// wrote it): publish it, and drop the peers that who() no longer knows. It replaces the former call; empty ends it.
   virtual void watch_revoked(std::function<void()> call) { std::ignore = call; }
-  /// What is known of a peer that was refused: the prefix of its GUIDs (zeros = not known), the name that its
-  /// certificate claims (empty = none was seen), and why.
-  using Refused = std::function<void(const GuidPrefix& peer, std::string_view name, std::string_view reason)>;
-  /// `call` runs on a thread of DDS, which holds locks: it may not block. A peer that is refused tries again once a
-  /// second. It replaces the former call; empty ends it: afterwards the former one runs no more.
+  /// What is known of a peer that was refused.
+  struct Refusal {
+    GuidPrefix peer{};         ///< the prefix of its GUIDs; zeros = not known
+    std::string_view name;     ///< of its certificate; empty = none was seen
+    bool is_verified = false;  ///< the certificate is that of a member; else it may claim any name
+    std::string_view reason;
+  };
+  using Refused = std::function<void(const Refusal& refusal)>;
+  /// `call` runs on a thread of DDS, which holds locks: it may not block. A peer that is refused tries again. It
+  /// replaces the former call; empty ends it: afterwards the former one runs no more.
   virtual void watch_refused(Refused call) { std::ignore = call; }
 };
 

@@ -15,19 +15,33 @@ namespace rubicon::tuples::dds {
 namespace {
 
 constexpr Duration kMinute = std::chrono::minutes(1);
-/// Refusals that may wait for the loop; more are dropped.
+/// Refusals of members, and of others, that may wait for the loop; more are dropped.
 constexpr int kMaxOnTheWay = 16;
 
-/// What OpenSSL says of a certificate that another authority signed.
+/// What OpenSSL says of a certificate or a document that another authority signed.
 bool is_foreign(const std::string& reason) {
   return reason.find("local issuer certificate") != reason.npos || reason.find("self-signed") != reason.npos ||
          reason.find("signature failure") != reason.npos;
 }
 
-std::string line_of(const std::string& name, const std::string& reason) {
-  return fmt::format("{} was refused{}: {}", name.empty() ? "a process" : fmt::format("'{}'", name),
+std::string line_of_member(const std::string& name, const std::string& reason) {
+  return fmt::format("'{}' was refused{}: {}", name,
+                     is_foreign(reason) ? ", its permissions are not signed by this realm" : "", reason);
+}
+
+std::string line_of_other(const std::string& name, const std::string& reason) {
+  return fmt::format("{} was refused{}: {}",
+                     name.empty() ? "a process" : fmt::format("a process that calls itself '{}'", name),
                      is_foreign(reason) ? ", its certificate is of another realm" : "", reason);
 }
+
+/// The lines of members, or those of others.
+struct Lines {
+  std::atomic<int> pending{0};
+  base::RateLimit limit;  // this and the rest: on the loop's thread only
+  SteadyTime began{};
+  int written = 0;
+};
 
 }  // namespace
 
@@ -35,15 +49,19 @@ struct Refusals::Shared {
   Shared(Scheduler& loop, DdsEcology::Post to, base::LogSink& sink)
       : scheduler(loop), post(std::move(to)), log(sink, "dds") {}
 
-  void report(const std::string& name, const std::string& reason) {
+  void report(bool is_member, const std::string& name, const std::string& reason) {
+    auto& lines = is_member ? members : others;
+    --lines.pending;
     const auto now = scheduler.now();
-    if (now - began >= kMinute) {
-      began = now;
-      lines = 0;
+    if (now - lines.began >= kMinute) {
+      lines.began = now;
+      lines.written = 0;
     }
-    if (!alive || lines >= kMaxLines || !limit.allow(name, now)) return;
-    log.warning(line_of(name, reason));
-    if (++lines == kMaxLines) log.warning("more processes are refused: they are not named for a minute");
+    if (!alive || lines.written >= kMaxLines || !lines.limit.allow(name, now)) return;
+    log.warning(is_member ? line_of_member(name, reason) : line_of_other(name, reason));
+    if (++lines.written == kMaxLines)
+      log.warning(
+          fmt::format("more {} are refused: they are not named for a minute", is_member ? "members" : "processes"));
   }
 
   /// Which process it was is not always known.
@@ -65,11 +83,8 @@ struct Refusals::Shared {
   Scheduler& scheduler;
   DdsEcology::Post post;
   Log log;
-  std::atomic<int> pending{0};
-  bool alive = true;  // this and the rest: on the loop's thread only
-  base::RateLimit limit;
-  SteadyTime began{};
-  int lines = 0;
+  bool alive = true;  // on the loop's thread only
+  Lines members, others;
 };
 
 Refusals::Refusals(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log)
@@ -79,15 +94,16 @@ Refusals::~Refusals() {
   shared_->alive = false;
 }
 
-void Refusals::take(const GuidPrefix& peer, std::string_view name, std::string_view reason) {
-  shared_->count(peer);
-  if (shared_->pending.fetch_add(1) >= kMaxOnTheWay) {
-    --shared_->pending;
+void Refusals::take(const DdsTrust::Refusal& refusal) {
+  shared_->count(refusal.peer);
+  const bool is_member = refusal.is_verified;
+  auto& pending = (is_member ? shared_->members : shared_->others).pending;
+  if (pending.fetch_add(1) >= kMaxOnTheWay) {
+    --pending;
     return;
   }
-  shared_->post([shared = shared_, name = std::string(name), reason = std::string(reason)] {
-    --shared->pending;
-    shared->report(name, reason);
+  shared_->post([shared = shared_, is_member, name = std::string(refusal.name), reason = std::string(refusal.reason)] {
+    shared->report(is_member, name, reason);
   });
 }
 

@@ -10,8 +10,9 @@
 
 namespace rubicon::tuples::dds {
 
-/// Brings the peers that were refused from the threads of DDS to the log, and counts them. They try again once a second
-/// and may claim any name: one line for each name, and kMaxLines lines for all, in a minute.
+/// Brings the peers that were refused from the threads of DDS to the log, and counts them. They try again: one line for
+/// each name, and kMaxLines lines for all, in a minute. Strangers may claim any name, so members have as many lines of
+/// their own.
 class Refusals {
  public:
   static constexpr int kMaxLines = 10;
@@ -22,8 +23,8 @@ class Refusals {
   Refusals(const Refusals&) = delete;
   Refusals& operator=(const Refusals&) = delete;
 
-  /// From any thread. `name`: what its certificate claims; empty = it was not seen.
-  void take(const GuidPrefix& peer, std::string_view name, std::string_view reason);
+  /// From any thread.
+  void take(const DdsTrust::Refusal& refusal);
   /// How many peers were refused. One that tries again is counted once, unless kMaxKnown others came in between.
   std::uint64_t peers() const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/peis/annex.h"
 #include "tuples/peis/kernel_session.h"
 #include "tuples/peis/patterns.h"
 
@@ -149,6 +150,8 @@ void KernelSession::on_subscribe(ByteView body) {
   const bool never = prototype.write_time || prototype.user_time || prototype.expire_time || prototype.encoding;
   auto added = never ? fail(ErrorCode::kUnsupported, "times or an encoding, which match nothing")
                      : subscribers_.add(*read, context_.scheduler.now());
+  // A component of ours whose hello is late: it gets all once more, and subscribes again.
+  if (!added && read_subscribe_annex(prototype.annex)) return;
   if (!added) {
     ++context_.counters.refused_patterns;
     context_.log.warning("subscriptions of " + name(), fmt::format("subscription of {} to {}: {}", name(),

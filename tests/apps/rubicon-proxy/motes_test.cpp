@@ -126,11 +126,11 @@ TEST_F(MotesDaemon, SharesTheSinkWithAnotherProgramWhileItSamples) {
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.property.share.value", "127.0.0.1:9002"));
   const auto client = run_to_end({"python3", RUBICON_SOURCE_DIR "/tests/apps/rubicon-proxy/sink_client.py", "127.0.0.1",
                                   "9002", "6543", "3", "2"});
-  EXPECT_EQ(client.code, 0) << client.errors;
-  EXPECT_EQ(client.output, "shared\n");
+  ASSERT_EQ(client.code, 0) << client.errors;
+  const auto commands = client.output.substr(0, client.output.find('\n'));
   EXPECT_TRUE(flows(shell, kLight + ".value", 3)) << "the island samples as before";
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.3.sensor.light-1.status", "\"good\"")) << "and hears what others ask for";
-  EXPECT_TRUE(becomes(shell, "proxy.wsn-1.property.share-packets-from-clients.value", "1"));
+  EXPECT_TRUE(becomes(shell, "proxy.wsn-1.property.share-packets-from-clients.value", commands));
   end(shell);
 }
 

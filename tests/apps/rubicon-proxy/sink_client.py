@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """sink_client.py HOST PORT ISLAND MOTE OTHER: a program beside the island that uses the same sink (wsn.md 4, 5, 7).
 
-It connects to the serial forwarder, tells MOTE to report its light every 250 ms, and ends well when MOTE has acknowledged
-that and reported often enough, and a report of OTHER, which somebody else asked for, was seen too.
+It connects to the serial forwarder, tells MOTE to report its light every 250 ms, again until MOTE acknowledges that (the
+radio may lose a command), and ends well when MOTE reported often enough, and a report of OTHER, which another program
+asked for, was seen too. It prints how many commands it sent.
 """
 import socket
 import struct
 import sys
+import time
 
 REPORTS = 6
 SEQUENCE = 0x4D21
@@ -37,9 +39,11 @@ def main():
     if exactly(stream, 2) != b"\x55\x20":
         sys.exit("no serial forwarder")
     command = periodic_command(island, mote)
-    stream.sendall(bytes([len(command)]) + command)
-    acknowledged, reports, others = False, 0, 0
+    acknowledged, reports, others, commands, repeat = False, 0, 0, 0, 0
     while not (acknowledged and reports >= REPORTS and others > 0):
+        if not acknowledged and time.monotonic() >= repeat:
+            stream.sendall(bytes([len(command)]) + command)
+            commands, repeat = commands + 1, time.monotonic() + 5
         packet = exactly(stream, exactly(stream, 1)[0])
         if packet[7] != 0x1C:
             continue
@@ -47,7 +51,7 @@ def main():
         acknowledged |= (source, transport, kind, value) == (mote, 9, 0x17, SEQUENCE)
         reports += (source, transport, kind) == (mote, 3, 0x22)
         others += (source, transport, kind) == (other, 3, 0x22)
-    print("shared")
+    print(commands)
 
 
 main()

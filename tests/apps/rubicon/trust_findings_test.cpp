@@ -7,6 +7,8 @@ namespace rubicon::cli {
 namespace {
 
 using testing::Contains;
+using testing::ContainsRegex;
+using testing::EndsWith;
 using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -91,8 +93,31 @@ TEST(TrustFindings, PeersThatWereRefusedAreToldWithWhereToLook) {
   const auto found = check_island_trust(seen);
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].grade, Grade::kNote);
-  EXPECT_THAT(found[0].what, HasSubstr("island 6541 home refused 1 peer since its start"));
+  EXPECT_THAT(found[0].what, EndsWith("island 6541 home refused 1 peer since its start"));
+  EXPECT_THAT(found[0].fix, HasSubstr("its log says which"));
   EXPECT_THAT(check_losses(seen), Not(Contains(Field(&Finding::what, HasSubstr("dds-refused-peers")))));
+}
+
+TEST(TrustFindings, TheLastPeerThatWasRefusedIsToldAsTheLogOfTheIslandSays) {
+  auto seen = island();
+  seen.refusal = LogLine{seen.island.id, 7, WallTime(), "warning", "dds", "'desk' was refused: revoked"};
+  EXPECT_THAT(check_island_trust(seen), IsEmpty()) << "no peer counts";
+  seen.numbers["dds-refused-peers"] = 2;
+  const auto found = check_island_trust(seen);
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].what,
+              ContainsRegex("refused 2 peers since its start; at [0-9: -]+.*: 'desk' was refused: revoked$"));
+  EXPECT_THAT(found[0].fix, HasSubstr("`rubicon log --island 6541 --level warning`"));
+}
+
+TEST(TrustFindings, TheNewestLineAboutARefusalIsTheLastOfThem) {
+  const auto line = [](std::uint64_t number, const char* text, const char* subject = "dds") {
+    return LogLine{OwnerId(1), number, {}, {}, subject, text};
+  };
+  const std::vector<LogLine> lines{line(1, "'desk' was refused: revoked"), line(2, "'lab' was refused: revoked"),
+                                   line(3, "the reload was refused", "daemon")};
+  EXPECT_EQ(last_refusal(lines).value_or(LogLine()).number, 2U);
+  EXPECT_FALSE(last_refusal({lines[2]}));
 }
 
 TEST(TrustFindings, ParticipantsThatShowNothingAreCounted) {

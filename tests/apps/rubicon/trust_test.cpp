@@ -209,12 +209,84 @@ TEST_F(TrustCommands, InitMakesWhatAnInterruptedOneDidNot) {
   EXPECT_EQ(member("island-6541", trust())["has-key"], true);
 }
 
-TEST_F(TrustCommands, InitDoesNothingForAnIslandWithoutTrust) {
-  folder_.write("open.yaml", small_island(7, "{trust: no}"));
-  EXPECT_EQ(trust({"init", "--for", folder_.file("open.yaml")}).code, 0);
-  EXPECT_EQ(mode_of(trust()), "absent");
-  EXPECT_EQ(trust({"init", "--for", folder_.file("home.yaml")}).code, 0);
+TEST_F(TrustCommands, InitDoesNothingForAnIslandThatNeedsNoRealmOfTheHost) {
+  for (const auto* tuples : {"{trust: no}", "{trust: ./own}", "{engine: memory}", "{engine: peis}"}) {
+    folder_.write("open.yaml", small_island(7, tuples));
+    EXPECT_EQ(trust({"init", "--for", folder_.file("open.yaml")}).code, 0) << tuples;
+    EXPECT_EQ(mode_of(trust()), "absent") << tuples;
+  }
+  folder_.write("both.yaml", small_island(7, "{engine: [dds, peis]}"));
+  EXPECT_EQ(trust({"init", "--for", folder_.file("both.yaml")}).code, 0);
   EXPECT_NE(mode_of(trust()), "absent");
+}
+
+TEST_F(TrustCommands, ANameThatWasMistypedMakesNoRealm) {
+  EXPECT_EQ(trust({"init", "--for", folder_.file("hoem.yaml")}).code, 0);
+  EXPECT_EQ(mode_of(trust()), "absent");
+}
+
+TEST_F(TrustCommands, TheStartOfAnIslandSaysOnlyWhatChanged) {
+  const std::vector<std::string> start{"init", "--for", folder_.file("home.yaml")};
+  EXPECT_THAT(trust(start).output, HasSubstr("a new realm"));
+  folder_.write("other.yaml", small_island(8, "{trust: no}"));
+  const auto again = trust(start);
+  EXPECT_EQ(again.output + again.errors, "") << "nothing changed, and island 8 needs no certificate";
+  folder_.write("other.yaml", small_island(8));
+  EXPECT_THAT(trust(start).output, HasSubstr("for island 8"));
+}
+
+TEST_F(TrustCommands, InitMakesCertificatesForIslandsThatNameThisFolderAndNotForThoseOfAnother) {
+  folder_.write("here.yaml", small_island(7, "{trust: ./" + fs::path(trust()).filename().string() + "}"));
+  folder_.write("elsewhere.yaml", small_island(8, "{trust: ./elsewhere}"));
+  folder_.write("open.yaml", small_island(9, "{trust: no}"));
+  init();
+  EXPECT_EQ(member("island-7", trust())["has-key"], true);
+  EXPECT_TRUE(member("island-8", trust()).is_null());
+  EXPECT_TRUE(member("island-9", trust()).is_null());
+}
+
+TEST_F(TrustCommands, InitNamesAFolderThatOthersMayChange) {
+  init();
+  ASSERT_EQ(::chmod((trust() + "/members").c_str(), 0777), 0);
+  const auto again = trust({"init"});
+  EXPECT_THAT(again.errors, HasSubstr("others may change this folder"));
+}
+
+/// A new realm shuts out all members of the former one.
+TEST_F(TrustCommands, AnIslandStartsWithTheRealmThatItHadOrNotAtAll) {
+  const std::vector<std::string> start{"init", "--for", folder_.file("home.yaml")};
+  const auto first = trust(start);
+  EXPECT_EQ(first.code, 0) << first.errors;
+  EXPECT_THAT(first.output, HasSubstr(trust() + ": a new realm, with certificates"));
+  fs::rename(trust(), folder_.file("lost"));
+  const auto refused = trust(start);
+  EXPECT_EQ(refused.code, 1) << refused.output;
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr(trust() + ": has no realm"), HasSubstr("started with Rubicon "),
+                                    HasSubstr(trust() + ".realm"), HasSubstr("from your copy")));
+  EXPECT_EQ(mode_of(trust()), "absent");
+  fs::rename(folder_.file("lost"), trust());
+  EXPECT_EQ(trust(start).code, 0);
+  // Who asks for a new realm gets one, and islands start with that.
+  fs::remove_all(trust());
+  EXPECT_EQ(trust({"init", "--realm", "Second"}).code, 0);
+  EXPECT_EQ(trust(start).code, 0);
+  fs::remove_all(trust());
+  EXPECT_THAT(trust(start).errors, HasSubstr("started with Second "));
+}
+
+TEST_F(TrustCommands, AnIslandOfAHostThatJoinedMakesNoRealmOfItsOwnEither) {
+  init();
+  const auto [file, phrase] = added("lab");
+  fs::create_directory(folder_.file("other"));
+  folder_.write("other/lab.yaml", small_island(7));
+  const auto other = folder_.file("other/trust");
+  ASSERT_EQ(with(other, {"join", file, "--yes"}, phrase + "\n").code, 0);
+  const std::vector<std::string> start{"init", "--for", folder_.file("other/lab.yaml")};
+  EXPECT_EQ(with(other, start).code, 0);
+  fs::remove_all(other);
+  EXPECT_THAT(with(other + "/", start).errors, HasSubstr("join that realm again"));
+  EXPECT_EQ(with(other, start).code, 1);
+  EXPECT_EQ(mode_of(other), "absent");
 }
 
 TEST_F(TrustCommands, InitNamesAConfigurationThatItCannotRead) {

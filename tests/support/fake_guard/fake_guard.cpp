@@ -10,7 +10,7 @@ namespace {
 
 rubicon_guard_peer known{};
 std::vector<std::string> refused;
-void (*watcher)(void*, const uint8_t*, const char*, const char*) = nullptr;
+void (*watcher)(void*, const uint8_t*, const char*, int, const char*) = nullptr;
 void* watched = nullptr;
 
 bool is_refused(const char* serial) {
@@ -36,14 +36,14 @@ extern "C" void rubicon_guard_revoke(const char* const* serials, size_t count) n
   refused.assign(serials, serials + count);
 }
 
-extern "C" void rubicon_guard_watch(void (*call)(void*, const uint8_t*, const char*, const char*),
+extern "C" void rubicon_guard_watch(void (*call)(void*, const uint8_t*, const char*, int, const char*),
                                     void* context) noexcept {
   watcher = call;
   watched = context;
 }
 
 /// A peer is refused.
-extern "C" void fake_guard_refuse(const char* name, const char* reason) {
-  const uint8_t prefix[12] = {};
-  if (watcher != nullptr) watcher(watched, prefix, name, reason);
+extern "C" void fake_guard_refuse(const char* name, int is_verified, const char* reason) {
+  const uint8_t prefix[12] = {1};
+  if (watcher != nullptr) watcher(watched, prefix, name, is_verified, reason);
 }

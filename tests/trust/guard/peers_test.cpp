@@ -5,6 +5,8 @@
 namespace rubicon::trust::guard {
 namespace {
 
+using namespace std::chrono_literals;
+
 GuidPrefix prefix(std::size_t number) {
   GuidPrefix made{};
   for (std::size_t i = 0; i < 4; ++i) made[i] = static_cast<std::uint8_t>(number >> (8 * i));
@@ -104,6 +106,49 @@ TEST(Peers, AHandshakeThatIsOverIsForgotten) {
   EXPECT_FALSE(peers.of_handshake(100));
   EXPECT_EQ(peers.prefix_of(1), prefix(7));
   peers.is_over(100);
+}
+
+TEST(Peers, WhoseHandshakesFailWaitLongerEachTime) {
+  Peers peers;
+  const Clock::time_point start{};
+  peers.met(1, prefix(7));
+  EXPECT_FALSE(peers.must_wait(1, start));
+  peers.failed(1, start);
+  EXPECT_TRUE(peers.must_wait(1, start));
+  EXPECT_TRUE(peers.must_wait(1, start + Peers::kShortestWait - 1ms));
+  EXPECT_FALSE(peers.must_wait(1, start + Peers::kShortestWait));
+  const auto second = start + Peers::kShortestWait;
+  peers.failed(1, second);
+  EXPECT_TRUE(peers.must_wait(1, second + 2 * Peers::kShortestWait - 1ms));
+  EXPECT_FALSE(peers.must_wait(1, second + 2 * Peers::kShortestWait));
+  for (int i = 0; i < 1000; ++i) peers.failed(1, second);
+  EXPECT_TRUE(peers.must_wait(1, second + Peers::kLongestWait - 1ms));
+  EXPECT_FALSE(peers.must_wait(1, second + Peers::kLongestWait));
+}
+
+TEST(Peers, AHandshakeThatSucceedsEndsTheWait) {
+  Peers peers;
+  const Clock::time_point start{};
+  peers.met(1, prefix(7));
+  for (int i = 0; i < 10; ++i) peers.failed(1, start);
+  peers.authenticated(1, certificate("desk"));
+  EXPECT_FALSE(peers.must_wait(1, start));
+  peers.failed(1, start);
+  EXPECT_FALSE(peers.must_wait(1, start + Peers::kShortestWait));
+}
+
+TEST(Peers, OneThatFailsKeepsNoOtherWaiting) {
+  Peers peers;
+  const Clock::time_point start{};
+  peers.met(1, prefix(7));
+  peers.met(2, prefix(8));
+  peers.failed(1, start);
+  EXPECT_FALSE(peers.must_wait(2, start));
+  peers.gone(1);
+  peers.met(1, prefix(9));  // another at the same address
+  EXPECT_FALSE(peers.must_wait(1, start));
+  peers.failed(3, start);
+  EXPECT_FALSE(peers.must_wait(3, start));
 }
 
 TEST(Peers, ATableFullOfMembersTakesNoOther) {

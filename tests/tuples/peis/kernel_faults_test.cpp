@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "tuples/peis/annex.h"
 #include "tuples/peis/link_to_a_kernel.h"
 
 namespace rubicon::tuples::peis {
@@ -16,6 +17,7 @@ using ::testing::Ge;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Le;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 TEST_F(LinkToAKernel, AKernelThatAcknowledgesNothingMakesNoQueueOfOldLists) {
@@ -48,6 +50,21 @@ TEST_F(LinkToAKernel, AKernelThatForgetsUsAgainAndAgainGetsEachSubscriptionAFewT
   kernel.acknowledges = true;
   world.run(1min);
   EXPECT_THAT(subscribed().size() - before, AllOf(Ge(2000u), Le(6000u)));
+}
+
+TEST_F(LinkToAKernel, APatternThatKernelsDoNotHaveIsRefusedExceptToAComponentOfOursWhoseHelloIsLate) {
+  Subscribe out;
+  out.prototype.owner = kSelf;
+  out.prototype.key = "**";
+  out.prototype.annex = to_annex(SubscribeAnnex{7, {}});
+  kernel.send(200, Port::kSubscribe, text_of(write(out)));
+  world.run(1s);
+  EXPECT_THAT(log.lines, Not(Contains(HasSubstr("not one of a kernel"))));
+  EXPECT_EQ(counters().refused_patterns, 0U);
+  subscribe("**");
+  world.run(1s);
+  EXPECT_THAT(log.lines, Contains(HasSubstr("subscription of component 101 to '**': key '**': not one of a kernel")));
+  EXPECT_EQ(counters().refused_patterns, 1U);
 }
 
 TEST_F(LinkToAKernel, APushThatWasGivenUpIsMadeAgain) {

@@ -99,6 +99,7 @@ TEST_F(PeisKernelSubscribers, CompareWithABoundedAmountOfData) {
   end.key = "x";
   end.data = first;
   EXPECT_EQ(subscribers.remove(end).size(), 1u);
+  one.prototype.data = first;
   EXPECT_TRUE(subscribers.add(one, now)) << "there is room again";
 }
 

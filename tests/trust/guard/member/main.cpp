@@ -103,8 +103,9 @@ Guard open_guard(const Options& options) {
   return guard;
 }
 
-void refused(void*, const std::uint8_t prefix[12], const char* name, const char* reason) {
-  say("refused " + std::string(*name == '\0' ? "-" : name) + " " + hexadecimal(prefix, 12) + " " + reason);
+void refused(void*, const std::uint8_t prefix[12], const char* name, int is_verified, const char* reason) {
+  say("refused " + std::string(*name == '\0' ? "-" : name) + " " + hexadecimal(prefix, 12) +
+      (is_verified != 0 ? " verified " : " claimed ") + reason);
 }
 
 class Member {

@@ -51,10 +51,10 @@ void GuardTrust::begin_watch() {
   watch(nullptr, nullptr);
   if (!refused_) return;
   watch(
-      [](void* call, const std::uint8_t* prefix, const char* name, const char* reason) {
+      [](void* call, const std::uint8_t* prefix, const char* name, int is_verified, const char* reason) {
         GuidPrefix peer{};
         std::copy_n(prefix, peer.size(), peer.begin());
-        (*static_cast<Refused*>(call))(peer, name, reason);
+        (*static_cast<Refused*>(call))({peer, name, is_verified != 0, reason});
       },
       &refused_);
 }
