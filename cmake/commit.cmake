@@ -1,5 +1,5 @@
 # RUBICON_COMMIT: which commit is built, as `git describe` names it; -dirty if tracked files differ from it. Archives of
-# `git archive` have the commit and its time in commit.txt. Empty where neither is there.
+# `git archive` have the commit, its time and its last tag in commit.txt. Empty where neither is there.
 set(RUBICON_COMMIT "")
 find_program(RUBICON_GIT git)
 if(RUBICON_GIT AND EXISTS ${CMAKE_SOURCE_DIR}/.git)

@@ -4,7 +4,9 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/completion.h"
+#include "apps/rubicon/completion_scripts.h"
 #include "apps/rubicon/target.h"
+#include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
@@ -89,9 +91,27 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
            (*client)->read({std::nullopt, model::IslandKey{settings.prefix}.inbox("*.*")}, kPatience))
         found.insert(model::text_of(model::object_of(tuple.value), "key"));
       break;
+    case Wanted::kMember:
+    case Wanted::kNoFile:
     case Wanted::kNothing: break;
   }
   return found;
+}
+
+/// Those that were not revoked.
+std::set<std::string> members(const Settings& settings) {
+  std::set<std::string> found;
+  const auto there = rubicon::trust::show(trust::folder_to_show(settings), trust::now());
+  if (!there) return found;
+  for (const auto& one : there->members) {
+    if (!one.revoked) found.insert(one.member.name);
+  }
+  return found;
+}
+
+std::set<std::string> found_for(const Settings& settings, const Question& question, const std::string& typed) {
+  if (question.wanted == Wanted::kNothing || question.wanted == Wanted::kNoFile) return {};
+  return question.wanted == Wanted::kMember ? members(settings) : live(settings, question, typed);
 }
 
 int complete(const CLI::App& app, const Settings& settings, const std::vector<std::string>& words) {
@@ -100,12 +120,17 @@ int complete(const CLI::App& app, const Settings& settings, const std::vector<st
   std::vector<std::string> before(words.begin(), words.empty() ? words.end() : words.end() - 1);
   auto offers = fixed_offers(app, before, typed);
   const auto question = wanted_at(app, before);
-  if (offers.empty() && question.wanted != Wanted::kNothing) {
-    for (auto& one : live(settings, question, typed)) offers.push_back(one);
+  const bool takes_no_file = question.wanted == Wanted::kMember || question.wanted == Wanted::kNoFile;
+  if (offers.empty()) {
+    for (const auto& one : found_for(settings, question, typed)) offers.push_back(one);
   }
+  bool is_offered = false;
   for (const auto& one : offers) {
-    if (one.starts_with(typed)) out.line(printable(one));
+    if (!one.starts_with(typed)) continue;
+    out.line(printable(one));
+    is_offered = true;
   }
+  if (takes_no_file && !is_offered) out.line(kNoFiles);
   return ended(out, kGood);
 }
 

@@ -43,6 +43,18 @@ bool expects_value(const CLI::App& app, const CLI::App* sub, const std::string& 
   return false;
 }
 
+bool is_of_trust(const CLI::App& sub) {
+  return sub.get_parent() != nullptr && sub.get_parent()->get_name() == "trust";
+}
+
+/// After so many words behind a command of `rubicon trust`.
+Wanted wanted_of_trust(const std::string& command, std::size_t words) {
+  if (command == "revoke" || command == "renew" || command == "export")
+    return words == 0 ? Wanted::kMember : Wanted::kNoFile;
+  if (command == "may") return words == 0 ? Wanted::kMember : words == 2 ? Wanted::kTuple : Wanted::kNoFile;
+  return command == "add" || command == "request" ? Wanted::kNoFile : Wanted::kNothing;
+}
+
 /// The words after the command that are neither options nor their values.
 std::vector<std::string> words_behind(const CLI::App& app, const CLI::App& sub,
                                       const std::vector<std::string>& before) {
@@ -64,6 +76,7 @@ Question wanted_at(const CLI::App& app, const std::vector<std::string>& before) 
   if (!before.empty() && expects_value(app, sub, before.back())) return {};
   const auto words = words_behind(app, *sub, before);
   const auto& name = sub->get_name();
+  if (is_of_trust(*sub)) return {wanted_of_trust(name, words.size()), {}};
   const auto is = [&name](std::initializer_list<const char*> names) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
@@ -97,6 +110,9 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
     for (const auto* one : subcommands_of(sub ? *sub : app)) {
       if (!one->get_group().empty()) offers.push_back(one->get_name());
     }
+  } else if (is_of_trust(*sub)) {
+    if (sub->get_name() == "may" && words_behind(app, *sub, before).size() == 1)
+      offers = {"read", "demand", "set", "approve", "send"};
   } else if (before.back() == "settings") {
     offers = {"show", "try", "reload"};
   } else if (before.size() > 1 && before[before.size() - 2] == "recorder") {

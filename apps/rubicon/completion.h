@@ -8,8 +8,9 @@
 
 namespace rubicon::cli {
 
-/// What to ask the islands for.
-enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting };
+/// What to ask the islands for; kMember is in the folder of trust. Where nothing is offered, shells offer names of
+/// files, but not for kMember and kNoFile.
+enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting, kMember, kNoFile };
 struct Question {
   Wanted wanted = Wanted::kNothing;
   std::string tuple;  ///< the tuple whose values are offered

@@ -2,7 +2,10 @@
 
 namespace rubicon::cli {
 
-// The program itself knows what may follow: `rubicon complete`. A word that ends with a dot goes on.
+// The program itself knows what may follow: `rubicon complete`. A word that ends with a dot goes on. Without an offer
+// shells offer names of files, but not if the program says kNoFiles.
+
+inline constexpr const char* kNoFiles = "!";
 
 inline constexpr const char* kBashCompletion = R"script(# bash completion of rubicon
 _rubicon() {
@@ -13,6 +16,7 @@ _rubicon() {
   [[ $line == *[[:space:]] ]] && words+=("")
   typed=${words[-1]}
   mapfile -t offers < <(command "${words[0]}" complete -- "${words[@]:1}" 2>/dev/null)
+  [[ ${#offers[@]} -eq 1 && ${offers[0]} == '!' ]] && { compopt +o bashdefault +o default; COMPREPLY=(); return 0; }
   local cut=
   [[ $COMP_WORDBREAKS == *:* && $typed == *:* ]] && cut=${typed%"${typed##*:}"}
   COMPREPLY=("${offers[@]#"$cut"}")
@@ -29,6 +33,7 @@ _rubicon() {
   offers=("${(@f)$(command ${words[1]} complete -- "${(@)words[2,CURRENT]}" 2>/dev/null)}")
   offers=(${offers:#})
   (( $#offers )) || { _files; return; }
+  [[ "$offers" == '!' ]] && return
   whole=(${offers:#*.})
   parts=(${(M)offers:#*.})
   (( $#whole )) && compadd -Q -- $whole

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/completion_scripts.h"
@@ -41,7 +42,9 @@ std::string options_of(const CLI::App& app) {
 std::string example_of(const CLI::App& app) {
   const auto& footer = app.get_footer();
   const auto end = footer.find("Options of all commands");
-  return fmt::format(".PP\n.EX\n{}.EE\n", troff(footer.substr(0, end)));
+  auto text = troff(footer.substr(0, end));
+  if (!text.ends_with('\n')) text += '\n';
+  return ".PP\n.EX\n" + text + ".EE\n";
 }
 
 /// The shown subcommands, and those that they have themselves.
@@ -56,6 +59,23 @@ std::string commands_of(const CLI::App& app, const std::string& before) {
   return out;
 }
 
+std::string environment_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* option : app.get_options()) {
+    if (!option->get_envname().empty()) names.push_back(option->get_envname());
+  }
+  return fmt::format(
+      ".SH ENVIRONMENT\n{}\nstand for the options of these names; what is on the command line wins.\n"
+      "NO_COLOR turns colours off. RUBICON_KNX_PASSWORD is a password of ETS.\n",
+      fmt::join(names, ", "));
+}
+
+constexpr const char* kFiles =
+    ".SH FILES\n"
+    ".TP\n.I /etc/rubicon/trust/\ncertificates and keys of the islands and the people of this host\n"
+    ".TP\n.I \\(ti/.config/rubicon/trust/\nthose of one person, which come before those of the host\n"
+    ".TP\n.I /etc/rubicon/*.yaml\nthe islands of this host, for which \\fBtrust init\\fR makes certificates\n";
+
 /// rubicon(1), from what --help says.
 std::string manual(const CLI::App& app) {
   auto out = fmt::format(
@@ -66,13 +86,7 @@ std::string manual(const CLI::App& app) {
   out += commands_of(app, "");
   out += ".SH OPTIONS\nOptions may precede or follow the command.\n" + options_of(app);
   out += fmt::format(".SH EXIT STATUS\n{}\n", troff(kExitCodes));
-  out +=
-      ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TCP, RUBICON_TAG, RUBICON_LEASE, "
-      "RUBICON_PATIENCE,\n"
-      "RUBICON_PREFIX, RUBICON_CONFIG and RUBICON_JSON stand for the options of these names; what is on the command\n"
-      "line wins. NO_COLOR turns colours off. RUBICON_KNX_PASSWORD is a password of ETS.\n.SH SEE "
-      "ALSO\n.BR rubicon\\-proxy (1)\n";
-  return out;
+  return out + environment_of(app) + kFiles + ".SH SEE ALSO\n.BR rubicon\\-proxy (1)\n";
 }
 
 int completion(const std::string& shell) {

@@ -59,7 +59,7 @@ constexpr std::array kAdvice{
            "then join with a file of the right one"},
     Advice{"guard", "install the package rubicon again: the library that checks who others are is missing or damaged"},
     Advice{"symbolic link", "the folder holds files, not links: join again into a new folder"},
-    Advice{"may not", "`rubicon trust may NAME VERB KEY` names the rule of the island that decides"},
+    Advice{"may not", "`rubicon trust may NAME RIGHT KEY` names the rule of the island that decides"},
 };
 
 std::optional<std::int64_t> number_of(const IslandSeen& seen, const char* name) {
@@ -172,7 +172,7 @@ Findings check_island_trust(const IslandSeen& seen) {
         {"rights", Grade::kNote,
          fmt::format("island {} refused {} by its rights since its start", name_of(seen.island),
                      counted(refused->second, "request")),
-         fmt::format("on its host: `rubicon trust audit` lists them, `rubicon trust may NAME VERB KEY` names the "
+         fmt::format("on its host: `rubicon trust audit` lists them, `rubicon trust may NAME RIGHT KEY` names the "
                      "rule; {}",
                      page("rights.md"))});
   return all;
@@ -183,7 +183,7 @@ Finding check_access_with_trust(const IslandSeen& seen, bool on_peis) {
   if (on_peis)
     return {"access", Grade::kNote,
             fmt::format("on DDS island {} takes members only, as its rights say; on PEIS no peer proves who it is: "
-                        "its peers may what rules for `peis` say",
+                        "its peers may do what rules for `peis` allow",
                         id),
             page("rights.md")};
   return {"access", Grade::kNote, fmt::format("island {} takes members only, as its rights say", id),

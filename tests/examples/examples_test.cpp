@@ -114,7 +114,7 @@ std::set<std::string> not_run() {
       "rubicon set --json living.lamp-1 on | jq .state",
       "rubicon token tablet --role admin --file web.tokens && sudo install -m 600 web.tokens /etc/rubicon/web.tokens",
       "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml    # the first start creates the folders",
-      "rubicon-proxy check /etc/rubicon/home.yaml",
+      "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml",
   };
 }
 

@@ -90,5 +90,28 @@ TEST(Scripts, WhatAptCouldNotDoIsSaid) {
   }
 }
 
+/// What scripts/package would call its packages in a tree with this cmake/commit.txt, and without git.
+std::string version_of_archive(const std::string& commit) {
+  const auto tree = std::filesystem::temp_directory_path() / ("rubicon_archive_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(tree / "scripts");
+  std::filesystem::create_directories(tree / "cmake");
+  const std::filesystem::path source = RUBICON_SOURCE_DIR;
+  for (const auto* file : {"scripts/package", "scripts/common.sh", "CMakeLists.txt"})
+    std::filesystem::copy_file(source / file, tree / file);
+  std::ofstream(tree / "cmake/commit.txt") << commit << "\n";
+  const auto outcome = support::run_to_end({"bash", (tree / "scripts/package").string(), "--version"});
+  std::filesystem::remove_all(tree);
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  return outcome.output;
+}
+
+TEST(Scripts, PackagesOfAnArchiveHaveTheVersionOfItsCommit) {
+  const std::string commit = "700658ab12345678901234567890123456789012 1795471195 ";
+  EXPECT_EQ(version_of_archive(commit), RUBICON_VERSION "~git20261123.215955.700658ab\n");
+  EXPECT_EQ(version_of_archive(commit + "v0.0.9-7-g700658ab"), RUBICON_VERSION "~git20261123.215955.700658ab\n");
+  EXPECT_EQ(version_of_archive(commit + "v" RUBICON_VERSION), RUBICON_VERSION "\n");
+  EXPECT_EQ(version_of_archive("$Format:%H %ct$"), RUBICON_VERSION "\n") << "neither git nor an archive of it";
+}
+
 }  // namespace
 }  // namespace rubicon::install

@@ -90,10 +90,17 @@ TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
   EXPECT_EQ(words("SetCredential"), std::vector<std::string>{"trust-key:none"});
   const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
   const auto command = (all_.prefix() / "bin/rubicon").string();
-  EXPECT_THAT(keys, HasSubstr("ExecStart=-/usr/bin/flock /run/rubicon-keys/.lock " + command + " trust init --for \"" +
-                              (island_.parent_path() / "%i.yaml").string() + "\"\n"));
+  EXPECT_THAT(keys, HasSubstr("ExecStart=-/usr/bin/flock -w 60 /run/rubicon-keys/.lock " + command +
+                              " trust init --for \"" + (island_.parent_path() / "%i.yaml").string() + "\"\n"));
   EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key \"" + (island_.parent_path() / "%i.yaml").string() + "\""));
   EXPECT_THAT(keys, HasSubstr("\nEnvironment=RUBICON_TRUST=/etc/rubicon/trust\n"));
+  EXPECT_THAT(keys, HasSubstr("\nTimeoutStartSec=90\n")) << "a start that hangs does not hold up the others for ever";
+}
+
+TEST_F(Unit, WritesKeysBelowEtcWhateverThePrefix) {
+  const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
+  EXPECT_THAT(keys, HasSubstr("\nExecStartPre=-+/bin/mkdir -p -m 755 /etc/rubicon\n"));
+  EXPECT_THAT(keys, HasSubstr("\nReadWritePaths=-/etc/rubicon -" + island_.parent_path().string() + "\n"));
 }
 
 TEST_F(Unit, NeverStartsOpenBecauseAFolderIsLostAndWritesNoKeyToACoreFile) {

@@ -153,6 +153,23 @@ TEST(CliCompletion, AsksTheIslandsOnlyForWhatMayFollow) {
   EXPECT_EQ(wanted({"islands"}), Wanted::kNothing);
 }
 
+TEST(CliCompletion, ANameOfAMemberIsNoFile) {
+  Cli cli;
+  const auto wanted = [&](const std::vector<std::string>& before) { return wanted_at(cli.app(), before).wanted; };
+  for (const auto* command : {"revoke", "renew", "export", "may"})
+    EXPECT_EQ(wanted({"trust", command}), Wanted::kMember) << command;
+  for (const auto* command : {"add", "request"}) EXPECT_EQ(wanted({"trust", command}), Wanted::kNoFile) << command;
+  for (const auto* command : {"join", "sign", "show"})
+    EXPECT_EQ(wanted({"trust", command}), Wanted::kNothing) << command;
+  EXPECT_EQ(wanted({"trust", "revoke", "desk"}), Wanted::kNoFile);
+  EXPECT_EQ(wanted({"trust", "export", "--out"}), Wanted::kNothing);
+  EXPECT_EQ(wanted({"trust", "may", "desk", "set"}), Wanted::kTuple);
+  EXPECT_THAT(fixed_offers(cli.app(), {"trust", "may", "inbox"}, ""),
+              ElementsAre("read", "demand", "set", "approve", "send"));
+  EXPECT_THAT(fixed_offers(cli.app(), {"trust"}, ""), Contains("revoke"));
+  EXPECT_THAT(fixed_offers(cli.app(), {"trust", "revoke"}, ""), IsEmpty());
+}
+
 TEST(CliCompletion, BehindTheTupleThatIsSetStandsAValue) {
   Cli cli;
   EXPECT_EQ(wanted_at(cli.app(), {"set"}).wanted, Wanted::kTuple);
