@@ -8,8 +8,8 @@
 
 namespace rubicon::base {
 
-/// Allows one log line per subject and minute, and counts the suppressed ones. Bounded: beyond 1024 subjects all new
-/// ones share one limit.
+/// Allows one log line per subject and minute, and counts the suppressed ones. Bounded: beyond 1024 subjects in
+/// a minute all new ones share one limit.
 class RateLimit {
  public:
   explicit RateLimit(Duration period = std::chrono::minutes(1)) : period_(period) {}
@@ -20,6 +20,7 @@ class RateLimit {
  private:
   Duration period_;
   std::unordered_map<std::string, SteadyTime> last_;
+  SteadyTime cleaned_{};
   std::uint64_t swallowed_ = 0;
 };
 

@@ -19,7 +19,7 @@ constexpr std::string_view kGovernance = R"(<?xml version="1.0" encoding="UTF-8"
 <enable_join_access_control>true</enable_join_access_control>
 <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
 <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-<rtps_protection_kind>NONE</rtps_protection_kind>
+<rtps_protection_kind>SIGN</rtps_protection_kind>
 <topic_access_rules>
 {}{}</topic_access_rules>
 </domain_rule></domain_access_rules></dds>

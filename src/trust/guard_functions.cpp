@@ -65,10 +65,13 @@ Result<void> GuardFunctions::load(const std::string& path) {
   }
   const auto who = reinterpret_cast<decltype(&rubicon_guard_who)>(::dlsym(library, "rubicon_guard_who"));
   const auto revoke = reinterpret_cast<decltype(&rubicon_guard_revoke)>(::dlsym(library, "rubicon_guard_revoke"));
+  const auto meets_revoked =
+      reinterpret_cast<decltype(&rubicon_guard_meets_revoked)>(::dlsym(library, "rubicon_guard_meets_revoked"));
   watch_ = reinterpret_cast<decltype(&rubicon_guard_watch)>(::dlsym(library, "rubicon_guard_watch"));
-  if (who == nullptr || revoke == nullptr || watch_ == nullptr)
+  if (who == nullptr || revoke == nullptr || meets_revoked == nullptr || watch_ == nullptr)
     return fail(ErrorCode::kIo, fmt::format("{}: is not the guard of Rubicon: its functions are missing", path));
   revoke_ = revoke;
+  meets_revoked_ = meets_revoked;
   who_ = who;
   begin_watch();
   return {};
@@ -100,6 +103,11 @@ std::optional<tuples::Member> GuardFunctions::who(const tuples::dds::GuidPrefix&
   if (!ids || !roles || text_in(peer.name).empty()) return {};
   return tuples::Member{std::string(text_in(peer.name)), std::move(*roles), std::move(*ids),
                         std::string(text_in(peer.serial)), WallTime(std::chrono::seconds(peer.expires))};
+}
+
+bool GuardFunctions::meets_revoked() const {
+  const auto ask = meets_revoked_.load();
+  return ask != nullptr && ask() == 1;
 }
 
 void GuardFunctions::revoke(const RevokedList& list) const {

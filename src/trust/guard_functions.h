@@ -27,6 +27,8 @@ class GuardFunctions {
   /// Thread-safe. nullopt: the guard is not loaded, does not know the peer, or says what no certificate of ours says.
   std::optional<tuples::Member> who(const tuples::dds::GuidPrefix& participant) const;
   void revoke(const RevokedList& list) const;
+  /// Thread-safe: rubicon_guard_meets_revoked().
+  bool meets_revoked() const;
   /// As DdsTrust::watch_refused(); of several objects in a process the last one hears. Before or after load().
   void watch(tuples::dds::DdsTrust::Refused call);
 
@@ -40,6 +42,7 @@ class GuardFunctions {
 
   std::atomic<decltype(&rubicon_guard_who)> who_ = nullptr;
   std::atomic<decltype(&rubicon_guard_revoke)> revoke_ = nullptr;
+  std::atomic<decltype(&rubicon_guard_meets_revoked)> meets_revoked_ = nullptr;
   decltype(&rubicon_guard_watch) watch_ = nullptr;
   tuples::dds::DdsTrust::Refused refused_;  ///< changes only while the guard does not watch
 };

@@ -251,6 +251,10 @@ bool Trust::take_revoked(std::string_view signed_list) {
   return impl_->take(signed_list, "a list of revoked certificates from another member", false);
 }
 
+bool Trust::meets_revoked() const {
+  return impl_->guard.meets_revoked();
+}
+
 std::string Trust::revoked() const {
   return impl_->revoked_document;
 }

@@ -19,11 +19,11 @@ auto width(const Pattern& pattern) {
 
 Requests::Requests(OwnerId self, Scheduler& scheduler) : self_(self), scheduler_(scheduler) {}
 
-void Requests::open(std::uint64_t request, Duration time_to_live, ReplyCall call) {
-  auto timer = scheduler_.after(time_to_live, [this, request] {
-    answer({self_, request, Verdict::kExpired, ErrorCode::kExpired, "no answer within the time to live"});
+void Requests::open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call) {
+  auto timer = scheduler_.after(time_to_live, [this, request, owner] {
+    answer(owner, {self_, request, Verdict::kExpired, ErrorCode::kExpired, "no answer within the time to live"});
   });
-  open_.emplace(request, Open{std::move(call), scheduler_.now() + time_to_live, std::move(timer)});
+  open_.emplace(request, Open{owner, std::move(call), scheduler_.now() + time_to_live, std::move(timer)});
 }
 
 std::optional<Duration> Requests::remaining(std::uint64_t request) const {
@@ -32,9 +32,13 @@ std::optional<Duration> Requests::remaining(std::uint64_t request) const {
   return found->second.ends - scheduler_.now();
 }
 
-void Requests::answer(const Reply& reply) {
-  const auto node = open_.extract(reply.request);
-  if (node && node.mapped().call) node.mapped().call(reply);
+bool Requests::answer(OwnerId from, const Reply& reply) {
+  const auto found = open_.find(reply.request);
+  if (found == open_.end()) return true;  // late
+  if (found->second.owner != from) return false;
+  const auto node = open_.extract(found);
+  if (node.mapped().call) node.mapped().call(reply);
+  return true;
 }
 
 std::shared_ptr<SetPolicies::PolicyEntry> SetPolicies::add(const Pattern& pattern, SetPolicy policy,

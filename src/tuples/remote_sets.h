@@ -19,13 +19,15 @@ class Requests {
 
   bool full() const { return open_.size() >= kMax; }
   std::uint64_t next_number() { return ++last_; }
-  void open(std::uint64_t request, Duration time_to_live, ReplyCall call);
+  void open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call);
   /// The time that remains for a request; nullopt if it was answered.
   std::optional<Duration> remaining(std::uint64_t request) const;
-  void answer(const Reply& reply);
+  /// False: another component than the owner answers, which changes nothing: numbers are easy to guess.
+  bool answer(OwnerId from, const Reply& reply);
 
  private:
   struct Open {
+    OwnerId owner;
     ReplyCall call;
     SteadyTime ends;
     Timer timer;

@@ -146,8 +146,10 @@ void TupleSpace::Impl::on_remote_set(const RemoteSet& set) {
   link.reply(reply);
 }
 
-void TupleSpace::Impl::on_reply(const Reply& reply) {
-  requests.answer(reply);
+bool TupleSpace::Impl::on_reply(OwnerId from, const Reply& reply) {
+  const bool is_owner = requests.answer(from, reply);
+  if (!is_owner) ++dropped;
+  return is_owner;
 }
 
 void TupleSpace::Impl::peer_up(OwnerId owner) {

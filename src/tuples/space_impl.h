@@ -46,7 +46,7 @@ struct TupleSpace::Impl final : LinkListener {
   void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override;
   void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override;
   void on_remote_set(const RemoteSet& set) override;
-  void on_reply(const Reply& reply) override;
+  bool on_reply(OwnerId from, const Reply& reply) override;
   void on_peer(const PeerIdentity& peer, PeerEvent event) override;
   void on_summary(OwnerId peer, std::string_view summary) override;
 

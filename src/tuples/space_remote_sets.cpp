@@ -23,7 +23,7 @@ std::uint64_t TupleSpace::Impl::start_request(RemoteSet set, ReplyCall call) {
     });
     return request;
   }
-  requests.open(request, set.time_to_live, std::move(call));
+  requests.open(request, set.owner, set.time_to_live, std::move(call));
   send(std::move(set));
   return request;
 }
@@ -33,8 +33,8 @@ void TupleSpace::Impl::send(RemoteSet set) {
     later([this, set = std::move(set)] { answer_own(set); });
   } else if (auto sent = link.remote_set(set); !sent) {
     const auto verdict = sent.error().code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
-    later([this, reply = Reply{self, set.request, verdict, sent.error().code, sent.error().text}] {
-      requests.answer(reply);
+    later([this, owner = set.owner, reply = Reply{self, set.request, verdict, sent.error().code, sent.error().text}] {
+      requests.answer(owner, reply);
     });
   }
 }
@@ -85,7 +85,7 @@ void TupleSpace::Impl::answer_own(RemoteSet set) {
   if (!remaining) return;
   // Exactly zero remains: pass a negative time, because zero means that none was given.
   set.time_to_live = *remaining > Duration(0) ? *remaining : Duration(-1);
-  requests.answer(answer(set));
+  requests.answer(self, answer(set));
 }
 
 }  // namespace rubicon::tuples

@@ -86,5 +86,13 @@ TEST(RateLimit, NewcomersBeyondTheBoundShareOneBudget) {
   EXPECT_TRUE(limit.allow("newcomer 1", now + 60s));
 }
 
+TEST(RateLimit, OldSubjectsMakeRoomForNewOnes) {
+  RateLimit limit;
+  const SteadyTime now(1h);
+  for (int i = 0; i < 1024; ++i) EXPECT_TRUE(limit.allow(std::to_string(i), now));
+  EXPECT_TRUE(limit.allow("first newcomer", now + 61s));
+  EXPECT_TRUE(limit.allow("second newcomer", now + 61s)) << "it shares no line with the first";
+}
+
 }  // namespace
 }  // namespace rubicon::base

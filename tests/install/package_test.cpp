@@ -115,7 +115,10 @@ TEST_F(Package, TheLibraryShowsWhatTheHeadersDeclareAndNothingElse) {
   const auto library = (all_.prefix() / "lib/librubicon.so").string();
   const auto shown = symbols(all_.shell("nm -DC --defined-only " + library).output, "TWVBDRui");
   EXPECT_GT(shown.size(), 50U);
-  for (const auto& name : shown) EXPECT_TRUE(declared.has(name)) << "shown, but no header declares it: " << name;
+  const std::set<std::string> before_cyclone{"ddsi_delete_proxy_participant_by_guid", "ddsi_new_proxy_participant"};
+  for (const auto& name : shown)
+    EXPECT_TRUE(declared.has(name) || before_cyclone.contains(name)) << "shown, but no header declares it: " << name;
+  for (const auto& name : before_cyclone) EXPECT_TRUE(shown.contains(name)) << name;
   std::size_t found = 0;
   for (const auto* part : {"base", "model", "tuples", "client"}) {
     const auto archive = std::string(RUBICON_BINARY_DIR "/src/librubicon_") + part + ".a";

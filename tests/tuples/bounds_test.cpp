@@ -39,7 +39,9 @@ struct ScriptedLink final : Link {
   }
   void subscribe(const SubscriptionSpec& spec) override { subscribed.push_back(spec.id); }
   void unsubscribe(std::uint32_t) override {}
-  Result<void> remote_set(const RemoteSet&) override { return fail(ErrorCode::kBusy, "the window is full"); }
+  Result<void> remote_set(const RemoteSet&) override {
+    return takes_sets ? Result<void>() : fail(ErrorCode::kBusy, "the window is full");
+  }
   void reply(const Reply& reply) override { replies.push_back(reply); }
   void describe(std::string) override {}
   std::vector<OwnerId> peers() const override { return {}; }
@@ -47,7 +49,7 @@ struct ScriptedLink final : Link {
 
   OpenPolicy open;
   LinkListener* listener = nullptr;
-  bool full = false;
+  bool full = false, takes_sets = false;
   int attempts = 0, restarts = 0;
   std::vector<std::uint32_t> subscribed;
   std::vector<std::size_t> frames;
@@ -285,8 +287,20 @@ TEST_F(Bounds, AFullWindowRefusesBusy) {
   EXPECT_EQ(replies[0].code, ErrorCode::kBusy);
 }
 
+TEST_F(Bounds, AReplyOfAnotherThanTheOwnerDoesNotCount) {
+  link.takes_sets = true;
+  std::vector<Reply> replies;
+  const auto request = space.set_remote(kPeer, "a", "1", 1h, [&](const Reply& reply) { replies.push_back(reply); });
+  time.run_ready();
+  EXPECT_FALSE(link.listener->on_reply(OwnerId(70001), {OwnerId(1), request, Verdict::kApplied, {}, {}}));
+  EXPECT_TRUE(replies.empty());
+  EXPECT_EQ(space.stats().dropped, 1u);
+  EXPECT_TRUE(link.listener->on_reply(kPeer, {OwnerId(1), request, Verdict::kApplied, {}, {}}));
+  EXPECT_EQ(replies.size(), 1u);
+}
+
 TEST_F(Bounds, RepliesToNobodyAreIgnored) {
-  link.listener->on_reply({OwnerId(1), 77, Verdict::kApplied, {}, {}});
+  EXPECT_TRUE(link.listener->on_reply(kPeer, {OwnerId(1), 77, Verdict::kApplied, {}, {}}));
   EXPECT_EQ(space.stats().dropped, 0u);
 }
 

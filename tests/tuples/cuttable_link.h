@@ -75,7 +75,7 @@ class CuttableLink final : public Link, private LinkListener {
   void on_remote_set(const RemoteSet& set) override {
     if (!cuts_.contains(set.from)) listener_->on_remote_set(set);
   }
-  void on_reply(const Reply& reply) override { listener_->on_reply(reply); }
+  bool on_reply(OwnerId from, const Reply& reply) override { return listener_->on_reply(from, reply); }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (event == PeerEvent::kUp) {
       there_[peer.id] = peer;

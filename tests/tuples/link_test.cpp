@@ -32,7 +32,7 @@ struct LinkDiary final : LinkListener {
   void on_subscribe(OwnerId, const SubscriptionSpec&) override {}
   void on_unsubscribe(OwnerId, std::uint32_t) override {}
   void on_remote_set(const RemoteSet&) override {}
-  void on_reply(const Reply&) override {}
+  bool on_reply(OwnerId, const Reply&) override { return true; }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     EXPECT_FALSE(peer.host.empty());
     const auto name = event == PeerEvent::kUp ? "up " : event == PeerEvent::kLeft ? "left " : "lost ";

@@ -43,15 +43,17 @@ Result refuse(const Refused& peer, const std::string& reason, Exception* excepti
   return DDS_SECURITY_VALIDATION_FAILED;
 }
 
-/// Notes whether the handshake failed: its peer has to wait before the next one.
-Result failed(Handle identity, Result result) {
-  if (result == DDS_SECURITY_VALIDATION_FAILED) peers().failed(identity, Clock::now());
+/// Notes whether the handshake failed: its peer has to wait before the next one. Then the answer is PENDING_RETRY:
+/// Cyclone asks again after a second, with the same message or the one that came meanwhile.
+Result failed(Handle identity, Result result, std::string_view foreign = {}) {
+  if (result == DDS_SECURITY_VALIDATION_FAILED) peers().failed(identity, Clock::now(), foreign);
   return result;
 }
 
-/// Then the answer is PENDING_RETRY: Cyclone asks again after a second, with the same message.
-bool must_wait(Handle identity) {
-  return peers().must_wait(identity, Clock::now());
+/// Whether the built-in plug-in refused the certificate itself (auth_utils.c, verify_certificate), and not what else is
+/// in a message that anyone can send.
+bool is_foreign(const Exception* exception) {
+  return reason_of(exception).find("Certificate not valid") != std::string::npos;
 }
 
 /// The certificate that the built-in plug-in has verified in this handshake.
@@ -114,7 +116,7 @@ Result validate_remote_identity(Instance* instance, DDS_Security_IdentityHandle*
 Result begin_handshake_request(Instance* instance, DDS_Security_HandshakeHandle* handshake, Message* message_out,
                                const DDS_Security_IdentityHandle local, const DDS_Security_IdentityHandle remote,
                                const DDS_Security_OctetSeq* data, Exception* exception) noexcept {
-  if (must_wait(remote)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
+  if (peers().must_wait(remote, Clock::now())) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
   const auto result =
       original.begin_handshake_request(instance, handshake, message_out, local, remote, data, exception);
   if (result == DDS_SECURITY_VALIDATION_FAILED) {  // the handshake may be unset
@@ -129,14 +131,15 @@ Result begin_handshake_reply(Instance* instance, DDS_Security_HandshakeHandle* h
                              const Message* message_in, const DDS_Security_IdentityHandle remote,
                              const DDS_Security_IdentityHandle local, const DDS_Security_OctetSeq* data,
                              Exception* exception) noexcept {
-  if (must_wait(remote)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
+  const auto certificate = binary_property(message_in, "c.id");
+  if (peers().must_wait(remote, certificate, Clock::now())) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
   const auto result =
       original.begin_handshake_reply(instance, handshake, message_out, message_in, remote, local, data, exception);
   if (result == DDS_SECURITY_VALIDATION_FAILED) {
-    if (const auto prefix = peers().prefix_of(remote)) {
-      report({*prefix, claimed_name(binary_property(message_in, "c.id"))}, reason_of(exception));
-    }
-    return failed(remote, result);
+    const bool foreign = is_foreign(exception);
+    if (const auto prefix = peers().prefix_of(remote))
+      report({*prefix, claimed_name(certificate)}, reason_of(exception));
+    return failed(remote, result, foreign ? certificate : std::string_view());
   }
   peers().shakes_hands(*handshake, remote);
   return failed(remote, judge(instance, *handshake, message_in, result, exception));
@@ -145,7 +148,6 @@ Result begin_handshake_reply(Instance* instance, DDS_Security_HandshakeHandle* h
 Result process_handshake(Instance* instance, Message* message_out, const Message* message_in,
                          const DDS_Security_HandshakeHandle handshake, Exception* exception) noexcept {
   const auto peer = peers().of_handshake(handshake);
-  if (peer && must_wait(peer->identity)) return DDS_SECURITY_VALIDATION_PENDING_RETRY;
   const auto result =
       judge(instance, handshake, message_in,
             original.process_handshake(instance, message_out, message_in, handshake, exception), exception);

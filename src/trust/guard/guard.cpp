@@ -45,6 +45,10 @@ extern "C" void rubicon_guard_revoke(const char* const* serials, size_t count) n
   guard::peers().revoke(std::move(revoked));
 }
 
+extern "C" int rubicon_guard_meets_revoked(void) noexcept {
+  return guard::peers().meets_revoked() ? 1 : 0;
+}
+
 extern "C" void rubicon_guard_watch(void (*call)(void* context, const uint8_t prefix[12], const char* name,
                                                  int is_verified, const char* reason),
                                     void* context) noexcept {

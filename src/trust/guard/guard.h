@@ -31,6 +31,9 @@ RUBICON_GUARD_EXPORT int rubicon_guard_who(const uint8_t prefix[12],
 /// Replaces the serials (zero-terminated, hexadecimal digits in either case, leading zeros do not count) that are
 /// refused in handshakes and that rubicon_guard_who() no longer knows.
 RUBICON_GUARD_EXPORT void rubicon_guard_revoke(const char* const* serials, size_t count) RUBICON_GUARD_NOEXCEPT;
+/// 1 if a peer that authenticated itself is still here and was revoked since: it goes on reading what it has matched
+/// until this process makes its DDS domain again.
+RUBICON_GUARD_EXPORT int rubicon_guard_meets_revoked(void) RUBICON_GUARD_NOEXCEPT;
 /// `call` runs on a thread of DDS after a handshake, or a writer or reader of a peer, was refused: the GUID prefix, the
 /// name (may be empty) and the reason, both printable. If `is_verified` is 1, the name is that of a verified
 /// certificate; else a certificate claims it, and a stranger may claim any. The next handshake of that peer comes after

@@ -1,8 +1,20 @@
 #include "trust/guard/peers.h"
 
+#include <openssl/sha.h>
+
 #include <algorithm>
 
 namespace rubicon::trust::guard {
+
+namespace {
+
+Digest digest_of(std::string_view text) {
+  Digest digest{};
+  if (!text.empty()) ::SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
+  return digest;
+}
+
+}  // namespace
 
 bool Peers::met(Handle identity, const GuidPrefix& prefix) {
   const std::lock_guard lock(mutex_);
@@ -73,19 +85,29 @@ void Peers::authenticated(Handle identity, Certificate certificate) {
   authenticated_[known->second.prefix] = identity;
 }
 
-void Peers::failed(Handle identity, Clock::time_point now) {
+void Peers::failed(Handle identity, Clock::time_point now, std::string_view foreign) {
+  const auto digest = digest_of(foreign);
   const std::lock_guard lock(mutex_);
   const auto known = identities_.find(identity);
   if (known == identities_.end()) return;
   auto& wait = known->second.wait;
   wait = std::clamp(2 * wait, kShortestWait, kLongestWait);
   known->second.not_before = now + wait;
+  known->second.foreign = digest;
 }
 
 bool Peers::must_wait(Handle identity, Clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   const auto known = identities_.find(identity);
   return known != identities_.end() && known->second.wait.count() > 0 && now < known->second.not_before;
+}
+
+bool Peers::must_wait(Handle identity, std::string_view certificate, Clock::time_point now) const {
+  if (certificate.empty() || !must_wait(identity, now)) return false;
+  const auto digest = digest_of(certificate);
+  const std::lock_guard lock(mutex_);
+  const auto known = identities_.find(identity);
+  return known != identities_.end() && known->second.foreign == digest;
 }
 
 void Peers::gone(Handle identity) {
@@ -129,6 +151,14 @@ std::optional<GuidPrefix> Peers::prefix_of(Handle identity) const {
 void Peers::revoke(std::set<std::string> serials) {
   const std::lock_guard lock(mutex_);
   revoked_ = std::move(serials);
+}
+
+bool Peers::meets_revoked() const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(authenticated_.begin(), authenticated_.end(), [this](const auto& one) {
+    const auto& certificate = identities_.at(one.second).certificate;
+    return certificate && revoked_.contains(certificate->serial);
+  });
 }
 
 bool Peers::is_revoked(const std::string& serial) const {

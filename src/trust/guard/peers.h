@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -19,6 +20,7 @@ namespace rubicon::trust::guard {
 using Handle = long long;  ///< as Cyclone's plug-ins give them; unique in the process, 0 = none
 using GuidPrefix = std::array<std::uint8_t, 12>;
 using Clock = std::chrono::steady_clock;
+using Digest = std::array<std::uint8_t, 32>;  ///< SHA-256
 
 /// Who is at the other end of each GUID prefix that this process met: the remote identities of all domains, from the
 /// first message of a stranger until Cyclone returns its handle. Thread-safe.
@@ -47,9 +49,13 @@ class Peers {
   /// nullopt: the identity is not known, or had to go.
   std::optional<Known> of_handshake(Handle handshake) const;
   void authenticated(Handle identity, Certificate certificate);
-  void failed(Handle identity, Clock::time_point now);
+  /// `foreign`: the certificate in PEM, if no authority of the realm signed it; else empty.
+  void failed(Handle identity, Clock::time_point now, std::string_view foreign = {});
   /// True: its last handshake failed a short while ago, the next one has to wait.
   bool must_wait(Handle identity, Clock::time_point now) const;
+  /// The same for a handshake that the peer begins, and only with a foreign certificate that was seen before: anyone can
+  /// send a bad message in the name of a peer, and must not keep it from sending a good one.
+  bool must_wait(Handle identity, std::string_view certificate, Clock::time_point now) const;
   void gone(Handle identity);
 
   std::optional<Certificate> who(const GuidPrefix& prefix) const;
@@ -57,6 +63,8 @@ class Peers {
   std::optional<GuidPrefix> prefix_of(Handle identity) const;
 
   void revoke(std::set<std::string> serials);
+  /// Whether a peer that authenticated itself is still known and was revoked since.
+  bool meets_revoked() const;
   bool is_revoked(const std::string& serial) const;
   std::size_t size() const;
 
@@ -70,6 +78,7 @@ class Peers {
     std::optional<Certificate> certificate;
     std::chrono::milliseconds wait{0};
     Clock::time_point not_before{};
+    Digest foreign{};  ///< of its last certificate that no authority of the realm signed; zeros = none
   };
 
   bool make_room();

@@ -67,7 +67,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   void on_subscribe(OwnerId id, OwnerId subscriber, const SubscriptionSpec& spec) override;
   void on_unsubscribe(OwnerId id, OwnerId subscriber, std::uint32_t subscription) override;
   void on_remote_set(OwnerId id, const RemoteSet& set) override;
-  void on_reply(OwnerId id, const Reply& reply) override;
+  bool on_reply(OwnerId id, OwnerId from, const Reply& reply) override;
   void on_met(OwnerId id, OwnerId peer, PeerEvent event) override;
 
   // Who has a stand-in

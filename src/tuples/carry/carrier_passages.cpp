@@ -177,11 +177,13 @@ void Carrier::forward_waiting(OwnerId owner, OwnerId reader) {
   }
 }
 
-void Carrier::on_reply(OwnerId id, const Reply& reply) {
+bool Carrier::on_reply(OwnerId id, OwnerId from, const Reply& reply) {
   const auto asked = sets_.answered(id, reply.request);
-  if (asked == 0) return;
+  if (asked == 0) return true;
+  if (sets_.find(asked)->owner != from) return false;
   answer(*sets_.take(asked), reply);
   released(id);
+  return true;
 }
 
 void Carrier::answer(const ForwardedSets::Request& request, Reply reply) {

@@ -17,7 +17,7 @@ class StandInEvents {
   virtual void on_subscribe(OwnerId id, OwnerId subscriber, const SubscriptionSpec& spec) = 0;
   virtual void on_unsubscribe(OwnerId id, OwnerId subscriber, std::uint32_t subscription) = 0;
   virtual void on_remote_set(OwnerId id, const RemoteSet& set) = 0;
-  virtual void on_reply(OwnerId id, const Reply& reply) = 0;
+  virtual bool on_reply(OwnerId id, OwnerId from, const Reply& reply) = 0;
   virtual void on_met(OwnerId id, OwnerId peer, PeerEvent event) = 0;
 };
 
@@ -64,8 +64,8 @@ class StandInPort final : public LinkListener {
   void on_remote_set(const RemoteSet& set) override {
     if (!ended_) events_.on_remote_set(component.id, set);
   }
-  void on_reply(const Reply& reply) override {
-    if (!ended_) events_.on_reply(component.id, reply);
+  bool on_reply(OwnerId from, const Reply& reply) override {
+    return ended_ || events_.on_reply(component.id, from, reply);
   }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (ended_) return;

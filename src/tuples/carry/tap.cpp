@@ -52,9 +52,7 @@ class TapLink final : public Link, private LinkListener {
   void on_remote_set(const RemoteSet& set) override {
     if (listener_) listener_->on_remote_set(set);
   }
-  void on_reply(const Reply& reply) override {
-    if (listener_) listener_->on_reply(reply);
-  }
+  bool on_reply(OwnerId from, const Reply& reply) override { return !listener_ || listener_->on_reply(from, reply); }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (events_.on_peer(number_, peer, event) && listener_) listener_->on_peer(peer, event);
   }

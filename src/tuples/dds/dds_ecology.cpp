@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "base/limited_log.h"
@@ -14,6 +15,7 @@
 #include "tuples/dds/host.h"
 #include "tuples/dds/refusals.h"
 #include "tuples/dds/secure_participant.h"
+#include "tuples/dds/shield.h"
 #include "tuples/dds/silent_participants.h"
 #include "tuples/member_ids.h"
 
@@ -23,6 +25,7 @@ struct DdsEcology::Impl {
   Impl(DdsOptions options, Scheduler& scheduler, Post post, base::LogSink& sink)
       : shared{std::move(options), scheduler, std::move(post), sink}, log(sink, "dds"), limited_log(log, scheduler) {
     if (!shared.options.trust) return;
+    shield.emplace(shared.options.trust);
     shared.known_later = [this] { enter_again(Duration(0)); };
     shared.identities = std::make_shared<Identities>(shared.options.trust);
     shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
@@ -55,6 +58,7 @@ struct DdsEcology::Impl {
   void each_link(Call call);
 
   DdsLink::Shared shared;
+  std::optional<Shield> shield;  ///< outlives the domain
   Log log;
   base::LimitedLog limited_log;
   std::unique_ptr<CycloneLog> cyclone_log;  // outlives the domain, which may log when it is deleted
@@ -238,6 +242,7 @@ void DdsEcology::Impl::watch_end() {
   if (!shared.options.trust || !has_end(own)) return;
   const Duration left = own.expires - shared.scheduler.wall_now();
   if (left > Duration(0)) {
+    each_link([](DdsLink& link) { link.forget_members(); });  // theirs may have ended, also because the clock was set
     end_timer = shared.scheduler.after(std::min(left, kLongestWatch), [this] { watch_end(); });
     return;
   }
@@ -262,7 +267,7 @@ void DdsEcology::Impl::renounce() {
   lists_refused.clear();
   bool some_lost = false;
   each_link([&](DdsLink& link) { some_lost |= link.renounce(); });
-  if (some_lost) enter_again(kSpread);
+  if (some_lost || shared.options.trust->meets_revoked()) enter_again(kSpread);
 }
 
 DdsEcology::DdsEcology(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -62,6 +62,8 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> resume(Entity participant);
   /// Others were revoked: they are lost at once. Publishes the list. True: some were here.
   bool renounce();
+  /// Asks again who stands behind each writer.
+  void forget_members() { writers_.forget_members(); }
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override;
   void detach() override { leave(); }

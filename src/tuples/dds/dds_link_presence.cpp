@@ -166,7 +166,8 @@ void DdsLink::end_start(const Participants::Start& who, bool left) {
 void DdsLink::end_unmatched() {
   dds_subscription_matched_status_t status;
   if (dds_get_subscription_matched_status(presence_reader_.get(), &status) != DDS_RETCODE_OK) return;
-  if (std::exchange(unmatched_seen_, status.total_count - status.current_count) == unmatched_seen_) return;
+  const auto unmatched = status.total_count - status.current_count;
+  if (std::exchange(unmatched_seen_, unmatched) == unmatched) return;
   const auto there = matched_writers({presence_reader_.get()});
   std::vector<PresenceNews> gone;
   for (const auto& [id, peer] : peers_) {

@@ -50,7 +50,10 @@ void DdsLink::take_interests() {
         return;
       }
       auto spec = read_subscription(content);
-      if (!spec) return warn(fmt::format("interest {}", sample.subscriber), spec.error().text);
+      if (!spec) {
+        const auto who = writer->member ? text_of(*writer->member) : fmt::format("component {}", sample.subscriber);
+        return warn("interest of " + who, fmt::format("subscription of {}: {}", who, spec.error().text));
+      }
       one.participant = writer->participant;
       one.spec = std::move(*spec);
     }
@@ -154,7 +157,9 @@ void DdsLink::on_set(RemoteSet&& set) {
 void DdsLink::on_reply(Reply&& reply) {
   if (const auto peer = peers_.find(reading_from_); peer != peers_.end())
     peer->second.unanswered.answered(reply.request);
-  if (listener_) listener_->on_reply(reply);
+  if (listener_ && !listener_->on_reply(reading_from_, reply))
+    warn(fmt::format("replies of {}", number(reading_from_)),
+         fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));
 }
 
 }  // namespace rubicon::tuples::dds

@@ -43,8 +43,9 @@ PeerIdentity DdsLink::identity_of(OwnerId id, std::uint64_t incarnation, const P
 bool DdsLink::may_use(const Writer& writer, OwnerId source) {
   if (writer.member && writer.member->may_use(source)) return true;
   ++false_frames_;
-  warn("false frames", fmt::format("{} sends frames in the name of component {}: dropped",
-                                   writer.member ? text_of(*writer.member) : "a stranger", number(source)));
+  const auto who = writer.member ? text_of(*writer.member) : "a stranger";
+  warn("false frames of " + who,
+       fmt::format("{} sends frames in the name of component {}: dropped", who, number(source)));
   return false;
 }
 
@@ -53,9 +54,10 @@ void DdsLink::report_false_claims() {
     for (const auto& one : claims.take()) {
       if (participants_.is_banned(participant_of(one.participant))) continue;  // the log named it then
       if (one.member.empty()) note_unknown(one.participant);
-      warn(fmt::format("false {}", what),
+      const auto who = one.member.empty() ? "a stranger" : one.member;
+      warn(fmt::format("false {} of {}", what, who),
            fmt::format("{} writes {} in the name of component {}, an id that its certificate does not have: dropped",
-                       one.member.empty() ? "a stranger" : one.member, what, number(one.id)));
+                       who, what, number(one.id)));
     }
   };
   report(presence_claims_, "a presence");
@@ -282,8 +284,9 @@ Channel::MayRead DdsLink::readers_of(OwnerId target) {
   return [this, target](const GuidPrefix& participant) {
     const auto member = identities_->who(participant);
     if (member && member->may_use(target)) return true;
-    warn("foreign readers", fmt::format("{} reads what is for component {}: nothing is sent",
-                                        member ? text_of(*member) : "a stranger", number(target)));
+    const auto who = member ? text_of(*member) : "a stranger";
+    warn("foreign readers of " + who,
+         fmt::format("{} reads what is for component {}: nothing is sent", who, number(target)));
     return false;
   };
 }

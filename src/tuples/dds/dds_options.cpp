@@ -83,6 +83,10 @@ std::string sizes(const DdsOptions& options) {
   return "<MaxMessageSize>65000 B</MaxMessageSize><FragmentSize>40000 B</FragmentSize>";
 }
 
+/// The longest frame is that of a value of 1 MiB. Cyclone's own bound is 2 GiB, for strangers too: it collects the
+/// fragments of a sample before anybody is asked who sent them.
+constexpr const char* kBounds = "<Internal><MaxSampleSize>4 MiB</MaxSampleSize></Internal>";
+
 std::string discovery(const DdsOptions& options) {
   const auto tag = tag_of(options);
   const auto lease = std::chrono::duration_cast<std::chrono::milliseconds>(options.lease).count();
@@ -120,8 +124,9 @@ std::string domain_xml(const DdsOptions& options) {
   }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
-      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}{}</General>{}{}</Domain></CycloneDDS>",
-      names, allowed, transport, sizes(options), tcp, discovery(options));
+      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}{}</General>{}{}{}</Domain></"
+      "CycloneDDS>",
+      names, allowed, transport, sizes(options), tcp, kBounds, discovery(options));
 }
 
 }  // namespace rubicon::tuples::dds

@@ -43,6 +43,9 @@ class DdsTrust {
   /// A signed list of revoked certificates arrived from another member, or was read: takes it if the signature is good
   /// and its number is higher. True: it is new, and some members of who() may be gone.
   virtual bool take_revoked(std::string_view signed_list) = 0;
+  /// Whether a process that authenticated itself is still here and was revoked since. It reads on until the domain is
+  /// made again, even if it never showed itself as a component.
+  virtual bool meets_revoked() const { return false; }
   /// The newest signed list, to be published; empty = there is none.
   virtual std::string revoked() const = 0;
   /// `call` runs on the loop, in a turn of its own, when a newer list was found on the disk (`rubicon trust revoke`

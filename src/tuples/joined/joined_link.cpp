@@ -34,8 +34,8 @@ class JoinedLink::Port final : public LinkListener {
   void on_remote_set(const RemoteSet& set) override {
     if (joined_.listener_) joined_.on_remote_set(number_, set);
   }
-  void on_reply(const Reply& reply) override {
-    if (joined_.listener_) joined_.on_reply(reply);
+  bool on_reply(OwnerId from, const Reply& reply) override {
+    return !joined_.listener_ || joined_.on_reply(number_, from, reply);
   }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (joined_.listener_) joined_.on_peer(number_, peer, event);
@@ -218,7 +218,8 @@ void JoinedLink::release(OwnerId owner) {
     const auto sent =
         link ? link->remote_set(set) : fail(ErrorCode::kNotFound, fmt::format("component {} is lost", number(owner)));
     if (!sent)
-      listener_->on_reply({self_, set.request, Verdict::kRefused, sent.error().code, std::move(sent.error().text)});
+      listener_->on_reply(owner,
+                          {self_, set.request, Verdict::kRefused, sent.error().code, std::move(sent.error().text)});
   }
 }
 
@@ -334,8 +335,10 @@ void JoinedLink::on_remote_set(std::size_t engine, const RemoteSet& set) {
   arriving_.reset();
 }
 
-void JoinedLink::on_reply(const Reply& reply) {
-  listener_->on_reply(reply);
+bool JoinedLink::on_reply(std::size_t engine, OwnerId from, const Reply& reply) {
+  const auto* peer = find(from);
+  if (peer && peer->at(engine) && !peer->is_resident(engine)) return false;
+  return listener_->on_reply(from, reply);
 }
 
 }  // namespace rubicon::tuples::joined

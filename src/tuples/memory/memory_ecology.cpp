@@ -171,7 +171,7 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
   void reply(const Reply& reply) override {
-    shared_->deliver(self_, reply.to, [reply](LinkListener& l) { l.on_reply(reply); });
+    shared_->deliver(self_, reply.to, [from = self_, reply](LinkListener& l) { l.on_reply(from, reply); });
   }
 
   void describe(std::string summary) override {

@@ -106,7 +106,7 @@ void KernelSession::answer(std::uint64_t request, Outcome outcome, std::uint64_t
     reply.text = is_gone ? name() + " is gone; the request may have arrived"
                          : std::string(outcome == Outcome::kNotSent ? kNotSent : kNotAcknowledged);
   }
-  if (context_.listener) context_.listener->on_reply(reply);
+  if (context_.listener) context_.listener->on_reply(peer_, reply);
 }
 
 void KernelSession::on_set(ByteView body) {

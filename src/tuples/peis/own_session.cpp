@@ -255,7 +255,7 @@ void OwnSession::on_reply(ByteView body) {
   auto read = read_reply(body);
   if (!read) return bad(read.error());
   read->to = context_.self;
-  context_.listener->on_reply(*read);
+  context_.listener->on_reply(peer_, *read);
 }
 
 void OwnSession::on_control(ByteView body) {

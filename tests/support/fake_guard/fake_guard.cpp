@@ -36,6 +36,10 @@ extern "C" void rubicon_guard_revoke(const char* const* serials, size_t count) n
   refused.assign(serials, serials + count);
 }
 
+extern "C" int rubicon_guard_meets_revoked(void) noexcept {
+  return is_refused(known.serial) ? 1 : 0;
+}
+
 extern "C" void rubicon_guard_watch(void (*call)(void*, const uint8_t*, const char*, int, const char*),
                                     void* context) noexcept {
   watcher = call;

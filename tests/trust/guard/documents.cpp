@@ -126,7 +126,7 @@ std::string governance_xml() {
 <enable_join_access_control>true</enable_join_access_control>
 <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
 <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-<rtps_protection_kind>NONE</rtps_protection_kind>
+<rtps_protection_kind>SIGN</rtps_protection_kind>
 <topic_access_rules>)" +
          rule("rubicon_frames", "ENCRYPT") + rule("*", "ENCRYPT_WITH_ORIGIN_AUTHENTICATION") +
          "</topic_access_rules></domain_rule></domain_access_rules></dds>\n";

@@ -137,6 +137,32 @@ TEST(Peers, AHandshakeThatSucceedsEndsTheWait) {
   EXPECT_FALSE(peers.must_wait(1, start + Peers::kShortestWait));
 }
 
+/// Anyone can send a bad message in the name of a peer.
+TEST(Peers, AHandshakeThatAPeerBeginsWaitsOnlyIfItsCertificateWasForeignBefore) {
+  Peers peers;
+  const Clock::time_point start{};
+  peers.met(1, prefix(7));
+  peers.failed(1, start);
+  EXPECT_FALSE(peers.must_wait(1, "its certificate", start)) << "what else was wrong may be of another";
+  peers.failed(1, start, "a foreign certificate");
+  EXPECT_TRUE(peers.must_wait(1, "a foreign certificate", start));
+  EXPECT_FALSE(peers.must_wait(1, "its certificate", start));
+  EXPECT_FALSE(peers.must_wait(1, "", start));
+  EXPECT_FALSE(peers.must_wait(1, "a foreign certificate", start + Peers::kLongestWait));
+  EXPECT_FALSE(peers.must_wait(2, "a foreign certificate", start));
+}
+
+TEST(Peers, WhoIsRevokedIsMetUntilItIsGone) {
+  Peers peers;
+  peers.met(1, prefix(7));
+  peers.revoke({certificate("desk").serial});
+  EXPECT_FALSE(peers.meets_revoked()) << "it has not authenticated itself";
+  peers.authenticated(1, certificate("desk"));
+  EXPECT_TRUE(peers.meets_revoked());
+  peers.gone(1);
+  EXPECT_FALSE(peers.meets_revoked());
+}
+
 TEST(Peers, OneThatFailsKeepsNoOtherWaiting) {
   Peers peers;
   const Clock::time_point start{};

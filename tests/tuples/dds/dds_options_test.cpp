@@ -33,6 +33,11 @@ TEST(DdsOptions, LoopbackHasATagThatNoOtherHostKnows) {
   EXPECT_EQ(transport::host_id("host").size(), 16U);
 }
 
+/// Cyclone collects the fragments of samples of anybody.
+TEST(DdsOptions, SamplesAreBounded) {
+  EXPECT_THAT(domain_xml({}), HasSubstr("<MaxSampleSize>4 MiB</MaxSampleSize>"));
+}
+
 TEST(DdsOptions, MulticastStopsWhereHostsAreNamed) {
   EXPECT_THAT(domain_xml({}), HasSubstr("<AllowMulticast>spdp</AllowMulticast>"));
   EXPECT_THAT(domain_xml(on({"eth0"})), HasSubstr("<AllowMulticast>true</AllowMulticast>"));

@@ -310,7 +310,10 @@ struct LeavingListener final : LinkListener {
   void on_subscribe(OwnerId, const SubscriptionSpec&) override { leave(); }
   void on_unsubscribe(OwnerId, std::uint32_t) override { leave(); }
   void on_remote_set(const RemoteSet&) override { leave(); }
-  void on_reply(const Reply&) override { leave(); }
+  bool on_reply(OwnerId, const Reply&) override {
+    leave();
+    return true;
+  }
   void on_peer(const PeerIdentity&, PeerEvent) override { count(); }
   void on_summary(OwnerId, std::string_view) override { leave(); }
   void count() {

@@ -132,9 +132,10 @@ struct Ender final : LinkListener {
   }
   void on_unsubscribe(OwnerId, std::uint32_t) override { called("unsubscribe"); }
   void on_remote_set(const RemoteSet&) override { called("set"); }
-  void on_reply(const Reply& reply) override {
+  bool on_reply(OwnerId, const Reply& reply) override {
     replies.push_back(reply);
     called("reply");
+    return true;
   }
   void on_peer(const PeerIdentity&, PeerEvent) override { called("peer"); }
   void on_summary(OwnerId, std::string_view) override { called("summary"); }

@@ -22,7 +22,7 @@ struct NotingListener final : LinkListener {
   void on_subscribe(OwnerId, const SubscriptionSpec& spec) override { subscribed.push_back(spec.id); }
   void on_unsubscribe(OwnerId, std::uint32_t) override {}
   void on_remote_set(const RemoteSet&) override {}
-  void on_reply(const Reply&) override {}
+  bool on_reply(OwnerId, const Reply&) override { return true; }
   void on_peer(const PeerIdentity&, PeerEvent) override {}
   void on_summary(OwnerId, std::string_view summary) override { summaries.emplace_back(summary); }
 

@@ -163,7 +163,7 @@ struct Leaver final : LinkListener {
   void on_subscribe(OwnerId, const SubscriptionSpec&) override {}
   void on_unsubscribe(OwnerId, std::uint32_t) override {}
   void on_remote_set(const RemoteSet&) override {}
-  void on_reply(const Reply&) override {}
+  bool on_reply(OwnerId, const Reply&) override { return true; }
   void on_peer(const PeerIdentity&, PeerEvent) override { link.reset(); }
   void on_summary(OwnerId, std::string_view) override {}
   std::unique_ptr<Link> link;

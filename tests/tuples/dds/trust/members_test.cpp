@@ -90,6 +90,25 @@ TEST_F(TrustedMembers, CannotBeTakenForOthers) {
   EXPECT_TRUE(until(*island, "alone")) << "the end of the real one is noticed";
 }
 
+/// Numbers of requests rise by one, so they are easy to guess.
+TEST_F(TrustedMembers, AnswerNoRequestsToOthers) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  const auto tools = ask(*island, fmt::format("incarnation {}", kDeskId));
+  const auto mallory = liar();
+  ASSERT_TRUE(mallory->line_with("ready"));
+  mallory->write(fmt::format("presence {} 1700000000000000\n", kMalloryId));
+  ASSERT_TRUE(until(*tool, fmt::format("peer {} mallory", kMalloryId)));
+  island->signal(SIGSTOP);
+  tool->write("send 7 1\n");
+  mallory->write(fmt::format("reply 01b00001.01a00001 {} 1700000000000000 {} {} 1\n", kMalloryId, kDeskId, tools));
+  EXPECT_TRUE(until(*tool, fmt::format("log component {} answered a request that it was not asked", kMalloryId)))
+      << tool->errors();
+  island->signal(SIGCONT);
+  EXPECT_TRUE(until(*tool, "answered 1"));
+  EXPECT_EQ(ask(*tool, "replies"), "1 of 1") << "as the island answered";
+}
+
 TEST_F(TrustedMembers, RenewWhileCommandsPassAndLoseNone) {
   const auto* patience = std::getenv("RUBICON_CHAOS_SECONDS");
   const int times = patience ? 1000 : 50;
@@ -178,6 +197,22 @@ TEST_F(TrustedMembers, WhoAreRevokedAreLostAtOnceAndStayOut) {
   const auto late = member(Person{"roof", "00000009-00000009", "00000009", 9}, 9);
   EXPECT_TRUE(until(*late, "peer 7 home"));
   EXPECT_TRUE(until(*late, "revoked 1:BA:signed")) << "from any of them";
+}
+
+/// She never was a component that others know, and reads what all may read.
+TEST_F(TrustedMembers, WhoAreRevokedReadNoMoreEvenIfTheyNeverShowedThemselves) {
+  const auto island = home();
+  ASSERT_TRUE(island->line_with("ready"));
+  const auto mallory = liar();
+  ASSERT_TRUE(mallory->line_with("ready"));
+  ASSERT_EQ(ask(*mallory, "readers"), "2");
+  island->write("revoke 1:BA:signed\n");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  std::string readers;
+  do readers = ask(*mallory, "readers");
+  while (readers != "0" && std::chrono::steady_clock::now() < end);
+  EXPECT_EQ(readers, "0") << island->errors();
+  EXPECT_TRUE(until(*desk(), "peer 7 home")) << "the island is there again, without her";
 }
 
 }  // namespace

@@ -85,6 +85,11 @@ std::optional<Member> GuardTrust::who(const GuidPrefix& participant) const {
   return member;
 }
 
+bool GuardTrust::meets_revoked() const {
+  const auto ask = reinterpret_cast<decltype(&rubicon_guard_meets_revoked)>(symbol("rubicon_guard_meets_revoked"));
+  return ask != nullptr && ask() == 1;
+}
+
 bool GuardTrust::take_revoked(std::string_view signed_list) {
   ++lists_checked_;
   const auto parts = split(signed_list, ':');

@@ -22,6 +22,7 @@ class GuardTrust final : public DdsTrust {
   const Member& own() const override { return own_; }
   std::optional<Member> who(const GuidPrefix& participant) const override;
   bool take_revoked(std::string_view signed_list) override;
+  bool meets_revoked() const override;
   std::string revoked() const override { return list_; }
   void watch_revoked(std::function<void()> call) override { found_ = std::move(call); }
   void watch_refused(Refused call) override;

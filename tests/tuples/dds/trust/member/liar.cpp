@@ -53,6 +53,8 @@ Liar::Liar(GuardTrust& trust, OwnerId own, const std::string& own_partition) : o
 void Liar::obey(const Words& words) {
   const auto& verb = words.at(0);
   if (verb == "frame") return frame(words);
+  if (verb == "reply") return reply(words);
+  if (verb == "readers") return readers();
   if (verb == "lists") return lists(std::stoi(words.at(1)));
   if (verb == "spy") return spy(words.at(1));
   if (verb == "frames") {
@@ -112,6 +114,32 @@ void Liar::spy(const std::string& partition) {
 }
 
 void Liar::frame(const Words& words) {
+  TupleSet change;
+  change.tuple.key = words.at(5);
+  change.tuple.value = words.at(6);
+  change.tuple.media_type = "text/plain";
+  change.tuple.sequence = 1'000'000;
+  FrameWriter content;
+  content.add(change);
+  send(words, std::stoull(words.at(4)), content.take());
+}
+
+void Liar::reply(const Words& words) {
+  FrameWriter content;
+  content.add(Reply{OwnerId(static_cast<std::uint32_t>(std::stoul(words.at(4)))), std::stoull(words.at(6)),
+                    Verdict::kRefused, ErrorCode::kRefused, "says mallory", 0});
+  send(words, std::stoull(words.at(5)), content.take());
+}
+
+/// How many readers are matched with what she writes.
+void Liar::readers() {
+  dds_publication_matched_status_t presences{}, interests{};
+  dds_get_publication_matched_status(presences_.get(), &presences);
+  dds_get_publication_matched_status(interests_.get(), &interests);
+  std::cout << "readers " << presences.current_count + interests.current_count << std::endl;
+}
+
+void Liar::send(const Words& words, std::uint64_t target_incarnation, Bytes bytes) {
   auto& [publisher, writer] = channels_[words.at(1)];
   if (!writer) {
     auto qos = make_qos();
@@ -122,18 +150,10 @@ void Liar::frame(const Words& words) {
     if (!writer) return void(std::cout << "refused" << std::endl);
     await_reader(writer);
   }
-  TupleSet change;
-  change.tuple.key = words.at(5);
-  change.tuple.value = words.at(6);
-  change.tuple.media_type = "text/plain";
-  change.tuple.sequence = 1'000'000;
-  FrameWriter content;
-  content.add(change);
-  auto bytes = content.take();
   rubicon_wire_Frame one{};
   one.source = static_cast<std::uint32_t>(std::stoul(words.at(2)));
   one.source_incarnation = std::stoull(words.at(3));
-  one.target_incarnation = std::stoull(words.at(4));
+  one.target_incarnation = target_incarnation;
   one.content._length = one.content._maximum = static_cast<std::uint32_t>(bytes.size());
   one.content._buffer = bytes.data();
   dds_write(writer.get(), &one);

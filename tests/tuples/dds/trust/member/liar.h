@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "base/bytes.h"
 #include "tuples/dds/entity.h"
 #include "tuples/dds/trust/member/honest.h"
 
@@ -14,11 +15,16 @@ class Liar {
 
   bool good() const { return interests_ && presences_; }
   /// `lists COUNT`, `spy PARTITION`, `frames`, `presence ID INCARNATION`, `dispose ...`, `interest ID INCARNATION`,
-  /// `frame PARTITION SOURCE INCARNATION TARGET_INCARNATION KEY VALUE`
+  /// `frame PARTITION SOURCE INCARNATION TARGET_INCARNATION KEY VALUE`,
+  /// `reply PARTITION SOURCE INCARNATION TARGET TARGET_INCARNATION REQUEST`, `readers`
   void obey(const Words& words);
 
  private:
   void frame(const Words& words);
+  void reply(const Words& words);
+  /// Where words[1] to words[4] say, as in `frame`.
+  void send(const Words& words, std::uint64_t target_incarnation, Bytes bytes);
+  void readers();
   void lists(int count);
   void spy(const std::string& partition);
 

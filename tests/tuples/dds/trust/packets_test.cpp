@@ -1,0 +1,124 @@
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <iterator>
+
+#include "base/bytes.h"
+#include "tuples/dds/dds_options.h"
+#include "tuples/dds/entity.h"
+#include "tuples/dds/silent_participants.h"
+#include "tuples/dds/trust/trusted_members.h"
+
+namespace rubicon::tuples::dds {
+namespace {
+
+constexpr int kProcesses = 8;  ///< that listen on this host at most
+
+/// The discovery of an endpoint: who writes, and who reads (DDS Security 1.1, 7.4.7.1; DDSI-RTPS 2.5, table 9.5).
+struct Endpoints {
+  std::array<std::uint8_t, 4> reader, writer;
+};
+constexpr Endpoints kSecureDiscovery{{0xff, 0x01, 0x01, 0xc7}, {0xff, 0x01, 0x01, 0xc2}};
+constexpr Endpoints kDiscovery{{0x00, 0x01, 0x00, 0xc7}, {0x00, 0x01, 0x00, 0xc2}};
+
+void append(Bytes& out, std::initializer_list<std::uint8_t> bytes) {
+  out.insert(out.end(), bytes);
+}
+
+/// `status` says that the participant is disposed and unregistered; its GUID is the key
+/// (DDSI-RTPS 2.5, 9.6.3.9, 9.6.4).
+Bytes end_of(const GuidPrefix& participant, const Endpoints& endpoints) {
+  Bytes data;
+  append(data, {0, 0, 16, 0});
+  data.insert(data.end(), endpoints.reader.begin(), endpoints.reader.end());
+  data.insert(data.end(), endpoints.writer.begin(), endpoints.writer.end());
+  append(data, {0, 0, 0, 0, 1, 0, 0, 0});                 // number of the sample
+  append(data, {0x71, 0, 4, 0, 0, 0, 0, 3, 1, 0, 0, 0});  // inline QoS: status info, end of the list
+  append(data, {0, 3, 0, 0, 0x50, 0, 16, 0});             // PL_CDR_LE, GUID of the participant
+  data.insert(data.end(), participant.begin(), participant.end());
+  append(data, {0, 0, 1, 0xc1, 1, 0, 0, 0});
+  Bytes packet{'R', 'T', 'P', 'S', 2, 1, 1, 0x10};
+  append(packet, {1, 0x10, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6});                  // of a sender that nobody knows
+  append(packet, {0x15, 0x0b, static_cast<std::uint8_t>(data.size()), 0});  // DATA: little endian, inline QoS, key
+  packet.insert(packet.end(), data.begin(), data.end());
+  return packet;
+}
+
+/// A process without a certificate, which sees who takes part, and sends packets to all of them.
+class Stranger {
+ public:
+  Stranger() : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    options_.tag = "trust";
+    domain_ = Entity(dds_create_domain(options_.domain, domain_xml(options_).c_str()));
+    participant_ = Entity(dds_create_participant(options_.domain, nullptr, nullptr));
+  }
+  ~Stranger() { ::close(socket_); }
+  Stranger(const Stranger&) = delete;
+  Stranger& operator=(const Stranger&) = delete;
+
+  /// All but itself, when there are so many (a minute at most).
+  std::set<GuidPrefix> others(std::size_t count) const {
+    std::set<GuidPrefix> all;
+    for (int i = 0; i < 6000 && all.size() <= count; ++i) {
+      all = participants_in_domain(participant_.get());
+      dds_sleepfor(DDS_MSECS(10));
+    }
+    return all;
+  }
+  void send(const Bytes& packet) const {
+    for (unsigned index = 0; index < kProcesses; ++index) {
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_port = htons(static_cast<std::uint16_t>(port_of(options_.domain, index)));
+      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      ::sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+  }
+
+ private:
+  DdsOptions options_;
+  int socket_;
+  Entity domain_, participant_;
+};
+
+class Packets : public TrustedMembers {};
+
+TEST_F(Packets, OfAStrangerEndNoMember) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  island->write("set a 1\n");
+  ASSERT_TRUE(until(*tool, "value 7 a 1"));
+  const Stranger stranger;
+  const auto others = stranger.others(2);
+  ASSERT_GE(others.size(), 3U) << "itself too";
+  for (int i = 0; i < 20; ++i) {
+    for (const auto& one : others) {
+      stranger.send(end_of(one, kSecureDiscovery));
+      stranger.send(end_of(one, kDiscovery));
+    }
+  }
+  tool->write("send 7 50\n");
+  EXPECT_TRUE(until(*tool, "answered 50"));
+  EXPECT_EQ(ask(*tool, "replies"), "50 of 50");
+  island->write("set a 2\n");
+  EXPECT_TRUE(until(*tool, "value 7 a 2"));
+  EXPECT_EQ(ask(*tool, "losses"), "0");
+  EXPECT_EQ(ask(*island, "losses"), "0");
+}
+
+TEST_F(Packets, DoNotKeepAMemberThatLeft) {
+  const auto island = home();
+  auto tool = desk();
+  meet(*island, *tool);
+  tool.reset();
+  EXPECT_TRUE(until(*island, "alone"));
+  tool = desk();
+  meet(*island, *tool);
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::dds
