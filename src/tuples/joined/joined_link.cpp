@@ -325,14 +325,25 @@ void JoinedLink::on_unsubscribe(std::size_t engine, OwnerId id, std::uint32_t su
 void JoinedLink::on_remote_set(std::size_t engine, const RemoteSet& set) {
   const auto* peer = find(set.from);
   if (!peer || !peer->at(engine)) return;
-  if (!peer->is_resident(engine)) {
-    return ports_[engine]->link->reply(
-        {set.from, set.request, Verdict::kRefused, ErrorCode::kDuplicate,
-         fmt::format("setting '{}': another component with id {} is present", set.key, number(set.from))});
-  }
+  if (!peer->is_resident(engine)) return refuse(engine, set);
   arriving_ = {engine, set.from};
   listener_->on_remote_set(set);
   arriving_.reset();
+}
+
+/// It comes from a rival, or the engine does not prove what the one where the component lives does.
+void JoinedLink::refuse(std::size_t engine, const RemoteSet& set) {
+  const auto& peer = peers_.at(set.from);
+  const auto home = peer.home();
+  const bool is_rival = !home || peer.at(engine)->identity.incarnation != peer.at(*home)->identity.incarnation;
+  const auto why = is_rival ? fmt::format("another component with id {} is present", number(set.from))
+                            : fmt::format("{} does not prove that it is component {}, which {} proves",
+                                          ports_[engine]->name, number(set.from), ports_[*home]->name);
+  const Reply reply{set.from, set.request, Verdict::kRefused, ErrorCode::kDuplicate,
+                    fmt::format("setting '{}': {}", set.key, why)};
+  auto& link = *ports_[engine]->link;
+  link.policy().answered(set, reply);
+  link.reply(reply);
 }
 
 bool JoinedLink::on_reply(std::size_t engine, OwnerId from, const Reply& reply) {

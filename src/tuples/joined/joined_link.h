@@ -61,6 +61,7 @@ class JoinedLink final : public Link {
   void on_unsubscribe(std::size_t engine, OwnerId id, std::uint32_t subscription);
   void on_remote_set(std::size_t engine, const RemoteSet& set);
   bool on_reply(std::size_t engine, OwnerId from, const Reply& reply);
+  void refuse(std::size_t engine, const RemoteSet& set);
 
   void meet(std::size_t engine, const PeerIdentity& who);
   void part(std::size_t engine, OwnerId id, PeerEvent how);

@@ -1,10 +1,31 @@
 #include "tuples/joined/met_peer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "tuples/stand_in.h"
 
 namespace rubicon::tuples::joined {
+
+namespace {
+
+bool is_proven(const PeerIdentity& one) {
+  return one.own_process || (one.member && !one.member->serial.empty());
+}
+
+/// Whether `one` is, for all that engines prove, what `other` is.
+bool proves(const PeerIdentity& one, const PeerIdentity& other) {
+  if (!is_proven(other)) return true;
+  if (one.own_process || other.own_process) return one.own_process == other.own_process;
+  return is_proven(one) && one.member->name == other.member->name;
+}
+
+/// Whether `one` is the component `other`, as another engine sees it.
+bool is_same(const PeerIdentity& one, const PeerIdentity& other) {
+  return one.incarnation == other.incarnation && proves(one, other);
+}
+
+}  // namespace
 
 bool is_restart(const PeerIdentity& before, const PeerIdentity& news) {
   return !news.host.empty() && news.host == before.host && news.incarnation > before.incarnation;
@@ -26,6 +47,7 @@ MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity) {
 /// Whether the component is to live on this engine, and no longer where it lives.
 bool MetPeer::comes_before(std::size_t engine, const PeerIdentity& news) const {
   const auto& resident = meetings_[*home_]->identity;
+  if (is_proven(news) != is_proven(resident)) return is_proven(news);
   if (is_stand_in(news)) return false;
   if (is_stand_in(resident)) return true;
   return resident.incarnation == news.incarnation ? engine < *home_ : is_restart(resident, news);
@@ -40,32 +62,34 @@ MetPeer::Move MetPeer::part(std::size_t engine, PeerEvent how) {
     if (other->identity.incarnation == identity.incarnation || is_stand_in(other->identity)) other->left = true;
   }
   Move move{identity, how, live_at(next_home(identity.incarnation)).up, false};
-  move.was_rival = move.up && meetings_[*move.up]->identity.incarnation != identity.incarnation;
+  move.was_rival = move.up && !is_same(meetings_[*move.up]->identity, identity);
   return move;
 }
 
-/// The same component before its stand-in, that before a rival, then by the order of the engines.
+/// One that is proven first; then the same component before its stand-in, that before a rival, then by the order of the
+/// engines.
 std::optional<std::size_t> MetPeer::next_home(std::uint64_t incarnation) const {
-  std::optional<std::size_t> rival, stand_in;
+  const auto rank = [incarnation](const PeerIdentity& one) {
+    return std::pair(is_proven(one), one.incarnation == incarnation ? 2 : is_stand_in(one) ? 1 : 0);
+  };
+  std::optional<std::size_t> next;
   for (std::size_t engine = 0; engine < meetings_.size(); ++engine) {
     const auto* meeting = at(engine);
     if (!meeting || meeting->left) continue;
-    if (meeting->identity.incarnation == incarnation) return engine;
-    auto& other = is_stand_in(meeting->identity) ? stand_in : rival;
-    if (!other) other = engine;
+    if (!next || rank(meeting->identity) > rank(meetings_[*next]->identity)) next = engine;
   }
-  return stand_in ? stand_in : rival;
+  return next;
 }
 
 MetPeer::Move MetPeer::live_at(std::optional<std::size_t> engine) {
   home_ = engine;
-  if (engine && stream_ && stream_->incarnation != meetings_[*engine]->identity.incarnation) stream_.reset();
+  if (engine && stream_ && !is_same(stream_->sender, meetings_[*engine]->identity)) stream_.reset();
   return {{}, PeerEvent::kUp, engine, false};
 }
 
 bool MetPeer::is_resident(std::size_t engine) const {
   return home_ && meetings_[engine] && !meetings_[engine]->left &&
-         meetings_[engine]->identity.incarnation == meetings_[*home_]->identity.incarnation;
+         is_same(meetings_[engine]->identity, meetings_[*home_]->identity);
 }
 
 bool MetPeer::is_forgotten() const {
@@ -86,7 +110,7 @@ std::optional<std::size_t> MetPeer::rival_of(std::size_t engine) const {
 bool MetPeer::begin_stream(std::size_t engine, const Restart& restart) {
   if (restart.since == WallTime{}) return counts(engine);
   const bool later = !stream_ || stream_->engine == engine || restart.since > stream_->since;
-  if (later) stream_ = {engine, at(engine)->identity.incarnation, restart.since};
+  if (later) stream_ = {engine, at(engine)->identity, restart.since};
   return later;
 }
 

@@ -63,7 +63,7 @@ class MetPeer {
   /// The stream of changes that began last, by the clock of the component that sends it.
   struct Stream {
     std::size_t engine = 0;
-    std::uint64_t incarnation = 0;
+    PeerIdentity sender;
     WallTime since{};
   };
 

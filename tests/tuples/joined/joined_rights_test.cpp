@@ -97,5 +97,143 @@ TEST_F(JoinedRights, WhoeverTakesTheIdOfAComponentOnTheWireIsAStranger) {
   EXPECT_EQ(set(pretender).text, "peis may not");
 }
 
+/// Whatever a stranger likes to say of itself.
+struct Liar final : LinkListener {
+  void on_changes(OwnerId, std::span<const Change>) override {}
+  void on_subscribe(OwnerId, const SubscriptionSpec&) override {}
+  void on_unsubscribe(OwnerId, std::uint32_t) override {}
+  void on_remote_set(const RemoteSet&) override {}
+  void on_reply(const Reply& reply) override { answers.push_back(reply.text); }
+  void on_peer(const PeerIdentity& peer, PeerEvent) override { starts[peer.id] = peer.incarnation; }
+  void on_summary(OwnerId, std::string_view) override {}
+
+  std::vector<std::string> answers;
+  std::map<OwnerId, std::uint64_t> starts;
+};
+
+/// A component that `own` knows is met by the island, and a stranger takes its id on `wire`.
+struct WithAStranger : JoinedRights {
+  static constexpr OwnerId kOwner{2}, kWitness{65999};
+  static constexpr WallTime kYear2100{std::chrono::seconds(4'102'444'800)};
+
+  WithAStranger() {
+    wire.certify(kOwner, {.name = "peis"});
+    witness_link->attach(witness, 1);
+  }
+  void start_owner() {
+    owner_link = *own.join(kOwner);
+    owner.emplace(kOwner, time, *owner_link);
+    EXPECT_TRUE(owner->set("lamp", "on"));
+    time.run_for(1s);
+  }
+  void start_liar(std::uint64_t start) {
+    liar_link = *wire.join(kOwner);
+    liar_link->attach(liar, start);
+    time.run_for(1s);
+  }
+  void forge(std::string_view value) {
+    TupleSet made;
+    made.tuple.key = "lamp";
+    made.tuple.value = value;
+    made.tuple.sequence = 99;
+    made.tuple.media_type = "text/plain";
+    liar_link->publish(kIsland, std::vector<Change>{Restart{kYear2100}, made});
+    time.run_for(1s);
+  }
+  std::vector<std::string> liar_sets() {
+    RemoteSet set;
+    set.from = kOwner;
+    set.owner = kIsland;
+    set.key = "a";
+    set.value = "3";
+    set.request = 1;
+    EXPECT_TRUE(liar_link->remote_set(set));
+    time.run_for(1s);
+    return std::exchange(liar.answers, {});
+  }
+  std::string lamp() const {
+    const auto tuple = island->get(kOwner, "lamp");
+    return tuple ? std::string(tuple->value) : "absent";
+  }
+  std::string member() {
+    const auto* who = SpaceRights::member_of(*island, kOwner);
+    return who ? who->name : "none";
+  }
+
+  const Member two{.name = "two", .ids = {{2, 2}}, .serial = "06"};
+  Liar witness, liar;
+  std::unique_ptr<Link> witness_link = *own.join(kWitness), owner_link, liar_link;
+  std::optional<TupleSpace> owner;
+  Handle follow = island->subscribe({kOwner, "**"}, {}, [](const Event&) {});
+};
+
+TEST_F(WithAStranger, AComponentOfTheProcessYieldsToNoLaterStart) {
+  start_owner();
+  start_liar(witness.starts.at(kOwner) + 1'000'000);
+  EXPECT_EQ(member(), "none") << "it is of this process";
+  EXPECT_EQ(set(*owner).verdict, Verdict::kApplied);
+  EXPECT_EQ(seen_by(*owner), 1U);
+  forge("forged");
+  EXPECT_EQ(lamp(), "on");
+  EXPECT_THAT(liar_sets(), testing::ElementsAre("setting 'a': another component with id 2 is present"));
+  EXPECT_THAT(judge->asked, testing::ElementsAre("peis")) << "each set has a line in the audit";
+}
+
+TEST_F(WithAStranger, AMemberYieldsToNoLaterStart) {
+  own.certify(kOwner, two);
+  start_owner();
+  start_liar(witness.starts.at(kOwner) + 1'000'000);
+  EXPECT_EQ(member(), "two");
+  EXPECT_EQ(set(*owner).text, "two may not");
+}
+
+TEST_F(WithAStranger, NobodyForgesValuesOfAMemberWhoseStartHeCopies) {
+  own.certify(kOwner, two);
+  start_owner();
+  start_liar(witness.starts.at(kOwner));
+  forge("forged");
+  EXPECT_EQ(lamp(), "on");
+  ASSERT_TRUE(owner->set("lamp", "off"));
+  time.run_for(1s);
+  EXPECT_EQ(lamp(), "off") << "its own stream counts still";
+  EXPECT_THAT(liar_sets(),
+              testing::ElementsAre("setting 'a': wire does not prove that it is component 2, which own proves"));
+}
+
+TEST_F(WithAStranger, AMemberThatIsBackTakesItsIdAndItsTuples) {
+  own.certify(kOwner, two);
+  start_owner();
+  own.cut(kIsland, kOwner);
+  start_liar(witness.starts.at(kOwner));
+  forge("forged");
+  EXPECT_EQ(member(), "peis");
+  own.mend(kIsland, kOwner);
+  time.run_for(1s);
+  EXPECT_EQ(member(), "two");
+  EXPECT_EQ(lamp(), "on");
+  ASSERT_TRUE(owner->set("lamp", "off"));
+  time.run_for(1s);
+  EXPECT_EQ(lamp(), "off");
+}
+
+TEST_F(WithAStranger, AMemberGoesOnByTheOtherEngineAsAStranger) {
+  own.certify(kOwner, two);
+  owner_link = *joined.join(kOwner);
+  owner.emplace(kOwner, time, *owner_link);
+  ASSERT_TRUE(owner->set("lamp", "on"));
+  time.run_for(1s);
+  EXPECT_EQ(member(), "two");
+  own.cut(kIsland, kOwner);
+  ASSERT_TRUE(owner->set("lamp", "off"));
+  time.run_for(1s);
+  EXPECT_EQ(member(), "peis");
+  EXPECT_EQ(lamp(), "off");
+  own.mend(kIsland, kOwner);
+  ASSERT_TRUE(owner->set("lamp", "dim"));
+  time.run_for(1s);
+  EXPECT_EQ(member(), "two");
+  EXPECT_EQ(lamp(), "dim");
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::joined
