@@ -54,6 +54,7 @@ class KnxNetwork final : public network::Network {
             }),
         tools_(
             host, capture_, [this](wire::GroupAddress address) { return meaning(address); },
+            [this](wire::GroupAddress address) { return points_.table().command_at(address); },
             [this](const wire::Telegram& telegram) { points_.receive(telegram); }),
         reporter_(host, [this] { return state(); }) {
     points_.set_table(PointTable(options_.points, types_));

@@ -133,6 +133,24 @@ bool PointTable::contains(wire::GroupAddress address) const {
          std::binary_search(command_addresses_.begin(), command_addresses_.end(), address);
 }
 
+const BoundPoint* PointTable::commanded_by(wire::GroupAddress address) const {
+  for (const auto& listener : listeners_of(address)) {
+    const auto& point = points_[listener.point];
+    if (point.id.kind == Kind::kActuator && point.group.state != address) return &point;
+  }
+  for (const auto& point : points_) {
+    if (point.id.kind == Kind::kActuator && point.group.address == address) return &point;
+  }
+  return nullptr;
+}
+
+std::string PointTable::command_at(wire::GroupAddress address) const {
+  const auto* point = commanded_by(address);
+  if (!point) return {};
+  return fmt::format("actuator.{}-{}.command of device {}", types_->find(point->id.type)->name, point->id.instance,
+                     point->address);
+}
+
 BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
   const auto found = devices_.find(device);
   if (found == devices_.end()) return nullptr;

@@ -60,6 +60,9 @@ class PointTable {
   std::span<const Listener> listeners_of(wire::GroupAddress address) const;
   /// True if a point takes values from the address or sends commands to it.
   bool contains(wire::GroupAddress address) const;
+  /// The tuple of the actuator that takes commands from the address: `actuator.switch-1.command of device 1/4/6`. Also
+  /// of one that only listens there: its device may well take them (a central function). Empty: there is none.
+  std::string command_at(wire::GroupAddress address) const;
   BoundPoint* find(const std::string& device, const PointId& id);
   /// `heard` is false: no telegram of the device was received yet.
   model::Join join_of(const std::string& device) const;
@@ -67,6 +70,7 @@ class PointTable {
  private:
   void bind(const groups::GroupPoint& group, const TypeCatalogue& types);
   void sort();
+  const BoundPoint* commanded_by(wire::GroupAddress address) const;
   std::string model_of(const Device& device) const;
 
   const TypeCatalogue* types_ = nullptr;  ///< not null in a table with points

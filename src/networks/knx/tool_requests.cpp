@@ -61,10 +61,12 @@ Result<const dpt::Dpt*> type_of(const json& request, const dpt::Dpt* configured)
 
 }  // namespace
 
-ToolRequests::ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, Wrote wrote)
+ToolRequests::ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning,
+                           FindCommand find_command, Wrote wrote)
     : host_(host),
       capture_(capture),
       find_meaning_(std::move(find_meaning)),
+      find_command_(std::move(find_command)),
       wrote_(std::move(wrote)),
       monitors_(host) {}
 
@@ -89,7 +91,7 @@ Result<void> ToolRequests::receive(const model::Message& message) {
     return fail(ErrorCode::kUnsupported, fmt::format("KNX does not support {}", to_string(message.kind())));
   const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
   if (!request.is_object()) return fail(ErrorCode::kInvalid, "a knx.request is a JSON object");
-  Requester requester{message.source, field_text(request, "id")};
+  Requester requester{message.source, field_text(request, "id"), message.sender.has_value()};
   const auto what = field_text(request, "do");
   if (what == "capture") {
     capture(requester, request);
@@ -131,6 +133,9 @@ void ToolRequests::read(Requester requester, const json& request) {
 void ToolRequests::write(Requester requester, const json& request) {
   const auto address = wire::parse_group(field_text(request, "address"));
   if (!address) return refuse(requester, address.error().text);
+  if (const auto command = requester.is_member ? find_command_(*address) : std::string(); !command.empty())
+    return refuse(requester, fmt::format("messages cannot command actuators, and {} commands one: set {} instead",
+                                         to_string(*address), command));
   const auto dpt = type_of(request, find_meaning_(*address).dpt);
   if (!dpt) return refuse(requester, dpt.error().text);
   if (!*dpt)

@@ -30,15 +30,20 @@ class ToolRequests {
     const dpt::Dpt* dpt = nullptr;
   };
   using FindMeaning = std::function<Meaning(wire::GroupAddress)>;
+  /// The tuple whose commands the group address carries: `actuator.switch-1.command of device 1/4/6`; empty: none.
+  using FindCommand = std::function<std::string(wire::GroupAddress)>;
 
   /// Called for each write that the bus confirmed.
   using Wrote = std::function<void(const wire::Telegram&)>;
 
-  ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, Wrote wrote);
+  ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, FindCommand find_command,
+               Wrote wrote);
 
   /// Sends telegrams over this line; nullptr: requests that need it are refused.
   void use(line::Line* line);
-  /// kUnsupported if the message is not a request of a tool, kInvalid if it cannot be read.
+  /// Refuses to write what commands an actuator where the message names the member who sent it: who may send need not
+  /// be one who may set (docs/decisions/015-messages-of-others.md). kUnsupported if the message is not a request of a
+  /// tool, kInvalid if it cannot be read.
   Result<void> receive(const model::Message& message);
   bool monitored() const { return monitors_.any(); }
   /// A telegram was received, or is sent (`own`).
@@ -47,7 +52,8 @@ class ToolRequests {
  private:
   struct Requester {
     Address address;
-    std::string id;  ///< of the request; the reply repeats it
+    std::string id;          ///< of the request; the reply repeats it
+    bool is_member = false;  ///< of the ecology: rights say what it may set
   };
   struct OpenRead {
     Requester requester;
@@ -67,6 +73,7 @@ class ToolRequests {
   network::NetworkHost& host_;
   const Capture& capture_;
   FindMeaning find_meaning_;
+  FindCommand find_command_;
   Wrote wrote_;
   line::Line* line_ = nullptr;
   std::list<OpenRead> reads_;

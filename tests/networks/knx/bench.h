@@ -45,11 +45,12 @@ class KnxBench : public ::testing::Test {
     ConfigReader reader(node, "networks.knx", errors);
     return network->change({"knx", IslandId{1}, reader, types, {}});
   }
-  Result<void> send(model::Body body, const std::string& device) {
+  Result<void> send(model::Body body, const std::string& device, std::optional<model::Sender> sender = {}) {
     model::Message message;
     message.source.island = IslandId{70000};
     message.destination = {IslandId{1}, "knx", device};
     message.body = std::move(body);
+    message.sender = std::move(sender);
     return network->send(message);
   }
   PointId point(Kind kind, std::string_view type, std::string instance = "1") const {

@@ -180,11 +180,12 @@ TEST_F(KnxExposed, ValuesThatCannotBeEncodedAreReportedAndNotWritten) {
 /// A tool's view: requests in, JSON out.
 class KnxTools : public KnxBench {
  protected:
-  std::vector<json> ask(const json& request) {
+  std::vector<json> ask(const json& request, std::optional<model::Sender> sender = {}) {
     host.delivered.clear();
     const auto text = request.dump();
     const auto bytes = base::as_bytes(text);
-    EXPECT_TRUE(send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, ""));
+    EXPECT_TRUE(
+        send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, "", std::move(sender)));
     host.time.run_for(10s);
     return messages(kReplyTag);
   }
@@ -235,6 +236,32 @@ TEST_F(KnxTools, WriteAnswersWhenTheBusHasIt) {
   EXPECT_EQ(answers[0]["ok"], true);
   EXPECT_EQ(answers[0]["hex"], "0c33");
   EXPECT_EQ(telegrams("5/5/5", {0x00, 0x80, 0x0c, 0x33}), 1);
+}
+
+TEST_F(KnxTools, AMemberCannotWriteWhatCommandsAnActuator) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {
+    "1/0/1": {"dpt": "1.001", "kind": "actuator", "state": "1/0/2", "listen": ["0/0/1"]},
+    "1/4/6": {"dpt": "5.001", "device": "living", "instance": "ceiling", "kind": "actuator"},
+    "1/2/7": {"dpt": "9.001"}}})");
+  const model::Sender robot{.name = "robot", .serial = "02"};
+  const auto why = [&](const char* address, const char* type) {
+    const auto answer = ask({{"do", "write"}, {"address", address}, {"dpt", type}, {"value", "1"}}, robot).at(0);
+    return answer["ok"] == true ? "written" : answer["why"].get<std::string>();
+  };
+  EXPECT_EQ(why("1/0/1", "1.001"),
+            "messages cannot command actuators, and 1/0/1 commands one: set actuator.switch-1.command of device 1/0/1 "
+            "instead");
+  EXPECT_THAT(why("0/0/1", "1.001"), HasSubstr("device 1/0/1")) << "a central function";
+  EXPECT_THAT(why("1/4/6", "5.001"), HasSubstr("-ceiling.command of device living"));
+  EXPECT_THAT(server.heard(), IsEmpty());
+  EXPECT_EQ(why("1/2/7", "9.001"), "written") << "a sensor";
+  EXPECT_EQ(why("5/5/5", "9.001"), "written") << "no point has it";
+}
+
+TEST_F(KnxTools, WithoutMembersEverythingCanBeWritten) {
+  start();
+  EXPECT_EQ(ask({{"do", "write"}, {"address", "1/0/1"}, {"value", "on"}}).at(0)["ok"], true);
+  EXPECT_EQ(telegrams("1/0/1", {0x00, 0x81}), 1);
 }
 
 TEST_F(KnxTools, NestedRubbishIsHarmless) {
