@@ -110,6 +110,18 @@ TEST_F(RightsOfMessages, MessagesToADeviceNeedTheRightToSendThere) {
                                     "robot send scripted-1.7: accepted"));
 }
 
+TEST_F(RightsOfMessages, ANetworkAsAWholeTakesNoneFromWhoMayNotSendToEachOfItsDevices) {
+  start(1, {rule("robot", {Right::kSend}, {"scripted-1.**"}, {"scripted-1.7"}),
+            rule("maid", {Right::kSend}, {"scripted-1.**"})});
+  post(robot(), 1, note(1, "scripted-1"));
+  EXPECT_THAT(devices_of(1).sent, IsEmpty());
+  post(robot(), 1, note(1, "scripted-1", "8"));
+  post(member(70200, "maid"), 1, note(1, "scripted-1"));
+  EXPECT_EQ(devices_of(1).sent.size(), 2U);
+  EXPECT_THAT(audit(1), ElementsAre("robot send scripted-1: refused", "robot send scripted-1.8: accepted",
+                                    "maid send scripted-1: accepted"));
+}
+
 TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
   start(1, {rule("robot", {Right::kSend}, {"island:2"}), rule("maid", {Right::kSend}, {"island:2"})});
   start(2, {rule("maid", {Right::kSet}, {kLampCommand}), rule("island:1", {Right::kSend}, {"scripted-1.7"})});

@@ -95,21 +95,52 @@ void MemberRights::judge(const Mark* first, const Mark* last, Finding& finding) 
   all.add(rule.may);
 }
 
-MemberRights::Finding MemberRights::find(std::string_view key) const {
-  marks_.clear();
-  collect(0, key, false, marks_);
+/// Visits the marks that were collected, by rule.
+template <class Visit>
+void MemberRights::each_rule(Visit visit) const {
   std::sort(marks_.begin(), marks_.end(),
             [](const Mark& a, const Mark& b) { return a.rule != b.rule ? a.rule < b.rule : a.except < b.except; });
-  Finding finding;
   const auto* const end = marks_.data() + marks_.size();
   for (const auto* at = marks_.data(); at != end;) {
     const auto* next = at;
     while (next != end && next->rule == at->rule) ++next;
-    judge(at, next, finding);
+    visit(at, next);
     at = next;
   }
+}
+
+MemberRights::Finding MemberRights::find(std::string_view key) const {
+  marks_.clear();
+  collect(0, key, false, marks_);
+  Finding finding;
+  each_rule([&](const Mark* first, const Mark* last) { judge(first, last, finding); });
   finding.granted.remove(finding.denied);
   return finding;
+}
+
+MemberRights::Finding MemberRights::find_whole(std::string_view place) const {
+  auto finding = find(place);
+  if (!has_exceptions_) return finding;
+  const auto& top = nodes_[0];
+  if (const auto found = top.exact.find(place); found != top.exact.end()) collect_all(found->second, marks_);
+  if (top.any != 0) collect_all(top.any, marks_);
+  for (const auto& [glob, child] : top.globs) {
+    if (base::glob_matches(glob, place)) collect_all(child, marks_);
+  }
+  each_rule([&](const Mark* first, const Mark* last) {
+    if (last[-1].except) judge(first, last, finding);
+  });
+  finding.granted.remove(finding.denied);
+  return finding;
+}
+
+/// The marks of a node and of all below it.
+void MemberRights::collect_all(std::uint32_t at, Marks& marks) const {
+  const auto& node = nodes_[at];
+  for (const auto* some : {&node.here, &node.rest}) marks.insert(marks.end(), some->begin(), some->end());
+  if (node.any != 0) collect_all(node.any, marks);
+  for (const auto& one : node.exact) collect_all(one.second, marks);
+  for (const auto& one : node.globs) collect_all(one.second, marks);
 }
 
 bool MemberRights::sees_all() const {

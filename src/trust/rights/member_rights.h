@@ -28,6 +28,9 @@ class MemberRights {
   /// `rule`: its number among all, in ascending order.
   void add(const Rule& rule, std::size_t number);
   Finding find(std::string_view key) const;
+  /// The same for a place that reaches all below it: exceptions there deny it too, if their rule allows something
+  /// there.
+  Finding find_whole(std::string_view place) const;
   /// Whether it grants reading and any demand of every key.
   bool sees_all() const;
 
@@ -58,12 +61,15 @@ class MemberRights {
   std::uint32_t child(std::uint32_t node, std::string_view part);
   std::uint32_t make_node();
   void collect(std::uint32_t node, std::string_view rest, bool over, Marks& marks) const;
+  void collect_all(std::uint32_t node, Marks& marks) const;
+  template <class Visit>
+  void each_rule(Visit visit) const;
   void judge(const Mark* first, const Mark* last, Finding& finding) const;
 
   std::vector<Node> nodes_ = std::vector<Node>(1);
   std::vector<Known> rules_;
   bool has_exceptions_ = false;
-  mutable Marks marks_;  ///< of find(), kept for its memory
+  mutable Marks marks_;  ///< of the last search, kept for its memory
 };
 
 }  // namespace rubicon::trust::rights

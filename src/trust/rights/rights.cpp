@@ -15,6 +15,7 @@ namespace {
 using tuples::Member;
 
 constexpr const char* kAdmin = "admin";
+constexpr std::string_view kOwn = "own";  // as gateway/message_rights has it
 
 /// A certificate with the name `peis` is not the member that has none.
 bool is_peis(const Member& who) {
@@ -28,6 +29,11 @@ bool is_named(const Member& who, std::string_view word) {
   if (!word.starts_with(kIsland)) return who.has_role(word);
   const auto id = base::parse_number<std::uint32_t>(word.substr(kIsland.size()));
   return id && who.may_use(OwnerId(*id));
+}
+
+/// A message to a network, and to none of its devices, is raw access to its line.
+bool is_whole_network(Right right, std::string_view where) {
+  return right == Right::kSend && where != kOwn && where.find('.') == where.npos && !where.starts_with(kIsland);
 }
 
 std::string text_of(const Decision& decision, const std::vector<Rule>& rules) {
@@ -80,11 +86,14 @@ const MemberRights& Rights::of(const Member& who) const {
 }
 
 Decision Rights::decide(const Member& who, Right right, std::string_view key) const {
-  const auto finding = of(who).find(key);
+  const auto& compiled = of(who);
+  const auto finding = is_whole_network(right, key) ? compiled.find_whole(key) : compiled.find(key);
   Decision decision{finding.granted.has(right), {}, {}};
   const auto by = finding.by[static_cast<std::size_t>(right)];
   if (by != MemberRights::kNone) decision.rule = by;
   decision.text = text_of(decision, rules_);
+  if (!decision.allowed && is_whole_network(right, key) && compiled.find(key).granted.has(right))
+    decision.text += fmt::format(": what goes to {} reaches the devices that it excepts too", key);
   return decision;
 }
 

@@ -98,6 +98,32 @@ TEST(Rights, AnExceptionHoldsForTheKeysAndTheRightsOfItsRule) {
   EXPECT_TRUE(rights.decide(kRobot, Right::kRead, "b.x").allowed);
 }
 
+TEST(Rights, ToSendToANetworkAsAWholeNeedsThatNoneOfItsDevicesIsExcepted) {
+  const auto answer = [](const std::string& rules, std::string_view where = "knx") {
+    return Rights(rules_in("rights:\n" + rules)).decide(kRobot, Right::kSend, where).allowed;
+  };
+  const std::string all = "  - {who: robot, may: send, keys: [\"knx.**\"]}\n";
+  EXPECT_TRUE(answer(all));
+  EXPECT_FALSE(answer("  - {who: robot, may: send, keys: [\"**\"], not: [knx.1_4_6]}\n"));
+  EXPECT_FALSE(answer("  - {who: robot, may: send, keys: [\"*\", \"*.*\"], not: [\"k*.1_4_6\"]}\n"));
+  EXPECT_FALSE(answer("  - {who: robot, may: all, not: [\"*.1_4_6.**\"]}\n"));
+  EXPECT_FALSE(answer(all + "  - {who: machine, may: send, keys: [\"knx.*\"], not: [knx.1_4_6]}\n"))
+      << "of another rule";
+  EXPECT_TRUE(answer(all + "  - {who: machine, may: set, keys: [\"knx.*\"], not: [knx.1_4_6]}\n")) << "another right";
+  EXPECT_TRUE(answer(all + "  - {who: kids, may: send, keys: [\"knx.*\"], not: [knx.1_4_6]}\n")) << "others";
+  EXPECT_TRUE(answer(all + "  - {who: robot, may: send, keys: [\"wsn-1.**\"], not: [\"*.7\"]}\n")) << "elsewhere";
+  EXPECT_TRUE(answer("  - {who: robot, may: send, keys: [\"**\"], not: [wsn-1.7]}\n"));
+  for (const auto* one : {"own", "island:2", "knx.1_4_7"})
+    EXPECT_TRUE(answer("  - {who: robot, may: send, keys: [\"**\"], not: [\"*.1_4_6\"]}\n", one)) << one;
+}
+
+TEST(Rights, SayWhyANetworkAsAWholeIsDenied) {
+  const Rights rights(rules_in(case_text("home.yaml")));
+  EXPECT_EQ(rights.decide(kRobot, Right::kSend, "knx-hall").text,
+            "rule 10 (home.yaml:12:5) denies it: what goes to knx-hall reaches the devices that it excepts too");
+  EXPECT_EQ(rights.decide(kRobot, Right::kSend, "knx-hall.1_4_6").text, "rule 10 (home.yaml:12:5) denies it");
+}
+
 TEST(Rights, AMemberWithTheNameOfAnotherAndOtherRolesIsJudgedByItself) {
   const Rights rights(rules_in("rights:\n  - {who: kids, may: read, keys: [a]}\n"));
   Member tablet{.name = "tablet", .roles = {"kids"}};
