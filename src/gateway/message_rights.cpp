@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/bytes.h"
+#include "model/json_members.h"
 #include "rubicon/key.hpp"
 #include "tuples/space_rights.h"
 
@@ -14,10 +16,28 @@ namespace {
 constexpr std::string_view kOwn = "own";
 constexpr std::string_view kIslands = "island:";
 
-/// What a message is, for the audit: its content is the business of its receiver.
+/// Longest word of a request that the audit gets.
+constexpr std::size_t kMaxWord = 32;
+
+/// A word, or a number, of the request of a tool.
+std::string word_of(const nlohmann::json& request, const char* name) {
+  const auto found = request.find(name);
+  if (found == request.end() || !found->is_primitive()) return {};
+  return (found->is_string() ? found->get<std::string>() : model::dump(*found)).substr(0, kMaxWord);
+}
+
+/// What a message is, for the audit: its content is the business of its receiver. Of a request of a tool also what it
+/// does and where: `knx.request write 1/4/6`. Those are JSON with `do`, for networks of all types.
 std::string about(const Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
-  return opaque ? opaque->type : std::string(to_string(message.kind()));
+  if (!opaque) return std::string(to_string(message.kind()));
+  const auto request = model::object_of(base::as_text(opaque->bytes));
+  auto text = opaque->type;
+  if (!request.contains("do")) return text;
+  for (const auto* name : {"do", "address"}) {
+    if (const auto word = word_of(request, name); !word.empty()) text += ' ' + word;
+  }
+  return text;
 }
 
 }  // namespace

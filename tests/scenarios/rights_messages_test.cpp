@@ -122,6 +122,20 @@ TEST_F(RightsOfMessages, ANetworkAsAWholeTakesNoneFromWhoMayNotSendToEachOfItsDe
                                     "maid send scripted-1: accepted"));
 }
 
+TEST_F(RightsOfMessages, TheAuditSaysWhatARequestOfAToolDoesAndWhere) {
+  start(1, {rule("robot", {Right::kSend})});
+  for (const std::string_view bytes :
+       {R"({"id": "1", "do": "write", "address": "1/4/6", "value": "on"})", R"({"do": "read", "address": 7})",
+        R"({"text": "hi"})", R"({"do": {"do": "x"}, "address": ["x"]})", "\xff{"}) {
+    auto message = note(1, "scripted-1");
+    message.body = model::Opaque{"knx.request", Bytes(base::as_bytes(bytes).begin(), base::as_bytes(bytes).end())};
+    post(robot(), 1, message);
+  }
+  post(robot(), 1, note(1, "scripted-1"));
+  EXPECT_THAT(audits[1]->values, ElementsAre("knx.request write 1/4/6", "knx.request read 7", "knx.request",
+                                             "knx.request", "knx.request", "note"));
+}
+
 TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
   start(1, {rule("robot", {Right::kSend}, {"island:2"}), rule("maid", {Right::kSend}, {"island:2"})});
   start(2, {rule("maid", {Right::kSet}, {kLampCommand}), rule("island:1", {Right::kSend}, {"scripted-1.7"})});

@@ -20,8 +20,9 @@ class CollectingAudit final : public trust::rights::Audit {
     hosts.emplace_back(line.host);
     serials.push_back(line.who.serial);
     whys.emplace_back(line.why);
+    values.emplace_back(line.value);
   }
-  std::vector<std::string> lines, hosts, serials, whys;
+  std::vector<std::string> lines, hosts, serials, whys, values;
 };
 
 inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> may,
