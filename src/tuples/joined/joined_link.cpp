@@ -346,9 +346,10 @@ void JoinedLink::refuse(std::size_t engine, const RemoteSet& set) {
   link.reply(reply);
 }
 
+/// The owner answers by an engine that proves who it is as the one where it lives does.
 bool JoinedLink::on_reply(std::size_t engine, OwnerId from, const Reply& reply) {
   const auto* peer = find(from);
-  if (peer && peer->at(engine) && !peer->is_resident(engine)) return false;
+  if (peer && peer->home() && !(peer->at(engine) && peer->is_resident(engine))) return false;
   return listener_->on_reply(from, reply);
 }
 

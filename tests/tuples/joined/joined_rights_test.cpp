@@ -200,6 +200,17 @@ TEST_F(WithAStranger, NobodyForgesValuesOfAMemberWhoseStartHeCopies) {
               testing::ElementsAre("setting 'a': wire does not prove that it is component 2, which own proves"));
 }
 
+TEST_F(WithAStranger, NobodyAnswersForAMember) {
+  own.certify(kOwner, two);
+  start_owner();
+  start_liar(witness.starts.at(kOwner));
+  Reply answer;
+  const auto request = island->set_remote(kOwner, "lamp", "x", 5s, [&answer](const Reply& reply) { answer = reply; });
+  liar_link->reply({kIsland, request, Verdict::kApplied, {}, {}});
+  time.run_for(1s);
+  EXPECT_EQ(answer.text, "lamp is read-only for other components");
+}
+
 TEST_F(WithAStranger, AMemberThatIsBackTakesItsIdAndItsTuples) {
   own.certify(kOwner, two);
   start_owner();
