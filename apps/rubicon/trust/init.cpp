@@ -4,11 +4,12 @@
 #include <algorithm>
 
 #include "apps/rubicon/trust/commands.h"
-#include "apps/rubicon/trust/started_realm.h"
+#include "apps/rubicon/trust/needs_host.h"
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "model/json_members.h"
 #include "trust/place.h"
+#include "trust/started_realm.h"
 #include "trust/trust_folder.h"
 
 namespace rubicon::cli::trust {
@@ -16,6 +17,10 @@ namespace rubicon::cli::trust {
 namespace {
 
 namespace fs = std::filesystem;
+using rubicon::trust::FolderContents;
+using rubicon::trust::StartedRealm;
+using rubicon::trust::TrustFolder;
+using rubicon::trust::whole_path;
 
 /// A configuration of this host, or why its island gets no certificate.
 struct Found {
@@ -35,17 +40,22 @@ Result<OwnerId> island_of(const std::string& file) {
   return OwnerId(static_cast<std::uint32_t>(id));
 }
 
-/// The configurations beside the folder, by name: /etc/rubicon/*.yaml.
-std::vector<Found> configurations_beside(const fs::path& folder) {
-  std::vector<Found> all;
+/// The configurations beside the folder, by name: /etc/rubicon/*.yaml. And one that lies elsewhere, unless its name is
+/// empty.
+std::vector<Found> configurations_of(const fs::path& folder, const std::string& further) {
+  std::vector<std::string> files;
   std::error_code error;
-  const auto beside = fs::absolute(folder, error).lexically_normal().parent_path();
+  const auto beside = whole_path(folder).parent_path();
   for (const auto& entry : fs::directory_iterator(beside, error)) {
-    const auto file = entry.path().string();
-    if (entry.path().extension() == ".yaml" && !is_of_another_realm(file, folder))
-      all.push_back({file, island_of(file)});
+    if (entry.path().extension() == ".yaml") files.push_back(entry.path().string());
   }
-  std::sort(all.begin(), all.end(), [](const Found& a, const Found& b) { return a.file < b.file; });
+  std::sort(files.begin(), files.end());
+  const auto is_it = [&](const std::string& file) { return fs::equivalent(file, further, error); };
+  if (!further.empty() && std::none_of(files.begin(), files.end(), is_it)) files.push_back(further);
+  std::vector<Found> all;
+  for (const auto& file : files) {
+    if (!is_of_another_realm(file, folder)) all.push_back({file, island_of(file)});
+  }
   return all;
 }
 
@@ -55,8 +65,6 @@ struct Outcome {
   std::vector<OwnerId> added;
   std::vector<std::string> faults;  ///< of members that could not be added
 };
-
-using rubicon::trust::FolderContents;
 
 bool is_unreadable(const FolderContents& there, std::string_view name) {
   return std::any_of(there.unreadable.begin(), there.unreadable.end(),
@@ -80,8 +88,7 @@ bool has_island(const FolderContents& there, OwnerId island) {
 Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& islands) {
   const auto there = rubicon::trust::show(folder, now());
   if (!there) return fail(there.error());
-  if (const auto safe = rubicon::trust::TrustFolder(folder).prepare(there->has_authority); !safe)
-    return fail(safe.error());
+  if (const auto safe = TrustFolder(folder).prepare(there->has_authority); !safe) return fail(safe.error());
   Outcome outcome{there->realm, false, {}, {}};
   if (!there->has_authority) return outcome;
   for (const auto& one : there->unreadable) outcome.faults.push_back(one.reason);
@@ -102,13 +109,13 @@ Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& 
 }
 
 Result<Outcome> make(const fs::path& folder, const std::string& realm, const std::vector<OwnerId>& islands) {
-  if (has_realm(folder)) return add_missing(folder, islands);
+  if (TrustFolder(folder).has_realm()) return add_missing(folder, islands);
   rubicon::trust::InitOptions options;
   if (!realm.empty()) options.realm = realm;
   options.islands = islands;
   auto made = rubicon::trust::init(folder, options, now());
   if (made) return Outcome{std::move(*made), true, islands, {}};
-  if (!has_realm(folder)) return fail(made.error());
+  if (!TrustFolder(folder).has_realm()) return fail(made.error());
   return add_missing(folder, islands);
 }
 
@@ -139,9 +146,9 @@ std::string in_one_line(std::string text) {
   return printable(text);
 }
 
-std::vector<OwnerId> islands_beside(const fs::path& folder) {
+std::vector<OwnerId> islands_of(const fs::path& folder, const std::string& further) {
   std::vector<OwnerId> islands;
-  for (const auto& one : configurations_beside(folder)) {
+  for (const auto& one : configurations_of(folder, further)) {
     if (!one.island) {
       print_error(fmt::format("no certificate for {}: {}", one.file, in_one_line(one.island.error().text)));
     } else if (std::find(islands.begin(), islands.end(), *one.island) == islands.end()) {
@@ -163,13 +170,13 @@ void put_made(Output& out, const Settings& settings, const Outcome& outcome, con
   out.line(model::dump(line));
 }
 
-int run(const Settings& settings, const std::string& realm, const StartedRealm* started) {
+int run(const Settings& settings, const InitCommand& command, const StartedRealm* started) {
   const auto folder = folder_of(settings);
-  const auto made = make(folder, realm, islands_beside(folder));
+  const auto made = make(folder, command.realm, islands_of(folder, command.island_file));
   if (!made) {
     // Islands that have their certificates start all the same.
     const int code = failed_at(folder, made.error());
-    return has_realm(folder) ? int{kGood} : code;
+    return TrustFolder(folder).has_realm() ? int{kGood} : code;
   }
   for (const auto& fault : made->faults) print_error(printable(fault));
   if (started != nullptr) {
@@ -184,10 +191,11 @@ int run(const Settings& settings, const std::string& realm, const StartedRealm* 
 /// Before an island starts. One without a file does not: a name that was mistyped makes no realm.
 int run_for(const Settings& settings, const InitCommand& command) {
   if (std::error_code error; !fs::exists(command.island_file, error) && !error) return kGood;
-  if (is_without_host(command.island_file)) return kGood;
-  const StartedRealm started(folder_of(settings));
+  const auto folder = folder_of(settings);
+  if (is_of_another_realm(command.island_file, folder)) return kGood;
+  const StartedRealm started(folder);
   if (const auto there = started.check_is_there(); !there) return failed(there.error());
-  return run(settings, command.realm, &started);
+  return run(settings, command, &started);
 }
 
 }  // namespace
@@ -201,7 +209,7 @@ void add_init(Cli& cli, CLI::App* parent) {
        "what is there stays as it is. A member that cannot be made is named; the exit code is 0 if there is a realm.\n",
        parent},
       [](const Settings& settings, const InitCommand& command) {
-        return command.island_file.empty() ? run(settings, command.realm, nullptr) : run_for(settings, command);
+        return command.island_file.empty() ? run(settings, command, nullptr) : run_for(settings, command);
       });
   app->add_option("--realm", options->realm, "name of the realm; a random end is added; default Rubicon");
   app->add_option("--for", options->island_file,
