@@ -12,7 +12,8 @@
 #include <fstream>
 #include <string_view>
 
-#include "trust/issuer.h"
+#include "trust/chosen_member.h"
+#include "trust/trust_folder.h"
 
 namespace rubicon::trust {
 
@@ -82,25 +83,13 @@ Result<Place> readable(Place place) {
   return not_in_group(key);
 }
 
-/// A member whose certificate is damaged is no reason against the others, unless none of them fits.
-Result<std::string> member_of_people(const TrustFolder& folder, const fs::path& root) {
-  std::string found;
-  std::optional<Error> damage;
-  for (const auto& name : folder.members()) {
-    if (name == kLocalMember) return name;
-    const auto member = folder.member(name);
-    if (!member) damage = member.error();
-    if (!member || is_island_member(*member) || !folder.files().exists(key_file(name))) continue;
-    if (!found.empty())
-      return fail(ErrorCode::kDuplicate, fmt::format("{}: has the members {} and {}: expected one, or one called {}",
-                                                     root.string(), found, name, kLocalMember));
-    found = name;
-  }
-  if (!found.empty()) return found;
-  if (damage) return fail(*damage);
-  return fail(
-      ErrorCode::kNotFound,
-      fmt::format("{}: has no member for people: `rubicon trust join` takes one from its bundle", root.string()));
+/// Empty: systemd hands out none.
+fs::path key_of_systemd() {
+  const auto credentials = environment("CREDENTIALS_DIRECTORY");
+  if (credentials.empty()) return {};
+  const auto key = fs::path(credentials) / kCredential;
+  std::string line;  // units without a key have the word `none` as their credential
+  return std::getline(std::ifstream(key), line) && line != "none" ? key : fs::path();
 }
 
 }  // namespace
@@ -111,12 +100,11 @@ fs::path user_folder() {
 }
 
 Result<Place> place_in(const fs::path& folder) {
-  const TrustFolder trust(folder);
   if (auto checked =
           check_has_realm(folder, "expected a folder that `rubicon trust init` or `rubicon trust join` made");
       !checked)
     return fail(checked.error());
-  auto member = member_of_people(trust, folder);
+  auto member = choose_member_of_people(folder);
   if (!member) return fail(member.error());
   return readable({folder, std::move(*member), {}, {}});
 }
@@ -138,32 +126,13 @@ Result<std::optional<Place>> place_of_user() {
 }
 
 Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
-  const TrustFolder trust(folder);
   if (auto checked = check_has_realm(folder, "`rubicon trust init` makes one, `rubicon trust join` takes part in one");
       !checked)
     return fail(checked.error());
+  auto member = choose_member_of_island(folder, island);
+  if (!member) return fail(member.error());
   const auto state = environment("STATE_DIRECTORY");  // of several the first one: `a:b`
-  Place place{folder, {}, {}, state.substr(0, state.find(':'))};
-  std::optional<Error> damage;
-  for (const auto& name : trust.members()) {
-    const auto member = trust.member(name);
-    if (!member) damage = member.error();
-    if (!member || !is_island_member(*member) || !member->may_use(island)) continue;
-    // A host that was given another member for its island keeps the former one.
-    if (place.member.empty() || trust.files().exists(key_file(name))) place.member = name;
-  }
-  if (place.member.empty() && damage) return fail(*damage);
-  if (place.member.empty())
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{}: has no member with the id of island {}: run `rubicon trust add island-{} --island {}` "
-                            "where the realm was made",
-                            folder.string(), model::number(island), model::number(island), model::number(island)));
-  if (const auto credentials = environment("CREDENTIALS_DIRECTORY"); !credentials.empty()) {
-    const auto key = fs::path(credentials) / kCredential;
-    std::string line;  // units without a key have the word `none` as their credential
-    if (std::getline(std::ifstream(key), line) && line != "none") place.key = key;
-  }
-  return place;
+  return Place{folder, std::move(*member), key_of_systemd(), state.substr(0, state.find(':'))};
 }
 
 std::optional<fs::path> default_folder() {

@@ -29,13 +29,13 @@ std::filesystem::path user_folder();
 /// The folder of place_of_user(), without a look at what is in it. nullopt: there is none.
 std::optional<std::filesystem::path> folder_of_user();
 /// The place for the person who runs a tool. $RUBICON_TRUST comes first (`no`, or a folder), then
-/// ~/.config/rubicon/trust, then the host's folder. The member is `local`, else the only one with a key. nullopt: there
-/// is none, tools work without trust. kRefused: there is one that this user may not enter or read; the text says how to
+/// ~/.config/rubicon/trust, then the host's folder. The member is that of choose_member_of_people(). nullopt: there is
+/// none, tools work without trust. kRefused: there is one that this user may not enter or read; the text says how to
 /// join the group.
 Result<std::optional<Place>> place_of_user();
 /// The same for one folder.
 Result<Place> place_in(const std::filesystem::path& folder);
-/// The place of an island: the member of the folder that has its id. The key of systemd's credential `trust-key` comes
+/// The place of an island: the member of choose_member_of_island(). The key of systemd's credential `trust-key` comes
 /// before that of the folder.
 Result<Place> place_of_island(const std::filesystem::path& folder, OwnerId island);
 /// Whether an island has trust if its configuration does not say: $RUBICON_TRUST, else whether the host's folder

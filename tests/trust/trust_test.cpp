@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -20,6 +19,7 @@
 #include "trust/operations.h"
 #include "trust/private_memory.h"
 #include "trust/trust_folder.h"
+#include "trust/variable.h"
 
 namespace rubicon::trust {
 namespace {
@@ -29,22 +29,6 @@ using std::chrono::days;
 
 constexpr WallTime kStart = std::chrono::sys_days(std::chrono::year(2026) / 1 / 1);  // of VirtualScheduler
 constexpr tuples::dds::GuidPrefix kPeer{1};
-
-/// Sets a variable of the environment until its end.
-class Variable {
- public:
-  Variable(const char* name, const std::string& value) : name_(name) {
-    if (const char* before = std::getenv(name); before != nullptr) before_ = before;
-    ::setenv(name, value.c_str(), 1);
-  }
-  ~Variable() { before_ ? ::setenv(name_, before_->c_str(), 1) : ::unsetenv(name_); }
-  Variable(const Variable&) = delete;
-  Variable& operator=(const Variable&) = delete;
-
- private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
 
 /// A realm with island 7, `local` and `desk`, and the guard that this test speaks for.
 class TrustTest : public testing::Test {
@@ -388,87 +372,6 @@ TEST_F(TrustTest, TheBuildHasTheGuardBesideItsPrograms) {
   const auto trust = open();
   ASSERT_TRUE(trust);
   EXPECT_TRUE((*trust)->guard_library().ends_with("/librubicon-guard.so")) << (*trust)->guard_library();
-}
-
-TEST_F(TrustTest, PlacesFollowTheEnvironment) {
-  const Variable home("HOME", folder_.path());
-  {
-    const Variable no("RUBICON_TRUST", "no");
-    EXPECT_FALSE(place_of_user()->has_value());
-    EXPECT_FALSE(default_folder());
-  }
-  {
-    const Variable folder("RUBICON_TRUST", root_.string());
-    const auto place = place_of_user();
-    ASSERT_TRUE(place && *place);
-    EXPECT_EQ((*place)->member, "local");
-    EXPECT_EQ(default_folder(), root_);
-  }
-  {
-    const Variable folder("RUBICON_TRUST", folder_ / "none");
-    EXPECT_FALSE(place_of_user());
-  }
-  const Variable unset("RUBICON_TRUST", "");
-  fs::create_directories(user_folder().parent_path());
-  fs::rename(root_, user_folder());
-  const auto place = place_of_user();
-  ASSERT_TRUE(place && *place);
-  EXPECT_EQ((*place)->folder, user_folder());
-}
-
-/// What cannot be seen is not absent: it is an error, and nothing starts open.
-TEST_F(TrustTest, AFolderThatCannotBeSeenIsAnError) {
-  const Variable home("HOME", folder_.path()), unset("RUBICON_TRUST", "");
-  fs::create_directories(user_folder().parent_path());
-  fs::create_symlink(folder_ / "gone", user_folder());
-  EXPECT_FALSE(place_of_user()) << "a link to nothing";
-  fs::remove(user_folder());
-  fs::create_symlink(user_folder(), user_folder());
-  EXPECT_FALSE(place_of_user()) << "a link to itself";
-  EXPECT_FALSE(place_of_island(user_folder(), OwnerId{7}));
-  fs::remove(user_folder());
-  fs::create_directory(user_folder());
-  EXPECT_TRUE(place_of_user()) << "a request only";
-}
-
-TEST_F(TrustTest, WhoMayNotEnterAFolderGetsTheWayIntoTheGroup) {
-  if (::geteuid() != 0) GTEST_SKIP() << "needs root";
-  const Variable home("HOME", folder_ / "nowhere"), named("RUBICON_TRUST", root_.string());
-  ASSERT_EQ(::chmod(root_.c_str(), 0700), 0);
-  ASSERT_EQ(::seteuid(65534), 0);
-  const auto place = place_of_user();
-  const auto island = place_of_island(root_, OwnerId{7});
-  ASSERT_EQ(::seteuid(0), 0);
-  ASSERT_FALSE(place || island);
-  EXPECT_NE(place.error().text.find("run `sudo adduser"), std::string::npos) << place.error().text;
-  EXPECT_EQ(island.error().code, ErrorCode::kRefused) << island.error().text;
-}
-
-TEST_F(TrustTest, ADamagedMemberIsNoReasonAgainstTheOthers) {
-  std::ofstream(root_ / "members/desk/certificate.pem") << "damaged";
-  EXPECT_TRUE(place_of_island(root_, OwnerId{7}));
-  EXPECT_TRUE(place_in(root_));
-  EXPECT_FALSE(place_of_island(root_, OwnerId{9}));
-}
-
-TEST_F(TrustTest, OfSeveralStateFoldersTheFirstOneIsUsed) {
-  const Variable state("STATE_DIRECTORY", "/var/lib/a:/var/lib/b");
-  const auto place = place_of_island(root_, OwnerId{7});
-  ASSERT_TRUE(place);
-  EXPECT_EQ(place->state, "/var/lib/a");
-}
-
-TEST_F(TrustTest, TheOnlyMemberOfPeopleNeedsNoName) {
-  const auto issued = add(root_, {"laptop", {}, {}, 10}, kStart);
-  ASSERT_TRUE(issued);
-  ASSERT_TRUE(join(folder_ / "away", issued->bundle, issued->phrase.view(), kStart));
-  const auto place = place_in(folder_ / "away");
-  ASSERT_TRUE(place) << place.error().text;
-  EXPECT_EQ(place->member, "laptop");
-  EXPECT_FALSE(place_of_island(folder_ / "away", OwnerId{7}));
-  const auto missing = place_of_island(root_, OwnerId{9});
-  ASSERT_FALSE(missing);
-  EXPECT_NE(missing.error().text.find("`rubicon trust add island-9 --island 9`"), std::string::npos);
 }
 
 }  // namespace
