@@ -18,7 +18,7 @@ namespace {
 
 struct Candidate {
   std::string name;
-  bool is_revoked = false, has_key = false;
+  bool is_revoked = false, has_key = false, is_for_people = false;
   WallTime ends{};
 
   bool is_local() const { return name == kLocalMember; }
@@ -45,14 +45,15 @@ Candidates candidates_of(const TrustFolder& folder, Fits fits) {
   const auto revoked = revoked_in(folder);
   for (const auto& name : folder.members()) {
     const bool has_key = folder.files().exists(key_file(name));
+    const bool is_for_people = folder.files().key_readers(key_file(name)) == KeyReaders::kPeople;
     const auto member = folder.member(name);
     if (!member) {
       found.damage = member.error();
       // Who uses it gets the error.
       if (name == kLocalMember && fits({name, {}, {}, {}, {}}))
-        found.all.push_back({name, revoked.has_name(name), has_key, {}});
+        found.all.push_back({name, revoked.has_name(name), has_key, is_for_people, {}});
     } else if (fits(*member)) {
-      found.all.push_back({name, revoked.find(member->serial) != nullptr, has_key, member->expires});
+      found.all.push_back({name, revoked.find(member->serial) != nullptr, has_key, is_for_people, member->expires});
     }
   }
   return found;
@@ -81,7 +82,9 @@ Result<std::string> choose_member_of_people(const std::filesystem::path& folder)
       candidates_of(TrustFolder(folder), [](const tuples::Member& member) { return !is_island_member(member); });
   auto& all = found.all;
   std::erase_if(all, [](const Candidate& one) { return !one.has_key && !one.is_local(); });
-  const auto standing = [](const Candidate& one) { return std::tuple(!one.is_revoked, one.is_local()); };
+  const auto standing = [](const Candidate& one) {
+    return std::tuple(!one.is_revoked, one.is_local(), one.is_for_people);
+  };
   std::sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
     return std::tuple(standing(a), a.ends) > std::tuple(standing(b), b.ends);
   });

@@ -151,6 +151,13 @@ bool FolderFiles::exists(const std::string& name) const {
   return ::lstat(path(name).c_str(), &about) == 0;
 }
 
+KeyReaders FolderFiles::key_readers(const std::string& name) const {
+  struct stat about {};
+  const bool is_for_group =
+      ::lstat(path(name).c_str(), &about) == 0 && S_ISREG(about.st_mode) && (about.st_mode & S_IRGRP) != 0;
+  return is_for_group && people_group() == about.st_gid ? KeyReaders::kPeople : KeyReaders::kOwner;
+}
+
 std::vector<std::string> FolderFiles::names(const std::string& folder) const {
   std::vector<std::string> names;
   std::error_code none;

@@ -19,10 +19,10 @@ namespace rubicon::trust {
 /// The group whose people use the member `local` of a host; nullopt: this host has none.
 std::optional<gid_t> people_group();
 
-/// Who may read a key besides root.
+/// Who may read a key besides its owner.
 enum class KeyReaders : std::uint8_t {
-  kOwner,   ///< its owner: keys of the authorities and of islands
-  kPeople,  ///< people_group() too
+  kOwner,   ///< nobody
+  kPeople,  ///< people_group(), if the host has it: the key of `local`
 };
 
 /// Who changes a folder has a lock on this file of it.
@@ -44,6 +44,8 @@ class FolderFiles {
   /// people_group() if that is asked for.
   Result<SecretText> read_key(const std::string& name, KeyReaders readers = KeyReaders::kPeople) const;
   bool exists(const std::string& name) const;
+  /// Who may read this key now; kOwner also if there is none.
+  KeyReaders key_readers(const std::string& name) const;
   /// The names in a folder, sorted, without those that begin with a dot. None: there is no such folder.
   std::vector<std::string> names(const std::string& folder) const;
 

@@ -47,6 +47,12 @@ bool is_island_member(const tuples::Member& member) {
                      [](const auto& range) { return model::is_island(OwnerId{range.first}); });
 }
 
+tl::unexpected<Error> key_of_island(const std::string& name) {
+  return fail(
+      ErrorCode::kInvalid,
+      fmt::format("{} is the member of an island: its key is for root only, not for the people of the host", name));
+}
+
 Result<Issuer> Issuer::create(const std::filesystem::path& root, const std::string& realm, WallTime now) {
   if (auto clock = check_clock(now, "a new realm"); !clock) return fail(clock.error());
   auto authority = Authority::make(realm, now);

@@ -53,5 +53,7 @@ class Issuer {
 
 /// A member is an island's if it has an id of one.
 bool is_island_member(const tuples::Member& member);
+/// kInvalid: the people of the host must not use the key of this member.
+tl::unexpected<Error> key_of_island(const std::string& name);
 
 }  // namespace rubicon::trust

@@ -8,6 +8,7 @@
 
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
+#include "trust/folder_files.h"
 #include "trust/secret_text.h"
 #include "tuples/member.h"
 
@@ -87,8 +88,10 @@ Result<RealmIdentity> init(const std::filesystem::path& folder, const InitOption
 /// Makes a key and a certificate for another host. The key leaves in the bundle only. Certificates of other members
 /// that cannot be read matter only for an island: one of them may have its id.
 Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& options, WallTime now);
-/// The same for a member of this host: the key stays in the folder, there is no bundle.
-Result<tuples::Member> add_here(const std::filesystem::path& folder, const MemberOptions& options, WallTime now);
+/// The same for a member of this host: the key stays in the folder, there is no bundle. kInvalid: the key of an island
+/// is not for people.
+Result<tuples::Member> add_here(const std::filesystem::path& folder, const MemberOptions& options, WallTime now,
+                                KeyReaders readers = KeyReaders::kOwner);
 
 /// What a bundle holds, checked as join() does, without the phrase: to show the fingerprint before the question.
 struct BundleContents {
@@ -102,9 +105,10 @@ Result<BundleContents> inspect(std::string_view bundle, WallTime now);
 enum class Older { kRefuse, kTake };
 /// Writes the member of a bundle into a folder. The folder may be new, or belong to the same realm. A bundle without a
 /// key needs the key in the folder: of request(), or of the certificate before. kRefused: wrong phrase. kDuplicate:
-/// another realm, or an older certificate.
+/// another realm, or an older certificate. A key that the people of the host may read stays so. kInvalid: that of an
+/// island is not for people.
 Result<BundleContents> join(const std::filesystem::path& folder, std::string_view bundle, std::string_view phrase,
-                            WallTime now, Older older = Older::kRefuse);
+                            WallTime now, Older older = Older::kRefuse, KeyReaders readers = KeyReaders::kOwner);
 
 /// Makes a key in the folder, or takes that which is there, and gives the request for its certificate: PEM (PKCS 10).
 Result<std::string> request(const std::filesystem::path& folder, const std::string& name);

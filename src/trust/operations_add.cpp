@@ -20,13 +20,12 @@ Result<PrivateKey> key_of(const TrustFolder& folder, const std::string& name) {
   return PrivateKey::of_pem(pem->view(), files.path(key_file(name)));
 }
 
-Result<tuples::Member> add_member_here(Issuer& issuer, const MemberOptions& options) {
+Result<tuples::Member> add_member_here(Issuer& issuer, const MemberOptions& options, KeyReaders readers) {
   const auto key = key_of(issuer.folder(), options.name);
   if (!key) return fail(key.error());
   // The key first: a member without its key could not be made again, because its name is taken.
   if (auto checked = issuer.check(options, key->get()); !checked) return fail(checked.error());
-  const bool is_island = options.island != model::kNoOwner;
-  if (auto written = issuer.folder().write_key(options.name, *key, is_island); !written) return fail(written.error());
+  if (auto written = issuer.folder().write_key(options.name, *key, readers); !written) return fail(written.error());
   const auto papers = issuer.certify(options, key->get());
   if (!papers) return fail(papers.error());
   return issuer.folder().member(options.name);
@@ -45,17 +44,21 @@ MemberOptions member_of_island(OwnerId island) {
 Result<RealmIdentity> init(const std::filesystem::path& folder, const InitOptions& options, WallTime now) {
   auto issuer = Issuer::create(folder, options.realm, now);
   if (!issuer) return fail(issuer.error());
-  if (auto added = add_member_here(*issuer, member_of_people()); !added) return fail(added.error());
+  if (auto added = add_member_here(*issuer, member_of_people(), KeyReaders::kPeople); !added)
+    return fail(added.error());
   for (const auto island : options.islands) {
-    if (auto added = add_member_here(*issuer, member_of_island(island)); !added) return fail(added.error());
+    if (auto added = add_member_here(*issuer, member_of_island(island), KeyReaders::kOwner); !added)
+      return fail(added.error());
   }
   return issuer->authority().realm.identity();
 }
 
-Result<tuples::Member> add_here(const std::filesystem::path& folder, const MemberOptions& options, WallTime now) {
+Result<tuples::Member> add_here(const std::filesystem::path& folder, const MemberOptions& options, WallTime now,
+                                KeyReaders readers) {
+  if (options.island != model::kNoOwner && readers == KeyReaders::kPeople) return key_of_island(options.name);
   auto issuer = Issuer::open(folder, now);
   if (!issuer) return fail(issuer.error());
-  return add_member_here(*issuer, options);
+  return add_member_here(*issuer, options, readers);
 }
 
 Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& options, WallTime now) {

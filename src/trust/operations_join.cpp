@@ -87,11 +87,13 @@ Result<BundleContents> inspect(std::string_view bundle, WallTime now) {
 }
 
 Result<BundleContents> join(const std::filesystem::path& folder, std::string_view bundle, std::string_view phrase,
-                            WallTime now, Older older) {
+                            WallTime now, Older older, KeyReaders readers) {
   auto opened = open_bundle(bundle, now);
   if (!opened) return fail(opened.error());
   const TrustFolder target(folder);
   const auto& name = opened->checked.member.name;
+  const bool is_island = is_island_member(opened->checked.member);
+  if (is_island && readers == KeyReaders::kPeople) return key_of_island(name);
   const auto key = key_for(target, *opened, phrase);
   if (!key) return fail(key.error());
   if (!opened->checked.certificate.has_key(key->get()))
@@ -103,7 +105,8 @@ Result<BundleContents> join(const std::filesystem::path& folder, std::string_vie
   if (older == Older::kRefuse) {
     if (auto newer = check_not_older(target, opened->checked.certificate, name); !newer) return fail(newer.error());
   }
-  auto written = target.write_key(name, *key, is_island_member(opened->checked.member));
+  if (target.files().key_readers(key_file(name)) == KeyReaders::kPeople && !is_island) readers = KeyReaders::kPeople;
+  auto written = target.write_key(name, *key, readers);
   if (written) written = target.write_member(name, opened->bundle.papers);
   if (written) written = target.write_realm(opened->bundle.papers);
   if (!written) return fail(written.error());
@@ -126,8 +129,7 @@ Result<std::string> request(const std::filesystem::path& folder, const std::stri
   }
   const auto key = PrivateKey::make();
   if (!key) return fail(key.error());
-  // join() opens it to the people of the host, if the member is no island's.
-  if (auto written = target.write_key(name, *key, true); !written) return fail(written.error());
+  if (auto written = target.write_key(name, *key, KeyReaders::kOwner); !written) return fail(written.error());
   return CertificateRequest::make(name, *key);
 }
 

@@ -137,11 +137,12 @@ Result<void> TrustFolder::write_revoked(std::string_view document) const {
   return files_.write(kRevokedFile, document, kPublicFile);
 }
 
-Result<void> TrustFolder::write_key(const std::string& member, const PrivateKey& key, bool is_island) const {
+Result<void> TrustFolder::write_key(const std::string& member, const PrivateKey& key, KeyReaders readers) const {
   const auto pem = key.pem();
   if (!pem) return fail(pem.error());
   if (auto made = files_.make_folder(member_folder(member), kPublicFolder); !made) return made;
-  const auto group = is_island || ::geteuid() != 0 ? std::nullopt : people_group();
+  const bool is_for_people = readers == KeyReaders::kPeople || member == kLocalMember;
+  const auto group = is_for_people && ::geteuid() == 0 ? people_group() : std::nullopt;
   return files_.write(key_file(member), pem->view(), group ? kPeopleKeyFile : kKeyFile, group);
 }
 

@@ -49,8 +49,8 @@ class TrustFolder {
   /// The certificate of the identities comes last: with it the folder has a realm.
   Result<void> write_realm(const Papers& papers) const;
   Result<void> write_revoked(std::string_view document) const;
-  /// `is_island`: its key is for root only, whoever is in people_group().
-  Result<void> write_key(const std::string& member, const PrivateKey& key, bool is_island) const;
+  /// That of kLocalMember is for the people always. Only root gives a key to them.
+  Result<void> write_key(const std::string& member, const PrivateKey& key, KeyReaders readers) const;
   Result<void> write_member(const std::string& member, const Papers& papers) const;
 
  private:

@@ -205,7 +205,7 @@ TEST_F(TrustFolderTest, NothingIsWrittenThroughASymbolicLink) {
   EXPECT_FALSE(fs::is_symlink(root_ / "revoked.p7s"));
   fs::rename(root_ / "members", folder_ / "elsewhere");
   fs::create_symlink(folder_ / "elsewhere", root_ / "members");
-  EXPECT_FALSE(trust_.write_key("local", *PrivateKey::make(), false));
+  EXPECT_FALSE(trust_.write_key("local", *PrivateKey::make(), KeyReaders::kOwner));
 }
 
 TEST_F(TrustFolderTest, KeysThatOthersMayUseAreRefused) {
@@ -268,6 +268,39 @@ TEST_F(TrustFolderTest, ThePeopleOfTheHostReadTheKeyOfLocalOnly) {
   EXPECT_EQ(access_of("members/local/key.pem"), std::pair(0640U, people.number()));
   for (const auto* name : {"members/island-7/key.pem", "ca/identity.key", "ca/permissions.key", "ca/members"})
     EXPECT_EQ(access_of(name).first, 0600U) << name;
+}
+
+/// Whoever may read a key can act as its member.
+TEST_F(TrustFolderTest, AKeyIsForThePeopleOfTheHostOnlyIfThatIsAskedFor) {
+  const support::HostGroup people("rubicon");
+  if (!people.exists()) GTEST_SKIP() << people.reason();
+  const auto readers = [](const fs::path& root, const char* name) {
+    return std::pair(FolderFiles(root).key_readers(key_file(name)), mode_of(root / key_file(name)));
+  };
+  const std::pair for_owner(KeyReaders::kOwner, mode_t{0600}), for_people(KeyReaders::kPeople, mode_t{0640});
+  ASSERT_TRUE(add_here(root_, {"panel", {}, {}, 100}, kNow));
+  EXPECT_EQ(readers(root_, "panel"), for_owner);
+  ASSERT_TRUE(add_here(root_, {"people", {}, {}, 100}, kNow, KeyReaders::kPeople));
+  EXPECT_EQ(readers(root_, "people"), for_people);
+  const auto hall = add_here(root_, {"hall", OwnerId{8}, {}, 100}, kNow, KeyReaders::kPeople);
+  ASSERT_FALSE(hall);
+  EXPECT_EQ(hall.error().code, ErrorCode::kInvalid);
+  EXPECT_FALSE(fs::exists(root_ / "members/hall"));
+
+  const auto away = fs::path(folder_ / "away");
+  const auto desk = add(root_, {"desk", {}, {}, 100}, kNow);
+  ASSERT_TRUE(desk);
+  ASSERT_TRUE(join(away, desk->bundle, desk->phrase.view(), kNow));
+  EXPECT_EQ(readers(away, "desk"), for_owner);
+  ASSERT_TRUE(join(away, desk->bundle, desk->phrase.view(), kNow, Older::kRefuse, KeyReaders::kPeople));
+  EXPECT_EQ(readers(away, "desk"), for_people);
+  const auto renewed = renew(root_, "desk", 200, kNow);
+  ASSERT_TRUE(renewed && join(away, renewed->bundle, {}, kNow));
+  EXPECT_EQ(readers(away, "desk"), for_people) << "as before";
+  const auto island = add(root_, member_of_island(OwnerId{9}), kNow);
+  ASSERT_TRUE(island);
+  EXPECT_FALSE(join(away, island->bundle, island->phrase.view(), kNow, Older::kRefuse, KeyReaders::kPeople));
+  EXPECT_FALSE(fs::exists(away / "members/island-9"));
 }
 
 TEST_F(TrustFolderTest, AFolderThatOthersMayChangeIsNotUsed) {

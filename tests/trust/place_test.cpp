@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "support/folder.h"
+#include "support/host_group.h"
 #include "trust/now.h"
 #include "trust/operations.h"
 #include "trust/trust_folder.h"
@@ -162,6 +163,15 @@ TEST_F(PlaceTest, PeopleAreNoMemberThatWasRevokedIfThereIsAnother) {
   EXPECT_EQ(people(), "people");
   revoke_one("people");
   EXPECT_EQ(people(), "local") << "all are revoked, its start says so";
+}
+
+TEST_F(PlaceTest, AKeyThatIsForThePeopleOfTheHostComesBeforeOthers) {
+  const support::HostGroup group("rubicon");
+  if (!group.exists()) GTEST_SKIP() << group.reason();
+  revoke_one("local");
+  for (const auto* service : {"panel", "robot"}) add_one(service);
+  ASSERT_TRUE(add_here(root_, {"people", {}, {}, 10}, kNow, KeyReaders::kPeople));
+  EXPECT_EQ(people(), "people");
 }
 
 TEST_F(PlaceTest, AListThatCannotBeReadRevokesNobody) {

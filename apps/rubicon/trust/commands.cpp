@@ -49,6 +49,7 @@ namespace trust {
 namespace {
 
 namespace fs = std::filesystem;
+using rubicon::trust::KeyReaders;
 
 constexpr std::size_t kLargestText = 256 * 1024;
 constexpr mode_t kPrivate = 0600;
@@ -108,6 +109,16 @@ Result<fs::path> own_folder(const Settings& settings) {
   if (::geteuid() == 0) return fs::path(rubicon::trust::kHostFolder);
   if (auto folder = rubicon::trust::user_folder(); !folder.empty()) return folder;
   return fail(ErrorCode::kNotFound, "HOME is not set, expected --trust FOLDER");
+}
+
+Result<KeyReaders> key_readers(bool for_people) {
+  if (!for_people) return KeyReaders::kOwner;
+  if (::geteuid() != 0)
+    return fail(ErrorCode::kRefused, "--people gives a key to the group rubicon of this host: expected root (sudo)");
+  if (!rubicon::trust::people_group())
+    return fail(ErrorCode::kNotFound,
+                "--people: this host has no group rubicon; `sudo addgroup --system rubicon` makes one");
+  return KeyReaders::kPeople;
 }
 
 WallTime now() {

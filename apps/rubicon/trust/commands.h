@@ -31,6 +31,9 @@ std::filesystem::path folder_of(const Settings& settings);
 std::filesystem::path folder_to_show(const Settings& settings);
 /// The folder that a person writes: that of the host for root, else the one in the home directory.
 Result<std::filesystem::path> own_folder(const Settings& settings);
+/// Who may read a key of this host; `for_people` = --people. kRefused: only root gives one to the group. kNotFound:
+/// there is no group.
+Result<rubicon::trust::KeyReaders> key_readers(bool for_people);
 /// By the clock of this host.
 WallTime now();
 /// Prints the error; its exit code.

@@ -12,7 +12,7 @@ using rubicon::trust::BundleContents;
 
 struct JoinOptions {
   std::string file;
-  bool yes = false, older = false;
+  bool yes = false, older = false, people = false;
   PhraseOptions phrase;
 };
 
@@ -35,6 +35,8 @@ int join(const Settings& settings, const JoinOptions& options) {
   if (!bundle) return failed({bundle.error().code, fmt::format("{}: {}", options.file, bundle.error().text)});
   const auto folder = own_folder(settings);
   if (!folder) return failed(folder.error());
+  const auto readers = key_readers(options.people);
+  if (!readers) return failed(readers.error());
   Output out(1);
   if (!settings.json) show(out, *bundle);
   out.flush();
@@ -49,7 +51,7 @@ int join(const Settings& settings, const JoinOptions& options) {
   }
   const auto joined =
       rubicon::trust::join(*folder, *text, phrase.view(), now(),
-                           options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse);
+                           options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse, *readers);
   if (!joined) return failed_at(*folder, joined.error());
   if (settings.json) {
     out.line(model::dump(
@@ -84,6 +86,7 @@ void add_join(Cli& cli, CLI::App* parent) {
   app->add_option("FILE", options->file, "what `add`, `sign`, `renew` or `export` wrote")->required();
   app->add_flag("--yes", options->yes, "the fingerprint was compared before");
   app->add_flag("--older", options->older, "take the file even if the certificate that is there ends later");
+  app->add_flag("--people", options->people, "as root: the people of this host (group rubicon) may use its key");
   app->add_option("--phrase-file", options->phrase.file, "file with the pass phrase")->type_name("FILE");
 }
 

@@ -17,7 +17,7 @@ struct AddOptions {
   MemberOptions member;
   std::uint32_t island = 0;
   std::string out;
-  bool here = false;
+  bool here = false, people = false;
   PhraseOptions phrase;
   std::string request;  ///< file to sign
 
@@ -105,8 +105,10 @@ int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
 
 int add_here(const Settings& settings, const AddOptions& options) {
   const auto folder = folder_of(settings);
+  const auto readers = key_readers(options.people);
+  if (!readers) return failed(readers.error());
   put_unreadable(folder);
-  const auto added = rubicon::trust::add_here(folder, options.wanted(), now());
+  const auto added = rubicon::trust::add_here(folder, options.wanted(), now(), *readers);
   if (!added) return failed_at(folder, added.error());
   Output out(1);
   out.line(settings.json ? model::dump({{"member", as_json(*added)}})
@@ -179,7 +181,9 @@ void add_add(Cli& cli, CLI::App* parent) {
   app->add_option("NAME", options->member.name, "name of the member, as rights name it; never given again")->required();
   add_options_of_member(app, *options);
   app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
-  app->add_flag("--here", options->here, "for this host: its key stays in the folder");
+  auto* here = app->add_flag("--here", options->here, "for this host: its key stays in the folder, for root only");
+  app->add_flag("--people", options->people, "with --here: the people of this host (group rubicon) may use its key")
+      ->needs(here);
   add_phrase_option(app, *options);
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/rubicon/trust/phrase.h"
 #include "apps/rubicon/trust_commands.h"
+#include "support/host_group.h"
 #include "support/own_memory.h"
 #include "support/process.h"
 #include "support/terminal.h"
@@ -77,6 +78,24 @@ TEST_F(TrustCommands, AMemberIsCarriedToAnotherHost) {
   EXPECT_EQ(member("desk", other)["has-key"], true);
   EXPECT_EQ(mode_of(other + "/members/desk/key.pem"), "600");
   EXPECT_THAT(joined.output + joined.errors, Not(HasSubstr(phrase)));
+}
+
+TEST_F(TrustCommands, AKeyIsForThePeopleOfTheHostOnlyWithThatOption) {
+  const support::HostGroup group("rubicon");
+  if (!group.exists()) GTEST_SKIP() << group.reason();
+  init();
+  EXPECT_EQ(trust({"add", "panel", "--here"}).code, 0);
+  EXPECT_EQ(trust({"add", "people", "--here", "--people"}).code, 0);
+  EXPECT_EQ(mode_of(trust() + "/members/panel/key.pem"), "600");
+  EXPECT_EQ(mode_of(trust() + "/members/people/key.pem"), "640");
+  EXPECT_EQ(trust({"add", "desk", "--people"}).code, 2) << "its key goes to another host";
+  EXPECT_EQ(trust({"add", "lab", "--island", "7", "--here", "--people"}).code, 2);
+  const auto [file, phrase] = added("desk");
+  const auto other = folder_.file("other");
+  ASSERT_EQ(with(other, {"join", file, "--yes"}, phrase + "\n").code, 0);
+  EXPECT_EQ(mode_of(other + "/members/desk/key.pem"), "600");
+  ASSERT_EQ(with(other, {"join", file, "--yes", "--people"}, phrase + "\n").code, 0);
+  EXPECT_EQ(mode_of(other + "/members/desk/key.pem"), "640");
 }
 
 TEST_F(TrustCommands, AWrongPhraseOpensNothing) {
