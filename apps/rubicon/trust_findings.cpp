@@ -27,6 +27,13 @@ struct Advice {
   std::string_view part, fix;
 };
 constexpr std::array kAdvice{
+    Advice{"no group rubicon",
+           "sudo addgroup --system rubicon, sudo rubicon trust init, sudo adduser USER rubicon, then log in again; or "
+           "join with a certificate of your own: rubicon trust join FILE"},
+    Advice{"gives it to the group rubicon",
+           "sudo rubicon trust init, sudo adduser USER rubicon, then log in again; or join with a certificate of your "
+           "own: rubicon trust join FILE"},
+    Advice{"takes a member of your own", "join with a certificate of your own: rubicon trust join FILE"},
     Advice{"adduser",
            "sudo adduser USER rubicon, then log in again; or join with a certificate of your own: rubicon "
            "trust join FILE"},

@@ -116,6 +116,9 @@ Result<std::string> request(const std::filesystem::path& folder, const std::stri
 Result<Issued> sign(const std::filesystem::path& folder, std::string_view request, const MemberOptions& options,
                     WallTime now);
 
+/// Gives the key of `local` to people_group(), if it is for root only. Only root does. True: it was given now.
+Result<bool> give_local_to_people(const std::filesystem::path& folder);
+
 /// Puts all certificates of a member on the list of revoked ones. The new list, signed, is for everybody (it is in the
 /// folder too). kNotFound: no such member.
 Result<std::string> revoke(const std::filesystem::path& folder, const std::string& name, WallTime now);

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 
 #include "trust/bundle.h"
 #include "trust/issuer.h"
 #include "trust/operations.h"
+#include "trust/place.h"
 #include "trust/signed_text.h"
 
 namespace rubicon::trust {
@@ -51,6 +53,22 @@ WallTime within_life(const Papers& papers, WallTime now) {
 }
 
 }  // namespace
+
+Result<bool> give_local_to_people(const std::filesystem::path& folder) {
+  const TrustFolder changed(folder);
+  const auto& files = changed.files();
+  const auto name = key_file(kLocalMember);
+  if (::geteuid() != 0 || !people_group() || !files.exists(name) || files.key_readers(name) == KeyReaders::kPeople)
+    return false;
+  const auto lock = files.lock();
+  if (!lock) return fail(lock.error());
+  const auto pem = files.read_key(name, KeyReaders::kOwner);
+  if (!pem) return fail(pem.error());
+  const auto key = PrivateKey::of_pem(pem->view(), files.path(name));
+  if (!key) return fail(key.error());
+  if (auto written = changed.write_key(kLocalMember, *key, KeyReaders::kPeople); !written) return fail(written.error());
+  return true;
+}
 
 Result<std::string> revoke(const std::filesystem::path& folder, const std::string& name, WallTime now) {
   const auto issuer = Issuer::open(folder, now);

@@ -1,5 +1,6 @@
 #include "trust/place.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <pwd.h>
 #include <sys/stat.h>
@@ -72,15 +73,44 @@ Result<void> check_has_realm(const fs::path& folder, std::string_view expected) 
   return fail(ErrorCode::kNotFound, fmt::format("{}: has no realm: {}", folder.string(), expected));
 }
 
-/// kRefused with the way into the group, if this user may not read the key.
+fs::path key_of(const Place& place) {
+  return place.key.empty() ? place.folder / key_file(place.member) : place.key;
+}
+
+/// 0, or why this process may not read it.
+int fault_of_reading(const fs::path& path) {
+  return ::faccessat(AT_FDCWD, path.c_str(), R_OK, AT_EACCESS) == 0 ? 0 : errno;
+}
+
+/// What a key that this user may not read needs, so that they may.
+tl::unexpected<Error> not_for_user(const Place& place) {
+  const auto key = key_of(place);
+  struct stat about {};
+  const bool is_for_group = FolderFiles(place.folder).key_readers(key_file(place.member)) == KeyReaders::kPeople;
+  if (is_for_group || ::lstat(key.c_str(), &about) != 0) return not_in_group(key);
+  if (place.member != kLocalMember || about.st_uid != 0)
+    return fail(ErrorCode::kRefused, fmt::format("{}: is for {} only: `rubicon trust join` takes a member of your own",
+                                                 key.string(), about.st_uid == 0 ? "root" : "its owner"));
+  const auto given = fmt::format("`sudo rubicon trust init{}`",
+                                 place.folder == kHostFolder ? "" : " --trust " + place.folder.string());
+  const auto user = user_name();
+  if (!people_group())
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: this host has no group rubicon: run `sudo addgroup --system rubicon`, {} and `sudo "
+                            "adduser {} rubicon`, then log in again",
+                            key.string(), given, user));
+  return fail(ErrorCode::kRefused, fmt::format("{}: is for root only: run {}, which gives it to the group rubicon, and "
+                                               "`sudo adduser {} rubicon`, then log in again",
+                                               key.string(), given, user));
+}
+
+/// kRefused with what helps, if this user may not read the key.
 Result<Place> readable(Place place) {
-  const auto key = place.folder / key_file(place.member);
-  if (::access(key.c_str(), R_OK) == 0) return place;
-  if (errno != EACCES)
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{}: the key of the member {} is not here: expected it in this folder", key.string(),
-                            place.member));
-  return not_in_group(key);
+  const int fault = fault_of_reading(key_of(place));
+  if (fault == 0) return place;
+  if (fault == EACCES) return not_for_user(place);
+  return fail(ErrorCode::kNotFound, fmt::format("{}: the key of the member {} is not here: expected it in this folder",
+                                                key_of(place).string(), place.member));
 }
 
 /// Empty: systemd hands out none.

@@ -76,7 +76,7 @@ TEST_F(AnotherUserOfTheHost, NeitherReadsNorSets) {
   }
   const auto told = nobody({"get", kLampValue, "--trust", file("trust")});
   EXPECT_EQ(told.code, 1);
-  EXPECT_THAT(told.errors, AllOf(HasSubstr("nobody may not use the key of this host"), HasSubstr("adduser")));
+  EXPECT_THAT(told.errors, AllOf(HasSubstr("members/local/key.pem: "), HasSubstr("`sudo adduser nobody rubicon`")));
   const auto islands = nobody({"islands", "--trust", "no"});
   EXPECT_THAT(islands.output, Not(HasSubstr("home"))) << islands.errors;
   expect_untouched();

@@ -18,6 +18,7 @@ namespace rubicon::trust {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 
 /// A realm with island 7 and `local`.
@@ -96,6 +97,34 @@ TEST_F(PlaceTest, WhoMayNotEnterAFolderGetsTheWayIntoTheGroup) {
   ASSERT_FALSE(place || island);
   EXPECT_NE(place.error().text.find("run `sudo adduser"), std::string::npos) << place.error().text;
   EXPECT_EQ(island.error().code, ErrorCode::kRefused) << island.error().text;
+}
+
+/// What place_in() says to a user who is nobody.
+std::string refusal_of_nobody(const fs::path& folder) {
+  const auto reached = ::seteuid(65534) == 0;
+  const auto place = place_in(folder);
+  EXPECT_TRUE(!reached || ::seteuid(0) == 0);
+  return place ? "may use " + place->member : place.error().text;
+}
+
+TEST_F(PlaceTest, WhoMayNotReadAKeyGetsWhatHelps) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root";
+  ASSERT_EQ(::chmod(folder_.path().c_str(), 0755), 0);
+  const auto init = "`sudo rubicon trust init --trust " + root_.string() + "`";
+  if (!people_group()) {
+    EXPECT_THAT(refusal_of_nobody(root_), AllOf(HasSubstr("this host has no group rubicon"), HasSubstr(init),
+                                                HasSubstr("`sudo addgroup --system rubicon`")));
+  }
+  const support::HostGroup group("rubicon");
+  if (!group.exists()) GTEST_SKIP() << group.reason();
+  EXPECT_THAT(refusal_of_nobody(root_),
+              AllOf(HasSubstr("local/key.pem: is for root only: run " + init), HasSubstr("adduser nobody rubicon")));
+  EXPECT_TRUE(give_local_to_people(root_).value_or(false));
+  EXPECT_FALSE(give_local_to_people(root_).value_or(true)) << "it is theirs";
+  EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("nobody may not use the key of this host: run `sudo adduser"));
+  revoke_one("local");
+  add_one("panel");
+  EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("panel/key.pem: is for root only: `rubicon trust join` takes"));
 }
 
 TEST_F(PlaceTest, ADamagedMemberIsNoReasonAgainstTheOthers) {

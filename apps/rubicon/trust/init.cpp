@@ -64,6 +64,7 @@ struct Outcome {
   bool is_new = false;
   std::vector<OwnerId> added;
   std::vector<std::string> faults;  ///< of members that could not be added
+  bool given = false;               ///< the key of `local`, to the people of this host
 };
 
 bool is_unreadable(const FolderContents& there, std::string_view name) {
@@ -89,7 +90,7 @@ Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& 
   const auto there = rubicon::trust::show(folder, now());
   if (!there) return fail(there.error());
   if (const auto safe = TrustFolder(folder).prepare(there->has_authority); !safe) return fail(safe.error());
-  Outcome outcome{there->realm, false, {}, {}};
+  Outcome outcome{there->realm, false, {}, {}, false};
   if (!there->has_authority) return outcome;
   for (const auto& one : there->unreadable) outcome.faults.push_back(one.reason);
   if (!has_people(*there)) {
@@ -114,7 +115,7 @@ Result<Outcome> make(const fs::path& folder, const std::string& realm, const std
   if (!realm.empty()) options.realm = realm;
   options.islands = islands;
   auto made = rubicon::trust::init(folder, options, now());
-  if (made) return Outcome{std::move(*made), true, islands, {}};
+  if (made) return Outcome{std::move(*made), true, islands, {}, false};
   if (!TrustFolder(folder).has_realm()) return fail(made.error());
   return add_missing(folder, islands);
 }
@@ -128,9 +129,11 @@ std::string numbers(const std::vector<OwnerId>& islands) {
 void show(Output& out, const Outcome& outcome, const fs::path& folder) {
   put(out, outcome.realm);
   if (!outcome.is_new) {
-    out.line(fmt::format("{} has this realm already; {}", folder.string(),
-                         outcome.added.empty() ? "nothing was changed"
-                                               : "certificates were added for island " + numbers(outcome.added)));
+    const bool is_same = outcome.added.empty() && !outcome.given;
+    out.line(
+        fmt::format("{} has this realm already{}{}", folder.string(), is_same ? "; nothing was changed" : "",
+                    outcome.added.empty() ? "" : "; certificates were added for island " + numbers(outcome.added)));
+    if (outcome.given) out.line("the key of local is for the group rubicon now: `sudo adduser USER rubicon`");
     return;
   }
   out.line(fmt::format("{}: a new realm, with certificates for the people of this host (group rubicon){}",
@@ -165,19 +168,28 @@ struct InitCommand {
 void put_made(Output& out, const Settings& settings, const Outcome& outcome, const fs::path& folder) {
   if (!settings.json) return show(out, outcome, folder);
   Line line{{"realm", as_json(outcome.realm)}, {"folder", folder.string()}, {"new", outcome.is_new}};
+  line["given-to-people"] = outcome.given;
   line["islands"] = Line::array();
   for (const auto one : outcome.added) line["islands"].push_back(number(one));
   out.line(model::dump(line));
 }
 
+/// A person who runs it may have made the group since.
+void give_to_people(const fs::path& folder, Outcome& outcome) {
+  const auto given = rubicon::trust::give_local_to_people(folder);
+  if (!given) outcome.faults.push_back(given.error().text);
+  outcome.given = given && *given;
+}
+
 int run(const Settings& settings, const InitCommand& command, const StartedRealm* started) {
   const auto folder = folder_of(settings);
-  const auto made = make(folder, command.realm, islands_of(folder, command.island_file));
+  auto made = make(folder, command.realm, islands_of(folder, command.island_file));
   if (!made) {
     // Islands that have their certificates start all the same.
     const int code = failed_at(folder, made.error());
     return TrustFolder(folder).has_realm() ? int{kGood} : code;
   }
+  if (started == nullptr) give_to_people(folder, *made);
   for (const auto& fault : made->faults) print_error(printable(fault));
   if (started != nullptr) {
     if (const auto kept = started->keep(made->realm); !kept) print_error(printable(kept.error().text));

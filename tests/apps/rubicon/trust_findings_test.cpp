@@ -33,6 +33,12 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
       {"/etc/rubicon/trust/members/local/key.pem: anna may not use the key of this host: run `sudo adduser anna "
        "rubicon` and log in again",
        "sudo adduser USER rubicon, then log in again"},
+      {"members/local/key.pem: this host has no group rubicon: run `sudo addgroup --system rubicon`, ... `sudo adduser",
+       "sudo addgroup --system rubicon"},
+      {"members/local/key.pem: is for root only: run `sudo rubicon trust init`, which gives it to the group rubicon",
+       "sudo rubicon trust init"},
+      {"members/panel/key.pem: is for root only: `rubicon trust join` takes a member of your own",
+       "rubicon trust join FILE"},
       {"members/desk/key.pem: others may use this key: expected the mode 0600", "revoke its member"},
       {"members/desk/key.pem: a group may read this key: expected the mode 0600", "revoke its member"},
       {"members/desk/certificate.pem: CN=desk ended on 2026-01-01, and the clock says 2027-01-01",

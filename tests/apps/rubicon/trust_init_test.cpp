@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "apps/rubicon/trust_commands.h"
+#include "support/host_group.h"
 
 namespace rubicon::cli {
 namespace {
@@ -160,6 +161,22 @@ TEST_F(TrustCommands, AnIslandWhoseFileLiesElsewhereGetsItsCertificateBeforeItSt
   folder_.write("opt/lab.yaml", small_island(9, "{trust: ./own}"));
   EXPECT_EQ(trust(start).code, 0);
   EXPECT_TRUE(member("island-9", trust()).is_null());
+}
+
+TEST_F(TrustCommands, InitByHandGivesTheKeyOfLocalToAGroupThatCameLater) {
+  if (::getgrnam("rubicon") != nullptr) GTEST_SKIP() << "this host has the group";
+  init();
+  const auto key = trust() + "/members/local/key.pem";
+  ASSERT_EQ(mode_of(key), "600");
+  const auto text = text_in(key);
+  const support::HostGroup group("rubicon");
+  if (!group.exists()) GTEST_SKIP() << group.reason();
+  EXPECT_EQ(trust({"init", "--for", folder_.file("home.yaml")}).code, 0);
+  EXPECT_EQ(mode_of(key), "600") << "a unit gives nothing away";
+  EXPECT_THAT(trust({"init"}).output, HasSubstr("the key of local is for the group rubicon now"));
+  EXPECT_EQ(mode_of(key), "640");
+  EXPECT_EQ(text_in(key), text);
+  EXPECT_THAT(trust({"init"}).output, HasSubstr("nothing was changed"));
 }
 
 TEST_F(TrustCommands, InitNamesAFolderThatOthersMayChange) {
