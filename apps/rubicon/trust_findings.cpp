@@ -33,6 +33,7 @@ constexpr std::array kAdvice{
     Advice{"gives it to the group rubicon",
            "sudo rubicon trust init, sudo adduser USER rubicon, then log in again; or join with a certificate of your "
            "own: rubicon trust join FILE"},
+    Advice{"handed over no key", "journalctl -u 'rubicon-trust@*' says why the unit has no key"},
     Advice{"takes a member of your own", "join with a certificate of your own: rubicon trust join FILE"},
     Advice{"adduser",
            "sudo adduser USER rubicon, then log in again; or join with a certificate of your own: rubicon "

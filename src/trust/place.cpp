@@ -113,13 +113,20 @@ Result<Place> readable(Place place) {
                                                 key_of(place).string(), place.member));
 }
 
-/// Empty: systemd hands out none.
-fs::path key_of_systemd() {
+/// What systemd hands to this process.
+struct Credential {
+  fs::path key;          ///< empty = it has no key for it
+  bool is_none = false;  ///< units without a key have the word `none` instead
+};
+
+Credential credential() {
   const auto credentials = environment("CREDENTIALS_DIRECTORY");
   if (credentials.empty()) return {};
-  const auto key = fs::path(credentials) / kCredential;
-  std::string line;  // units without a key have the word `none` as their credential
-  return std::getline(std::ifstream(key), line) && line != "none" ? key : fs::path();
+  auto key = fs::path(credentials) / kCredential;
+  std::string line;
+  if (!std::getline(std::ifstream(key), line)) return {};
+  if (line == "none") return {{}, true};
+  return {std::move(key), false};
 }
 
 }  // namespace
@@ -155,6 +162,10 @@ Result<std::optional<Place>> place_of_user() {
   return std::optional<Place>(std::move(*place));
 }
 
+bool is_key_hidden(const Place& place) {
+  return fault_of_reading(key_of(place)) == EACCES;
+}
+
 Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
   if (auto checked = check_has_realm(folder, "`rubicon trust init` makes one, `rubicon trust join` takes part in one");
       !checked)
@@ -162,7 +173,13 @@ Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
   auto member = choose_member_of_island(folder, island);
   if (!member) return fail(member.error());
   const auto state = environment("STATE_DIRECTORY");  // of several the first one: `a:b`
-  return Place{folder, std::move(*member), key_of_systemd(), state.substr(0, state.find(':'))};
+  auto given = credential();
+  Place place{folder, std::move(*member), std::move(given.key), state.substr(0, state.find(':'))};
+  if (given.is_none && is_key_hidden(place))
+    return fail(ErrorCode::kRefused, fmt::format("{}: systemd handed over no key (credential {}): `journalctl -u "
+                                                 "'rubicon-trust@*'` says why",
+                                                 key_of(place).string(), kCredential));
+  return place;
 }
 
 std::optional<fs::path> default_folder() {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,6 +21,21 @@ namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
+
+/// This process is the user nobody until its end.
+class AsNobody {
+ public:
+  AsNobody() : is_changed_(::seteuid(65534) == 0) {}
+  ~AsNobody() {
+    EXPECT_TRUE(!is_changed_ || ::seteuid(0) == 0);
+    ::prctl(PR_SET_DUMPABLE, 1);  // the change of the user took it
+  }
+  AsNobody(const AsNobody&) = delete;
+  AsNobody& operator=(const AsNobody&) = delete;
+
+ private:
+  bool is_changed_;
+};
 
 /// A realm with island 7 and `local`.
 class PlaceTest : public testing::Test {
@@ -90,10 +106,9 @@ TEST_F(PlaceTest, WhoMayNotEnterAFolderGetsTheWayIntoTheGroup) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root";
   const Variable home("HOME", folder_ / "nowhere"), named("RUBICON_TRUST", root_.string());
   ASSERT_EQ(::chmod(root_.c_str(), 0700), 0);
-  ASSERT_EQ(::seteuid(65534), 0);
+  const AsNobody nobody;
   const auto place = place_of_user();
   const auto island = place_of_island(root_, OwnerId{7});
-  ASSERT_EQ(::seteuid(0), 0);
   ASSERT_FALSE(place || island);
   EXPECT_NE(place.error().text.find("run `sudo adduser"), std::string::npos) << place.error().text;
   EXPECT_EQ(island.error().code, ErrorCode::kRefused) << island.error().text;
@@ -101,9 +116,8 @@ TEST_F(PlaceTest, WhoMayNotEnterAFolderGetsTheWayIntoTheGroup) {
 
 /// What place_in() says to a user who is nobody.
 std::string refusal_of_nobody(const fs::path& folder) {
-  const auto reached = ::seteuid(65534) == 0;
+  const AsNobody nobody;
   const auto place = place_in(folder);
-  EXPECT_TRUE(!reached || ::seteuid(0) == 0);
   return place ? "may use " + place->member : place.error().text;
 }
 
@@ -125,6 +139,20 @@ TEST_F(PlaceTest, WhoMayNotReadAKeyGetsWhatHelps) {
   revoke_one("local");
   add_one("panel");
   EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("panel/key.pem: is for root only: `rubicon trust join` takes"));
+}
+
+TEST_F(PlaceTest, AUnitWithoutAKeyIsToldWhoSaysWhy) {
+  const Variable credentials("CREDENTIALS_DIRECTORY", folder_.path());
+  std::ofstream(folder_ / "trust-key") << "none\n";
+  EXPECT_EQ(island(), "island-7") << "this user may read that of the folder";
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root";
+  ASSERT_EQ(::chmod(folder_.path().c_str(), 0755), 0);
+  const AsNobody nobody;
+  const auto place = place_of_island(root_, OwnerId{7});
+  ASSERT_FALSE(place);
+  EXPECT_EQ(place.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(place.error().text, AllOf(HasSubstr("systemd handed over no key (credential trust-key)"),
+                                        HasSubstr("`journalctl -u 'rubicon-trust@*'`")));
 }
 
 TEST_F(PlaceTest, ADamagedMemberIsNoReasonAgainstTheOthers) {

@@ -37,6 +37,7 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
        "sudo addgroup --system rubicon"},
       {"members/local/key.pem: is for root only: run `sudo rubicon trust init`, which gives it to the group rubicon",
        "sudo rubicon trust init"},
+      {"members/island-1/key.pem: systemd handed over no key (credential trust-key): ...", "journalctl"},
       {"members/panel/key.pem: is for root only: `rubicon trust join` takes a member of your own",
        "rubicon trust join FILE"},
       {"members/desk/key.pem: others may use this key: expected the mode 0600", "revoke its member"},
