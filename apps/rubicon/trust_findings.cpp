@@ -59,6 +59,8 @@ constexpr std::array kAdvice{
     Advice{"revoked",
            "this member was shut out for good: `rubicon trust add` another name on the host with the "
            "authority"},
+    Advice{"islands of this host started with",
+           "put the folder back from your copy, or join that realm again; a new realm shuts out all members of it"},
     Advice{"has no realm",
            "sudo rubicon trust init on the host with the islands, rubicon trust join on another one; "
            "or take part without: --trust no"},

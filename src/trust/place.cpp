@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "trust/chosen_member.h"
+#include "trust/started_realm.h"
 #include "trust/trust_folder.h"
 
 namespace rubicon::trust {
@@ -62,7 +63,8 @@ tl::unexpected<Error> not_in_group(const fs::path& path) {
                           path.string(), user, user));
 }
 
-/// kNotFound with `expected`: the folder has no realm. Other errors: this user cannot see whether it has.
+/// kNotFound with `expected`: the folder has no realm, or with what to do: it had one that is lost. Other errors: this
+/// user cannot see whether it has.
 Result<void> check_has_realm(const fs::path& folder, std::string_view expected) {
   const auto file = folder / kIdentityCaFile;
   const int fault = fault_at(file);
@@ -70,6 +72,7 @@ Result<void> check_has_realm(const fs::path& folder, std::string_view expected) 
   if (fault == EACCES) return not_in_group(folder);
   if (fault != ENOENT && fault != ENOTDIR)
     return fail(ErrorCode::kIo, fmt::format("{}: cannot be read: {}", file.string(), std::strerror(fault)));
+  if (auto lost = StartedRealm(folder).check_is_there(); !lost) return lost;
   return fail(ErrorCode::kNotFound, fmt::format("{}: has no realm: {}", folder.string(), expected));
 }
 

@@ -12,6 +12,7 @@
 #include "support/host_group.h"
 #include "trust/now.h"
 #include "trust/operations.h"
+#include "trust/started_realm.h"
 #include "trust/trust_folder.h"
 #include "trust/variable.h"
 
@@ -153,6 +154,16 @@ TEST_F(PlaceTest, AUnitWithoutAKeyIsToldWhoSaysWhy) {
   EXPECT_EQ(place.error().code, ErrorCode::kRefused);
   EXPECT_THAT(place.error().text, AllOf(HasSubstr("systemd handed over no key (credential trust-key)"),
                                         HasSubstr("`journalctl -u 'rubicon-trust@*'`")));
+}
+
+/// A new realm would shut out all members of the former one.
+TEST_F(PlaceTest, ARealmThatIsLostIsNotMadeAnew) {
+  ASSERT_TRUE(StartedRealm(root_).keep({"Rubicon 5f1c", "AB"}));
+  EXPECT_EQ(island(), "island-7");
+  fs::rename(root_, folder_ / "lost");
+  for (const auto& text : {island(), people()})
+    EXPECT_THAT(text, AllOf(HasSubstr("has no realm, but islands of this host started with Rubicon 5f1c"),
+                            HasSubstr("put the folder back from your copy")));
 }
 
 TEST_F(PlaceTest, ADamagedMemberIsNoReasonAgainstTheOthers) {

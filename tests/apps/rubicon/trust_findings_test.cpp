@@ -49,6 +49,7 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
       {"desk was revoked", "another name"},
       {"/usr/lib/rubicon/librubicon-guard.so: cannot load the guard: no such file",
        "install the package rubicon again"},
+      {"/x: has no realm, but islands of this host started with Rubicon 5f1c", "put the folder back from your copy"},
       {"/x: has no realm: expected a folder that `rubicon trust init` or `rubicon trust join` made",
        "rubicon trust init"},
       {"desk may not set proxy.a", "rubicon trust may"},
