@@ -46,7 +46,7 @@ class Findings {
   HostCheck found_;
 };
 
-/// The certificate of the island, as the daemon would read it.
+/// The certificate of the island, as the daemon would read it. Whoever may not read the key checks the rest.
 void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findings& findings) {
   const auto& folder = config.engine.trust_folder;
   const std::vector<std::string> path{"tuples", "trust"};
@@ -57,11 +57,17 @@ void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findi
                  Kind::kWarning);
   base::NullLogSink quiet;
   trust::keep_memory_private();
-  auto place = trust::place_of_island(folder, config.id);
-  auto opened = place ? trust::Trust::open(std::move(*place), scheduler, Log(quiet, "trust"))
-                      : Result<std::shared_ptr<trust::Trust>>(fail(place.error()));
-  if (!opened) return findings.add(path, opened.error().text);
-  if (const auto text = ending(**opened); !text.empty()) findings.add(path, text, Kind::kWarning);
+  const auto place = trust::place_of_island(folder, config.id);
+  if (!place) return findings.add(path, place.error().text);
+  const auto opened = trust::Trust::open(*place, scheduler, Log(quiet, "trust"));
+  if (opened) {
+    if (const auto text = ending(**opened); !text.empty()) findings.add(path, text, Kind::kWarning);
+  } else if (const auto key = trust::hidden_key(*place); key && opened.error().text.starts_with(key->string())) {
+    findings.add(path, key->string() + ": this user may not read it: run this with sudo to check it too",
+                 Kind::kWarning);
+  } else {
+    findings.add(path, opened.error().text);
+  }
 }
 
 }  // namespace

@@ -165,8 +165,9 @@ Result<std::optional<Place>> place_of_user() {
   return std::optional<Place>(std::move(*place));
 }
 
-bool is_key_hidden(const Place& place) {
-  return fault_of_reading(key_of(place)) == EACCES;
+std::optional<fs::path> hidden_key(const Place& place) {
+  auto key = key_of(place);
+  return fault_of_reading(key) == EACCES ? std::optional(std::move(key)) : std::nullopt;
 }
 
 Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
@@ -178,7 +179,7 @@ Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
   const auto state = environment("STATE_DIRECTORY");  // of several the first one: `a:b`
   auto given = credential();
   Place place{folder, std::move(*member), std::move(given.key), state.substr(0, state.find(':'))};
-  if (given.is_none && is_key_hidden(place))
+  if (given.is_none && hidden_key(place))
     return fail(ErrorCode::kRefused, fmt::format("{}: systemd handed over no key (credential {}): `journalctl -u "
                                                  "'rubicon-trust@*'` says why",
                                                  key_of(place).string(), kCredential));

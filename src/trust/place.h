@@ -38,8 +38,8 @@ Result<Place> place_in(const std::filesystem::path& folder);
 /// The place of an island: the member of choose_member_of_island(). The key of systemd's credential `trust-key` comes
 /// before that of the folder. kRefused: it is `none`, and this user may not read that of the folder.
 Result<Place> place_of_island(const std::filesystem::path& folder, OwnerId island);
-/// Whether the key is there, and this user may not read it.
-bool is_key_hidden(const Place& place);
+/// The key, if this user may not read it.
+std::optional<std::filesystem::path> hidden_key(const Place& place);
 /// Whether an island has trust if its configuration does not say: $RUBICON_TRUST, else whether the host's folder
 /// exists, or cannot be seen, which is an error to find out. nullopt: no.
 std::optional<std::filesystem::path> default_folder();

@@ -54,5 +54,26 @@ TEST_F(TrustKey, IsNotHandedOutIfItIsALink) {
   EXPECT_THAT(refused.errors, HasSubstr("symbolic link"));
 }
 
+/// Who runs the island has it, and that is not who writes its configuration.
+TEST_F(TrustKey, IsNotNeededToCheckAConfiguration) {
+  const std::vector<std::string> nobody{"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", kDaemon};
+  const auto as_nobody = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), nobody.begin(), nobody.end());
+    return run_to_end(words);
+  };
+  if (as_nobody({"--version"}).code != 0) GTEST_SKIP() << "needs root, setpriv, and programs that nobody may run";
+  fs::permissions(folder_.path(), fs::perms(0755));
+  const std::vector<std::string> check{"check", folder_ / "home.yaml"};
+  const auto checked = as_nobody(check);
+  EXPECT_EQ(checked.code, 0) << checked.errors;
+  EXPECT_THAT(checked.errors,
+              testing::AllOf(HasSubstr("warning: "), HasSubstr(key_.string() + ": this user may not read it")));
+  const auto certificate = key_.parent_path() / "certificate.pem";
+  std::ofstream(certificate) << "damaged";
+  const auto damaged = as_nobody(check);
+  EXPECT_EQ(damaged.code, 2);
+  EXPECT_THAT(damaged.errors, HasSubstr(certificate.string()));
+}
+
 }  // namespace
 }  // namespace rubicon::daemon
