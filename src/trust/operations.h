@@ -112,6 +112,9 @@ Result<BundleContents> join(const std::filesystem::path& folder, std::string_vie
 
 /// Makes a key in the folder, or takes that which is there, and gives the request for its certificate: PEM (PKCS 10).
 Result<std::string> request(const std::filesystem::path& folder, const std::string& name);
+/// SHA-256 over the public key of a request, in the form of RealmIdentity::fingerprint: people compare it on both hosts
+/// before one signs.
+Result<std::string> key_fingerprint(std::string_view request);
 /// Answers a request: a bundle without a key. The name is that of the request if `options` has none.
 Result<Issued> sign(const std::filesystem::path& folder, std::string_view request, const MemberOptions& options,
                     WallTime now);

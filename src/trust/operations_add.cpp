@@ -2,6 +2,7 @@
 
 #include "trust/bundle.h"
 #include "trust/certificate_request.h"
+#include "trust/fingerprint.h"
 #include "trust/issuer.h"
 #include "trust/operations.h"
 #include "trust/place.h"
@@ -9,6 +10,8 @@
 namespace rubicon::trust {
 
 namespace {
+
+constexpr const char* kRequest = "the request";
 
 /// That of an earlier try which did not come to its end, else a new one.
 Result<PrivateKey> key_of(const TrustFolder& folder, const std::string& name) {
@@ -78,9 +81,15 @@ Result<Issued> add(const std::filesystem::path& folder, const MemberOptions& opt
                 bundle_text({std::move(*papers), std::move(*encrypted)}), std::move(*phrase)};
 }
 
+Result<std::string> key_fingerprint(std::string_view request) {
+  const auto asked = CertificateRequest::of_pem(request, kRequest);
+  if (!asked) return fail(asked.error());
+  return fingerprint_of(asked->key());
+}
+
 Result<Issued> sign(const std::filesystem::path& folder, std::string_view request, const MemberOptions& options,
                     WallTime now) {
-  const auto asked = CertificateRequest::of_pem(request, "the request");
+  const auto asked = CertificateRequest::of_pem(request, kRequest);
   if (!asked) return fail(asked.error());
   auto issuer = Issuer::open(folder, now);
   if (!issuer) return fail(issuer.error());

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "base/printable.h"
 #include "trust/documents.h"
+#include "trust/fingerprint.h"
 #include "trust/id_ranges.h"
 #include "trust/signed_text.h"
 
@@ -32,10 +32,10 @@ Result<void> check_realm_name(std::string_view name) {
 }
 
 /// The certificate in DER.
-std::vector<unsigned char> der_of(const Certificate& certificate) {
+std::string der_of(const Certificate& certificate) {
   unsigned char* bytes = nullptr;
   const int size = i2d_X509(certificate.get(), &bytes);
-  std::vector<unsigned char> der(bytes, bytes + std::max(size, 0));
+  std::string der(reinterpret_cast<const char*>(bytes), static_cast<std::size_t>(std::max(size, 0)));
   OPENSSL_free(bytes);
   return der;
 }
@@ -57,15 +57,7 @@ Result<void> check_governance(const Paper& governance, const Realm& realm) {
 }  // namespace
 
 RealmIdentity Realm::identity() const {
-  auto der = der_of(identity_ca);
-  const auto second = der_of(permissions_ca);
-  der.insert(der.end(), second.begin(), second.end());
-  std::array<unsigned char, 32> digest{};
-  if (EVP_Digest(der.data(), der.size(), digest.data(), nullptr, EVP_sha256(), nullptr) != 1) return {};
-  std::string text;
-  for (std::size_t i = 0; i < digest.size(); ++i)
-    text += fmt::format("{}{:02X}", i > 0 && i % 2 == 0 ? " " : "", digest[i]);
-  return {identity_ca.organisation(), text};
+  return {identity_ca.organisation(), fingerprint_of(der_of(identity_ca) + der_of(permissions_ca))};
 }
 
 Result<Realm> check_realm(const Papers& papers, WallTime now) {

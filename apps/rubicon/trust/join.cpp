@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/trust/phrase.h"
 #include "model/json_members.h"
@@ -67,8 +69,11 @@ int request(const Settings& settings, const std::string& name) {
   if (!folder) return failed(folder.error());
   const auto made = rubicon::trust::request(*folder, name);
   if (!made) return failed_at(*folder, made.error());
+  const auto key = rubicon::trust::key_fingerprint(*made);
+  if (!key) return failed(key.error());
   Output out(1);
   out.write(*made);
+  fmt::print(stderr, "member       {}\nkey fingerprint {}\n", name, *key);
   return ended(out, kGood);
 }
 
@@ -95,7 +100,8 @@ void add_request(Cli& cli, CLI::App* parent) {
       {"request", "Make a key that never leaves this host, and the request for its certificate",
        "  rubicon trust request robot > robot.csr     # on the robot\n"
        "  sudo rubicon trust sign robot.csr > robot.trust\n"
-       "  rubicon trust join robot.trust              # on the robot again\n",
+       "  rubicon trust join robot.trust              # on the robot again\n"
+       "It shows name and key fingerprint, and so does `sign`: compare both.\n",
        parent},
       request);
   app->add_option("NAME", *name, "name of the member")->required();

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cstdio>
 #include <optional>
 
 #include "apps/rubicon/trust/commands.h"
@@ -138,10 +140,38 @@ int give_out(const Settings& settings, const AddOptions& options) {
   return hand_out(settings, *issued, *outputs);
 }
 
-Result<Issued> signed_by(const std::filesystem::path& folder, const AddOptions& options) {
+/// A member that was certified by its request.
+struct Signed {
+  Issued issued;
+  std::string key;  ///< its fingerprint, which `request` showed too
+};
+
+Result<Signed> signed_by(const std::filesystem::path& folder, const AddOptions& options) {
   const auto request = read_text(options.request);
   if (!request) return fail(request.error());
-  return rubicon::trust::sign(folder, *request, options.wanted(), now());
+  auto key = rubicon::trust::key_fingerprint(*request);
+  if (!key) return fail(key.error());
+  auto issued = rubicon::trust::sign(folder, *request, options.wanted(), now());
+  if (!issued) return fail(issued.error());
+  return Signed{std::move(*issued), std::move(*key)};
+}
+
+std::string signed_text(const Signed& made) {
+  const auto& member = made.issued.member;
+  return fmt::format("member       {}, roles {}, ids {}\nkey fingerprint {}\n", member.name,
+                     member.roles.empty() ? "none" : fmt::format("{}", fmt::join(member.roles, " ")), ids_text(member),
+                     made.key);
+}
+
+void put_signed(const Settings& settings, Output& out, const Signed& made, const std::string& file) {
+  if (settings.json) {
+    auto line = issued_json(made.issued, file);
+    line["key-fingerprint"] = made.key;
+    return out.line(model::dump(line));
+  }
+  put(out, made.issued.realm);
+  out.write(signed_text(made));
+  out.line("file         " + file);
 }
 
 int sign(const Settings& settings, const AddOptions& options) {
@@ -152,15 +182,16 @@ int sign(const Settings& settings, const AddOptions& options) {
     if (!opened) return failed(opened.error());
     bundle.emplace(std::move(*opened));
   }
-  const auto issued = signed_by(folder, options);
-  if (!issued) return failed_at(folder, issued.error());
+  const auto made = signed_by(folder, options);
+  if (!made) return failed_at(folder, made.error());
   Output out(1);
   if (!bundle) {
-    out.write(issued->bundle);
+    out.write(made->issued.bundle);
+    fmt::print(stderr, "{}", signed_text(*made));
     return ended(out, kGood);
   }
-  if (const auto written = bundle->write(issued->bundle); !written) return failed(written.error());
-  put_issued(settings, out, *issued, options.out);
+  if (const auto written = bundle->write(made->issued.bundle); !written) return failed(written.error());
+  put_signed(settings, out, *made, options.out);
   return ended(out, kGood);
 }
 
@@ -201,7 +232,8 @@ void add_sign(Cli& cli, CLI::App* parent) {
   const auto [app, options] =
       cli.command_with<AddOptions>({"sign", "Answer the request of a member: a file without a key, for `join`",
                                     "  sudo rubicon trust sign robot.csr > robot.trust\n"
-                                    "Compare who asks with the name in the request: who is signed, is a member.\n",
+                                    "It shows name and key fingerprint; who is signed, is a member. Compare both with\n"
+                                    "what `request` showed on the other host before you hand out the file.\n",
                                     parent},
                                    sign);
   app->add_option("FILE", options->request, "what `request` wrote; - = standard input")->required();

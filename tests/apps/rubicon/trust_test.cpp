@@ -162,9 +162,24 @@ TEST_F(TrustCommands, ARequestKeepsTheKeyOnItsHost) {
   const auto answered = trust({"sign", "-", "--role", "fetch"}, asked.output);
   ASSERT_EQ(answered.code, 0) << answered.errors;
   EXPECT_THAT(answered.output, Not(HasSubstr("PRIVATE KEY")));
+  EXPECT_THAT(asked.errors, ContainsRegex("member       robot\nkey fingerprint ([0-9A-F]{4} ){15}[0-9A-F]{4}\n"));
+  const auto key = asked.errors.substr(asked.errors.find("key fingerprint"));
+  EXPECT_THAT(answered.errors, AllOf(HasSubstr("member       robot, roles fetch, ids "), HasSubstr(key)));
   const auto joined = with(other, {"join", "-", "--yes"}, answered.output);
   EXPECT_EQ(joined.code, 0) << joined.errors;
   EXPECT_EQ(member("robot", other)["roles"], json({"fetch"}));
+}
+
+TEST_F(TrustCommands, WhoIsSignedIntoAFileIsShown) {
+  init();
+  const auto asked = with(folder_.file("robot"), {"request", "robot"});
+  const auto key = asked.errors.substr(asked.errors.find("key fingerprint"));
+  const auto answered = trust({"sign", "-", "--out", folder_.file("robot.trust")}, asked.output);
+  EXPECT_EQ(answered.errors, "");
+  EXPECT_THAT(answered.output, AllOf(HasSubstr("member       robot, roles none, ids "), HasSubstr(key)));
+  const auto other = with(folder_.file("crane"), {"request", "crane"});
+  const auto line = trust({"sign", "-", "--out", folder_.file("crane.trust"), "--json"}, other.output);
+  EXPECT_THAT(other.errors, HasSubstr(lines_of(line).at(0)["key-fingerprint"].get<std::string>()));
 }
 
 TEST_F(TrustCommands, ARevokedMemberStaysSoAndItsNameIsTaken) {
