@@ -70,11 +70,12 @@ Result<std::string> choose_member_of_island(const std::filesystem::path& folder,
                                      [&](const auto& a, const auto& b) { return value(a) < value(b); });
   if (best != found.all.end()) return best->name;
   if (found.damage) return fail(*found.damage);
-  const auto id = model::number(island);
-  return fail(ErrorCode::kNotFound,
-              fmt::format("{}: has no member with the id of island {}: run `rubicon trust add island-{} --island {}` "
-                          "where the realm was made",
-                          folder.string(), id, id, id));
+  return fail(
+      ErrorCode::kNotFound,
+      fmt::format("{}: has no member with the id of island {}: on the host with the authority run `sudo rubicon "
+                  "trust init`; else `rubicon trust add NAME --island {}` there, and `sudo rubicon trust join` "
+                  "here",
+                  folder.string(), model::number(island), model::number(island)));
 }
 
 Result<std::string> choose_member_of_people(const std::filesystem::path& folder) {
