@@ -151,6 +151,13 @@ bool FolderFiles::exists(const std::string& name) const {
   return ::lstat(path(name).c_str(), &about) == 0;
 }
 
+Result<void> FolderFiles::check_exists(const std::string& name, std::string_view absent) const {
+  struct stat about {};
+  if (::lstat(path(name).c_str(), &about) == 0) return {};
+  if (errno == ENOENT) return fail(ErrorCode::kNotFound, fmt::format("{}: {}", path(name), absent));
+  return failed(name, "see whether it is there", errno);
+}
+
 KeyReaders FolderFiles::key_readers(const std::string& name) const {
   struct stat about {};
   const bool is_for_group =

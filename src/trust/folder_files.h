@@ -44,6 +44,8 @@ class FolderFiles {
   /// people_group() if that is asked for.
   Result<SecretText> read_key(const std::string& name, KeyReaders readers = KeyReaders::kPeople) const;
   bool exists(const std::string& name) const;
+  /// kNotFound, `<path>: <absent>`: there is none. Other errors: this user cannot see whether there is one.
+  Result<void> check_exists(const std::string& name, std::string_view absent) const;
   /// Who may read this key now; kOwner also if there is none.
   KeyReaders key_readers(const std::string& name) const;
   /// The names in a folder, sorted, without those that begin with a dot. None: there is no such folder.

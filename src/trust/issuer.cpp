@@ -75,14 +75,13 @@ Result<Issuer> Issuer::create(const std::filesystem::path& root, const std::stri
 
 Result<Issuer> Issuer::open(const std::filesystem::path& root, WallTime now) {
   TrustFolder folder(root);
+  if (auto seen = folder.files().check_exists(kIdentityCaFile, {}); !seen && seen.error().code != ErrorCode::kNotFound)
+    return fail(seen.error());
   if (!folder.has_realm())
     return fail(ErrorCode::kNotFound,
                 fmt::format("{}: has no realm: `rubicon trust init` makes one, `rubicon trust join` takes part in one",
                             root.string()));
-  if (!folder.has_authority())
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{}: is not here: members are added, renewed and revoked on the host that made the realm",
-                            folder.files().path(kIdentityKeyFile)));
+  if (auto there = folder.check_authority(); !there) return fail(there.error());
   auto lock = folder.files().lock();
   if (!lock) return fail(lock.error());
   auto authority = folder.authority(now);

@@ -84,6 +84,11 @@ Result<Authority> TrustFolder::authority(WallTime now) const {
   return Authority{std::move(*realm), std::move(keys[0]), std::move(keys[1])};
 }
 
+Result<void> TrustFolder::check_authority() const {
+  return files_.check_exists(kIdentityKeyFile,
+                             "is not here: members are added, renewed and revoked on the host that made the realm");
+}
+
 std::vector<std::string> TrustFolder::members() const {
   auto names = files_.names("members");
   std::erase_if(names, [this](const auto& name) { return !files_.exists(certificate_file(name)); });

@@ -31,6 +31,8 @@ class TrustFolder {
 
   bool has_realm() const { return files_.exists(kIdentityCaFile); }
   bool has_authority() const { return files_.exists(kIdentityKeyFile); }
+  /// kNotFound: the folder has none. Other errors: this user cannot see whether it has.
+  Result<void> check_authority() const;
   /// The papers of all members.
   Result<Papers> realm_papers() const;
   /// With those of one member.

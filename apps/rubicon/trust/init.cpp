@@ -89,6 +89,8 @@ bool has_island(const FolderContents& there, OwnerId island) {
 Result<Outcome> add_missing(const fs::path& folder, const std::vector<OwnerId>& islands) {
   const auto there = rubicon::trust::show(folder, now());
   if (!there) return fail(there.error());
+  if (const auto seen = TrustFolder(folder).check_authority(); !seen && seen.error().code != ErrorCode::kNotFound)
+    return fail(seen.error());
   if (const auto safe = TrustFolder(folder).prepare(there->has_authority); !safe) return fail(safe.error());
   Outcome outcome{there->realm, false, {}, {}, false};
   if (!there->has_authority) return outcome;
@@ -146,16 +148,23 @@ void show(Output& out, const Outcome& outcome, const fs::path& folder) {
 /// Errors of a configuration have a line each.
 std::string in_one_line(std::string text) {
   for (auto at = text.find('\n'); at != text.npos; at = text.find('\n', at + 1)) text.replace(at, 1, "; ");
-  return printable(text);
+  return text;
 }
 
-std::vector<OwnerId> islands_of(const fs::path& folder, const std::string& further) {
-  std::vector<OwnerId> islands;
+struct Islands {
+  std::vector<OwnerId> ids;
+  std::vector<std::string> faults;  ///< of configurations that do not say which island they are
+};
+
+Islands islands_of(const fs::path& folder, const std::string& further) {
+  Islands islands;
+  auto& ids = islands.ids;
   for (const auto& one : configurations_of(folder, further)) {
     if (!one.island) {
-      print_error(fmt::format("no certificate for {}: {}", one.file, in_one_line(one.island.error().text)));
-    } else if (std::find(islands.begin(), islands.end(), *one.island) == islands.end()) {
-      islands.push_back(*one.island);
+      islands.faults.push_back(
+          fmt::format("no certificate for {}: {}", one.file, in_one_line(one.island.error().text)));
+    } else if (std::find(ids.begin(), ids.end(), *one.island) == ids.end()) {
+      ids.push_back(*one.island);
     }
   }
   return islands;
@@ -174,6 +183,10 @@ void put_made(Output& out, const Settings& settings, const Outcome& outcome, con
   out.line(model::dump(line));
 }
 
+void print_faults(const std::vector<std::string>& faults) {
+  for (const auto& one : faults) print_error(printable(one));
+}
+
 /// A person who runs it may have made the group since.
 void give_to_people(const fs::path& folder, Outcome& outcome) {
   const auto given = rubicon::trust::give_local_to_people(folder);
@@ -181,23 +194,26 @@ void give_to_people(const fs::path& folder, Outcome& outcome) {
   outcome.given = given && *given;
 }
 
+/// `started`: a unit runs it, before its island. What fails for one member is no reason against its start.
 int run(const Settings& settings, const InitCommand& command, const StartedRealm* started) {
   const auto folder = folder_of(settings);
-  auto made = make(folder, command.realm, islands_of(folder, command.island_file));
+  const bool is_unit = started != nullptr;
+  const auto islands = islands_of(folder, command.island_file);
+  print_faults(islands.faults);
+  auto made = make(folder, command.realm, islands.ids);
   if (!made) {
-    // Islands that have their certificates start all the same.
     const int code = failed_at(folder, made.error());
-    return TrustFolder(folder).has_realm() ? int{kGood} : code;
+    return is_unit && TrustFolder(folder).has_realm() ? int{kGood} : code;
   }
-  if (started == nullptr) give_to_people(folder, *made);
-  for (const auto& fault : made->faults) print_error(printable(fault));
-  if (started != nullptr) {
+  if (!is_unit) give_to_people(folder, *made);
+  print_faults(made->faults);
+  if (is_unit) {
     if (const auto kept = started->keep(made->realm); !kept) print_error(printable(kept.error().text));
   }
   Output out(1);
   // A unit says only what changed.
-  if (started == nullptr || made->is_new || !made->added.empty()) put_made(out, settings, *made, folder);
-  return ended(out, kGood);
+  if (!is_unit || made->is_new || !made->added.empty()) put_made(out, settings, *made, folder);
+  return ended(out, is_unit || (islands.faults.empty() && made->faults.empty()) ? kGood : kFailed);
 }
 
 /// Before an island starts. One without a file does not: a name that was mistyped makes no realm.
@@ -218,7 +234,8 @@ void add_init(Cli& cli, CLI::App* parent) {
        "  sudo rubicon trust init\n"
        "  sudo rubicon trust init --realm Hall\n"
        "The islands are those of the files *.yaml beside the folder. Run it again after a new one:\n"
-       "what is there stays as it is. A member that cannot be made is named; the exit code is 0 if there is a realm.\n",
+       "what is there stays as it is. A member that cannot be made is named, and the others are made; the exit code\n"
+       "is 1 then, but with --for 0 if there is a realm.\n",
        parent},
       [](const Settings& settings, const InitCommand& command) {
         return command.island_file.empty() ? run(settings, command, nullptr) : run_for(settings, command);

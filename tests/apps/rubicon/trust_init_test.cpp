@@ -48,13 +48,17 @@ TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
   init();
   ASSERT_EQ(trust({"revoke", "island-6541"}).code, 0);
   folder_.write("lab.yaml", small_island(7));
-  const auto again = trust({"init"});
+  const std::vector<std::string> start{"init", "--for", folder_.file("lab.yaml")};
+  const auto again = trust(start);
   EXPECT_EQ(again.code, 0) << "units need it";
   EXPECT_THAT(again.errors, HasSubstr("no certificate for island 6541"));
+  const auto by_hand = trust({"init"});
+  EXPECT_EQ(by_hand.code, 1);
+  EXPECT_EQ(by_hand.errors, again.errors);
   EXPECT_EQ(member("island-7", trust())["has-key"], true);
   // One that is damaged is named, and the islands that have theirs start.
   std::ofstream(trust() + "/members/island-7/certificate.pem") << "damaged";
-  const auto damaged = trust({"init"});
+  const auto damaged = trust(start);
   EXPECT_EQ(damaged.code, 0);
   EXPECT_THAT(damaged.errors, HasSubstr("members/island-7/certificate.pem"));
 }
@@ -179,6 +183,26 @@ TEST_F(TrustCommands, InitByHandGivesTheKeyOfLocalToAGroupThatCameLater) {
   EXPECT_THAT(trust({"init"}).output, HasSubstr("nothing was changed"));
 }
 
+/// The authority is there, but hidden: that is no reason to believe that there is none.
+TEST_F(TrustCommands, WhoMayNotSeeTheAuthorityIsToldSo) {
+  const auto as_nobody = [&](std::vector<std::string> words) {
+    const std::vector<std::string> nobody{"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", kProgram};
+    words.insert(words.begin(), nobody.begin(), nobody.end());
+    return support::run_to_end(words);
+  };
+  if (as_nobody({"--version"}).code != 0) GTEST_SKIP() << "needs root, setpriv, and programs that nobody may run";
+  init();
+  for (const auto& words : std::vector<std::vector<std::string>>{{"init"}, {"add", "panel", "--here"}}) {
+    auto all = words;
+    all.insert(all.begin(), "trust");
+    all.insert(all.end(), {"--trust", trust()});
+    const auto refused = as_nobody(all);
+    EXPECT_EQ(refused.code, 1) << words[0];
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("ca/identity.key: cannot see whether it is there: Permission denied"),
+                                      Not(HasSubstr("is not here"))));
+  }
+}
+
 TEST_F(TrustCommands, InitNamesAFolderThatOthersMayChange) {
   init();
   ASSERT_EQ(::chmod((trust() + "/members").c_str(), 0777), 0);
@@ -226,8 +250,9 @@ TEST_F(TrustCommands, AnIslandOfAHostThatJoinedMakesNoRealmOfItsOwnEither) {
 TEST_F(TrustCommands, InitNamesAConfigurationThatItCannotRead) {
   folder_.write("broken.yaml", "island: [\n");
   const auto made = trust({"init"});
-  EXPECT_EQ(made.code, 0);
+  EXPECT_EQ(made.code, 1);
   EXPECT_THAT(made.errors, HasSubstr("no certificate for " + folder_.file("broken.yaml")));
+  EXPECT_EQ(trust({"init", "--for", folder_.file("home.yaml")}).code, 0);
 }
 
 }  // namespace
