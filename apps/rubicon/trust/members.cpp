@@ -7,6 +7,7 @@
 #include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/trust/phrase.h"
 #include "model/json_members.h"
+#include "trust/trust_folder.h"
 
 namespace rubicon::cli::trust {
 
@@ -58,15 +59,16 @@ std::string file_of(const AddOptions& options) {
   return options.out.empty() ? options.member.name + ".trust" : options.out;
 }
 
-/// Where bundle and phrase go. Opened before there is a key: what is certified can be handed out.
+/// Where bundle and phrase go. Opened before there is a key: what is certified can be handed out. A bundle without a
+/// key needs no phrase.
 struct Outputs {
   NewFile bundle;
   std::optional<NewFile> phrase;  ///< none: the terminal
 };
 
-Result<Outputs> open_outputs(const Settings& settings, const AddOptions& options) {
-  const auto& phrase_file = options.phrase.file;
-  if (phrase_file.empty()) {
+Result<Outputs> open_outputs(const Settings& settings, const AddOptions& options, bool has_key) {
+  const auto phrase_file = has_key ? options.phrase.file : std::string();
+  if (has_key && phrase_file.empty()) {
     if (const auto may = may_show_phrase(settings.json); !may) return fail(may.error());
   }
   auto bundle = NewFile::open(file_of(options));
@@ -98,10 +100,8 @@ int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
   }
   Output out(1);
   put_issued(settings, out, issued, outputs.bundle.path());
-  if (!issued.phrase.empty()) {
-    if (!outputs.phrase) show_phrase(issued.phrase.view());
-    if (!settings.json) out.line(fmt::format("on the other host: rubicon trust join {}", outputs.bundle.path()));
-  }
+  if (!issued.phrase.empty() && !outputs.phrase) show_phrase(issued.phrase.view());
+  if (!settings.json) out.line(fmt::format("on the other host: rubicon trust join {}", outputs.bundle.path()));
   return ended(out, kGood);
 }
 
@@ -122,7 +122,7 @@ int add_here(const Settings& settings, const AddOptions& options) {
 int add(const Settings& settings, const AddOptions& options) {
   if (options.here) return add_here(settings, options);
   if (const auto good = rubicon::trust::check_member_name(options.member.name); !good) return failed(good.error());
-  auto outputs = open_outputs(settings, options);
+  auto outputs = open_outputs(settings, options, true);
   if (!outputs) return failed(outputs.error());
   const auto folder = folder_of(settings);
   put_unreadable(folder);
@@ -132,10 +132,13 @@ int add(const Settings& settings, const AddOptions& options) {
 }
 
 int give_out(const Settings& settings, const AddOptions& options) {
-  auto outputs = open_outputs(settings, options);
-  if (!outputs) return failed(outputs.error());
+  const auto& name = options.member.name;
+  if (const auto good = rubicon::trust::check_member_name(name); !good) return failed(good.error());
   const auto folder = folder_to_show(settings);
-  const auto issued = rubicon::trust::export_member(folder, options.member.name, now());
+  const bool has_key = rubicon::trust::FolderFiles(folder).exists(rubicon::trust::key_file(name));
+  auto outputs = open_outputs(settings, options, has_key);
+  if (!outputs) return failed(outputs.error());
+  const auto issued = rubicon::trust::export_member(folder, name, now());
   if (!issued) return failed_at(folder, issued.error());
   return hand_out(settings, *issued, *outputs);
 }

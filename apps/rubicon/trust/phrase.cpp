@@ -4,11 +4,13 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cstdio>
 #include <tuple>
 #include <utility>
 
 #include "apps/rubicon/trust/commands.h"
+#include "base/text.h"
 
 namespace rubicon::cli::trust {
 
@@ -95,8 +97,9 @@ Result<bool> confirmed(const std::string& question) {
   if (!::isatty(STDIN_FILENO))
     return fail(ErrorCode::kInvalid, "standard input is no terminal to confirm on, expected --yes");
   ask(question + " [y/N] ");
-  const auto answer = line_of_input();
-  return answer.view() == "y" || answer.view() == "yes";
+  std::string answer(base::trimmed(line_of_input().view()));
+  for (auto& c : answer) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return answer == "y" || answer == "yes";
 }
 
 }  // namespace rubicon::cli::trust

@@ -24,7 +24,7 @@ Result<void> may_show_phrase(bool json);
 /// Shows it once, on standard output.
 void show_phrase(std::string_view phrase);
 
-/// Asks on the terminal; only `y` or `yes` is yes. kInvalid: standard input is no terminal.
+/// Asks on the terminal; only `y` or `yes`, in upper or lower case, is yes. kInvalid: standard input is no terminal.
 Result<bool> confirmed(const std::string& question);
 
 }  // namespace rubicon::cli::trust

@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <optional>
 
 #include "apps/rubicon/session.h"
 #include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/phrase.h"
 #include "model/json_members.h"
+#include "trust/trust_folder.h"
 
 namespace rubicon::cli::trust {
 
@@ -16,6 +19,11 @@ using rubicon::trust::ListedMember;
 
 /// Soon enough to renew in peace.
 constexpr int kWarnDays = 30;
+
+struct RevokeOptions {
+  std::string name;
+  bool yes = false;
+};
 
 struct RenewOptions {
   std::string name;
@@ -36,8 +44,21 @@ std::size_t tell_the_others(const Settings& settings) {
   return (*client)->components().size();
 }
 
-int revoke(const Settings& settings, const std::string& name) {
+/// A member of this host is easily meant otherwise: an island, or `local`, by which its people take part. Scripts are
+/// not asked.
+Result<bool> is_meant(const std::filesystem::path& folder, const RevokeOptions& options) {
+  const auto& name = options.name;
+  if (options.yes || !::isatty(STDIN_FILENO) || !rubicon::trust::check_member_name(name)) return true;
+  if (!rubicon::trust::FolderFiles(folder).exists(rubicon::trust::key_file(name))) return true;
+  return confirmed(fmt::format("{}'s key is on this host ({}): revoke it for good?", name, folder.string()));
+}
+
+int revoke(const Settings& settings, const RevokeOptions& options) {
+  const auto& name = options.name;
   const auto folder = folder_of(settings);
+  const auto meant = is_meant(folder, options);
+  if (!meant) return failed(meant.error());
+  if (!*meant) return failed({ErrorCode::kRefused, fmt::format("{} was not revoked", name)});
   const auto revoked = rubicon::trust::revoke(folder, name, now());
   if (!revoked) return failed_at(folder, revoked.error());
   const auto present = tell_the_others(settings);
@@ -45,8 +66,8 @@ int revoke(const Settings& settings, const std::string& name) {
   if (settings.json) {
     out.line(model::dump({{"revoked", name}, {"present", present}}));
   } else {
-    out.line(fmt::format("{} is revoked; {} here now ({}), others hear it from any member that did", name,
-                         present == 1 ? "1 component is" : fmt::format("{} components are", present),
+    out.line(fmt::format("{} is revoked; {} heard it now ({}); others learn it from any member that they meet", name,
+                         present == 1 ? "1 component" : fmt::format("{} components", present),
                          settings.options.interfaces.empty() ? "other networks: --interfaces" : "on its interfaces"));
   }
   return ended(out, kGood);
@@ -170,14 +191,15 @@ int show(const Settings& settings) {
 }  // namespace
 
 void add_revoke(Cli& cli, CLI::App* parent) {
-  const auto [app, name] = cli.command_with<std::string>(
+  const auto [app, options] = cli.command_with<RevokeOptions>(
       {"revoke", "Shut a member out, at once and for good",
        "  sudo rubicon trust revoke desk\n"
        "Components that are there end their connections to it; those that are not, when they hear\n"
-       "any member again.\n",
+       "any member again. Asks first, on a terminal, if the key of the member is on this host.\n",
        parent},
       revoke);
-  app->add_option("NAME", *name, "name of the member; never given again")->required();
+  app->add_option("NAME", options->name, "name of the member; never given again")->required();
+  app->add_flag("--yes", options->yes, "do not ask");
 }
 
 void add_renew(Cli& cli, CLI::App* parent) {

@@ -193,6 +193,30 @@ TEST_F(TrustCommands, ARevokedMemberStaysSoAndItsNameIsTaken) {
   EXPECT_EQ(trust({"revoke", "nobody-of-that-name"}).code, 1);
 }
 
+TEST_F(TrustCommands, AMemberOfThisHostIsRevokedOnlyIfItIsMeant) {
+  init();
+  added("desk");
+  const std::vector<std::string> words{kProgram, "trust", "revoke", "local", "--trust", trust()};
+  Terminal asked(words, 30, 120);
+  ASSERT_TRUE(asked.shows("revoke it for good? [y/N]")) << asked.text();
+  EXPECT_THAT(asked.text(), HasSubstr("local's key is on this host"));
+  asked.type("no\n");
+  EXPECT_EQ(asked.exit_code(), 1);
+  EXPECT_THAT(trust({"show"}).output, Not(HasSubstr("revoked")));
+  Terminal meant(words, 30, 120);
+  ASSERT_TRUE(meant.shows("[y/N]")) << meant.text();
+  meant.type(" Yes \n");
+  ASSERT_TRUE(meant.shows("local is revoked; ")) << meant.text();
+  EXPECT_EQ(meant.exit_code(), 0);
+  auto sure = words;
+  sure[3] = "island-6541";
+  sure.emplace_back("--yes");
+  Terminal skipped(sure, 30, 120);
+  EXPECT_TRUE(skipped.shows("island-6541 is revoked; ")) << skipped.text();
+  Terminal elsewhere({kProgram, "trust", "revoke", "desk", "--trust", trust()}, 30, 120);
+  EXPECT_TRUE(elsewhere.shows("desk is revoked; ")) << elsewhere.text();
+}
+
 TEST_F(TrustCommands, RenewingGivesNewCertificatesToThoseOfThisHost) {
   init();
   const auto before = member("island-6541", trust());
@@ -210,6 +234,19 @@ TEST_F(TrustCommands, AnExportedMemberJoinsAgain) {
   ASSERT_EQ(trust({"export", "local", "--out", file, "--phrase-file", phrase}).code, 0);
   const auto joined = with(folder_.file("other"), {"join", file, "--yes", "--phrase-file", phrase});
   EXPECT_EQ(joined.code, 0) << joined.errors;
+}
+
+TEST_F(TrustCommands, AMemberWithoutAKeyHereIsExportedWithoutAPhrase) {
+  init();
+  added("desk");
+  const auto file = folder_.file("again.trust");
+  const auto exported = trust({"export", "desk", "--out", file});
+  EXPECT_EQ(exported.code, 0) << exported.errors;
+  EXPECT_THAT(exported.output, Not(HasSubstr("phrase")));
+  EXPECT_THAT(text_in(file), Not(HasSubstr("PRIVATE KEY")));
+  EXPECT_EQ(trust({"export", "local", "--out", folder_.file("local.trust")}).code, 2) << "its phrase needs a terminal";
+  EXPECT_EQ(trust({"export", "nobody", "--out", folder_.file("nobody.trust")}).code, 1);
+  EXPECT_EQ(mode_of(folder_.file("nobody.trust")), "absent");
 }
 
 TEST_F(TrustCommands, AnOlderFileIsTakenOnlyByRequest) {
