@@ -40,6 +40,17 @@ std::string_view text_in(const char (&field)[size]) {
   return {field, static_cast<std::size_t>(std::find(field, field + size, '\0') - field)};
 }
 
+/// A structure of another version would be read wrongly. The first guards had no version: 0.
+Result<void> check_version(void* library, const std::string& path) {
+  const auto ask = reinterpret_cast<decltype(&rubicon_guard_version)>(::dlsym(library, "rubicon_guard_version"));
+  const int version = ask == nullptr ? 0 : ask();
+  if (version == RUBICON_GUARD_VERSION) return {};
+  return fail(ErrorCode::kUnsupported,
+              fmt::format("{}: is of another version of Rubicon (guard {}, expected {}): install packages of the same "
+                          "version",
+                          path, version, RUBICON_GUARD_VERSION));
+}
+
 }  // namespace
 
 std::string guard_path() {
@@ -67,9 +78,11 @@ Result<void> GuardFunctions::load(const std::string& path) {
   const auto revoke = reinterpret_cast<decltype(&rubicon_guard_revoke)>(::dlsym(library, "rubicon_guard_revoke"));
   const auto meets_revoked =
       reinterpret_cast<decltype(&rubicon_guard_meets_revoked)>(::dlsym(library, "rubicon_guard_meets_revoked"));
-  watch_ = reinterpret_cast<decltype(&rubicon_guard_watch)>(::dlsym(library, "rubicon_guard_watch"));
-  if (who == nullptr || revoke == nullptr || meets_revoked == nullptr || watch_ == nullptr)
+  const auto watch = reinterpret_cast<decltype(&rubicon_guard_watch)>(::dlsym(library, "rubicon_guard_watch"));
+  if (who == nullptr || revoke == nullptr || meets_revoked == nullptr || watch == nullptr)
     return fail(ErrorCode::kIo, fmt::format("{}: is not the guard of Rubicon: its functions are missing", path));
+  if (auto same = check_version(library, path); !same) return same;
+  watch_ = watch;
   revoke_ = revoke;
   meets_revoked_ = meets_revoked;
   who_ = who;

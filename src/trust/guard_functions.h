@@ -20,7 +20,8 @@ std::string guard_path();
 /// state.
 class GuardFunctions {
  public:
-  /// Loads the guard and keeps it for the life of the process. kIo with the reason of the linker.
+  /// Loads the guard and keeps it for the life of the process. kIo with the reason of the linker. kUnsupported: it is
+  /// of another version.
   Result<void> load(const std::string& path);
   bool loaded() const { return who_.load() != nullptr; }
 

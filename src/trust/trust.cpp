@@ -79,6 +79,11 @@ Result<Trust::Documents> Trust::Impl::documents() {
     return fail(ErrorCode::kInvalid, fmt::format("{}: is the certificate of {}: expected that of {}",
                                                  papers->certificate.where, checked->member.name, place.member));
   if (auto good = check_key(*checked); !good) return fail(good.error());
+  if (auto loaded = guard.load(guard_path()); !loaded) {
+    // It would let this process in, and know nobody.
+    if (loaded.error().code == ErrorCode::kUnsupported) return fail(loaded.error());
+    if (!std::exchange(complained_of_guard, true)) log.warning(loaded.error().text);
+  }
   const auto before = own;
   take_papers(std::move(*checked), papers->revoked.text);
   read_state();
@@ -86,8 +91,6 @@ Result<Trust::Documents> Trust::Impl::documents() {
     own = before;
     return fail(good.error());
   }
-  if (auto loaded = guard.load(guard_path()); !loaded && !std::exchange(complained_of_guard, true))
-    log.warning(loaded.error().text);
   guard.revoke(revoked);
   const auto key = place.key.empty() ? folder.files().path(key_file(place.member)) : place.key.string();
   return Documents{"file:" + papers->identity_ca.where,

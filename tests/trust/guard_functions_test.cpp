@@ -1,6 +1,7 @@
 #include "trust/guard_functions.h"
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -9,11 +10,16 @@
 namespace rubicon::trust {
 namespace {
 
-/// The guard that this test speaks for refuses a peer.
-void refuse(const char* name, bool is_verified, const char* reason) {
+/// A function of the guard that this test speaks for.
+template <class Function>
+Function* of_guard(const char* name) {
   void* library = ::dlopen(RUBICON_FAKE_GUARD, RTLD_NOW);
-  ASSERT_NE(library, nullptr) << ::dlerror();
-  const auto tell = reinterpret_cast<void (*)(const char*, int, const char*)>(::dlsym(library, "fake_guard_refuse"));
+  return library == nullptr ? nullptr : reinterpret_cast<Function*>(::dlsym(library, name));
+}
+
+/// It refuses a peer.
+void refuse(const char* name, bool is_verified, const char* reason) {
+  auto* tell = of_guard<void(const char*, int, const char*)>("fake_guard_refuse");
   ASSERT_NE(tell, nullptr);
   tell(name, is_verified ? 1 : 0, reason);
 }
@@ -31,6 +37,25 @@ TEST(GuardFunctions, SayWhoWasRefusedAndWhoOnlyClaimsAName) {
   guard.watch({});
   refuse("roof", false, "it comes too late");
   EXPECT_EQ(refused, (std::vector<std::string>{"desk: it lies", "roof? it is a stranger"}));
+}
+
+TEST(GuardFunctions, AreNotUsedOfAnotherVersion) {
+  auto* set_version = of_guard<void(int)>("fake_guard_set_version");
+  ASSERT_NE(set_version, nullptr);
+  for (const int version : {0, RUBICON_GUARD_VERSION + 1}) {
+    set_version(version);
+    GuardFunctions guard;
+    const auto loaded = guard.load(RUBICON_FAKE_GUARD);
+    set_version(RUBICON_GUARD_VERSION);
+    ASSERT_FALSE(loaded);
+    EXPECT_EQ(loaded.error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(loaded.error().text,
+              fmt::format("{}: is of another version of Rubicon (guard {}, expected {}): install packages of the same "
+                          "version",
+                          RUBICON_FAKE_GUARD, version, RUBICON_GUARD_VERSION));
+    EXPECT_FALSE(guard.loaded());
+    EXPECT_TRUE(guard.load(RUBICON_FAKE_GUARD));
+  }
 }
 
 }  // namespace

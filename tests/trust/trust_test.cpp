@@ -367,6 +367,19 @@ TEST_F(TrustTest, AMissingGuardIsNamedOnce) {
   EXPECT_EQ(log_.lines.size(), 1U);
 }
 
+/// With a guard that it cannot ask, a process would take part and know nobody.
+TEST_F(TrustTest, AGuardOfAnotherVersionIsNoStart) {
+  void* library = ::dlopen(RUBICON_FAKE_GUARD, RTLD_NOW);
+  ASSERT_NE(library, nullptr) << ::dlerror();
+  const auto set_version = reinterpret_cast<void (*)(int)>(::dlsym(library, "fake_guard_set_version"));
+  ASSERT_NE(set_version, nullptr);
+  set_version(RUBICON_GUARD_VERSION + 1);
+  const auto trust = open();
+  set_version(RUBICON_GUARD_VERSION);
+  ASSERT_FALSE(trust);
+  EXPECT_NE(trust.error().text.find("install packages of the same version"), std::string::npos) << trust.error().text;
+}
+
 TEST_F(TrustTest, TheBuildHasTheGuardBesideItsPrograms) {
   const Variable none("RUBICON_GUARD", "");
   const auto trust = open();

@@ -24,6 +24,10 @@ void put(char (&field)[size], const std::string& text) {
 
 namespace guard = rubicon::trust::guard;
 
+extern "C" int rubicon_guard_version(void) noexcept {
+  return RUBICON_GUARD_VERSION;
+}
+
 extern "C" int rubicon_guard_who(const uint8_t prefix[12], rubicon_guard_peer* peer) noexcept {
   guard::GuidPrefix wanted{};
   std::copy_n(prefix, wanted.size(), wanted.begin());

@@ -16,6 +16,10 @@ extern "C" {
 
 #define RUBICON_GUARD_EXPORT __attribute__((visibility("default")))
 
+/// Of the functions and structures below. Who loads the guard compares it with its own first.
+#define RUBICON_GUARD_VERSION 1
+RUBICON_GUARD_EXPORT int rubicon_guard_version(void) RUBICON_GUARD_NOEXCEPT;
+
 /// A peer that authenticated itself.
 struct rubicon_guard_peer {
   char name[65];    ///< CN of its subject

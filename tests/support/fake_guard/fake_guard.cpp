@@ -10,6 +10,7 @@ namespace {
 
 rubicon_guard_peer known{};
 std::vector<std::string> refused;
+int version = RUBICON_GUARD_VERSION;
 void (*watcher)(void*, const uint8_t*, const char*, int, const char*) = nullptr;
 void* watched = nullptr;
 
@@ -21,6 +22,14 @@ bool is_refused(const char* serial) {
 }
 
 }  // namespace
+
+extern "C" void fake_guard_set_version(int one) {
+  version = one;
+}
+
+extern "C" int rubicon_guard_version(void) noexcept {
+  return version;
+}
 
 extern "C" void fake_guard_know(const rubicon_guard_peer* peer) {
   known = *peer;
