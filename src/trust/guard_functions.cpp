@@ -102,7 +102,7 @@ void GuardFunctions::begin_watch() {
 }
 
 void GuardFunctions::watch(tuples::dds::DdsTrust::Refused call) {
-  if (watch_ != nullptr && refused_) watch_(nullptr, nullptr);
+  if (watch_ != nullptr && refused_) watch_(nullptr, &refused_);
   refused_ = std::move(call);
   begin_watch();
 }

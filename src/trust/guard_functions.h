@@ -30,7 +30,8 @@ class GuardFunctions {
   void revoke(const RevokedList& list) const;
   /// Thread-safe: rubicon_guard_meets_revoked().
   bool meets_revoked() const;
-  /// As DdsTrust::watch_refused(); of several objects in a process the last one hears. Before or after load().
+  /// As DdsTrust::watch_refused(); of several objects in a process the last one hears, also when others end. Before or
+  /// after load().
   void watch(tuples::dds::DdsTrust::Refused call);
 
   GuardFunctions() = default;

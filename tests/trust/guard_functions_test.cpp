@@ -39,6 +39,20 @@ TEST(GuardFunctions, SayWhoWasRefusedAndWhoOnlyClaimsAName) {
   EXPECT_EQ(refused, (std::vector<std::string>{"desk: it lies", "roof? it is a stranger"}));
 }
 
+TEST(GuardFunctions, EndOnlyTheirOwnWatch) {
+  GuardFunctions newer;
+  std::vector<std::string> refused;
+  {
+    GuardFunctions older;
+    ASSERT_TRUE(older.load(RUBICON_FAKE_GUARD) && newer.load(RUBICON_FAKE_GUARD));
+    older.watch([](const auto&) { ADD_FAILURE() << "it was replaced"; });
+    newer.watch([&](const auto& refusal) { refused.emplace_back(refusal.name); });
+    refuse("desk", true, "it lies");
+  }
+  refuse("roof", true, "it lies");
+  EXPECT_EQ(refused, (std::vector<std::string>{"desk", "roof"}));
+}
+
 TEST(GuardFunctions, AreNotUsedOfAnotherVersion) {
   auto* set_version = of_guard<void(int)>("fake_guard_set_version");
   ASSERT_NE(set_version, nullptr);

@@ -42,8 +42,8 @@ RUBICON_GUARD_EXPORT int rubicon_guard_meets_revoked(void) RUBICON_GUARD_NOEXCEP
 /// name (may be empty) and the reason, both printable. If `is_verified` is 1, the name is that of a verified
 /// certificate; else a certificate claims it, and a stranger may claim any. The next handshake of that peer comes after
 /// a second, then after about twice as long each time, at most 5 s. DDS holds locks meanwhile: `call` may call
-/// rubicon_guard_who(), but neither rubicon_guard_watch() nor DDS. nullptr ends it; afterwards the former call runs no
-/// more.
+/// rubicon_guard_who(), but neither rubicon_guard_watch() nor DDS. It replaces the former call. nullptr ends the call
+/// that was given with this context, if that has not been replaced; afterwards it runs no more.
 RUBICON_GUARD_EXPORT void rubicon_guard_watch(void (*call)(void* context, const uint8_t prefix[12], const char* name,
                                                            int is_verified, const char* reason),
                                               void* context) RUBICON_GUARD_NOEXCEPT;

@@ -24,6 +24,7 @@ void watch(void (*call)(void* context, const std::uint8_t prefix[12], const char
            void* context) {
   auto& one = watcher();
   const std::lock_guard lock(one.mutex);
+  if (call == nullptr && context != one.context) return;
   one.call = call;
   one.context = context;
 }

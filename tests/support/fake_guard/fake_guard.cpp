@@ -51,6 +51,7 @@ extern "C" int rubicon_guard_meets_revoked(void) noexcept {
 
 extern "C" void rubicon_guard_watch(void (*call)(void*, const uint8_t*, const char*, int, const char*),
                                     void* context) noexcept {
+  if (call == nullptr && context != watched) return;
   watcher = call;
   watched = context;
 }

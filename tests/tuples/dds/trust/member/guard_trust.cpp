@@ -48,7 +48,7 @@ Result<DdsTrust::Documents> GuardTrust::documents() {
 void GuardTrust::begin_watch() {
   const auto watch = reinterpret_cast<decltype(&rubicon_guard_watch)>(symbol("rubicon_guard_watch"));
   if (watch == nullptr) return;
-  watch(nullptr, nullptr);
+  watch(nullptr, &refused_);
   if (!refused_) return;
   watch(
       [](void* call, const std::uint8_t* prefix, const char* name, int is_verified, const char* reason) {
