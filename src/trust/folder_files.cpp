@@ -85,6 +85,14 @@ Result<SecretText> read_checked_key(const OwnFile& file, const std::string& path
   return SecretText(std::move(*text));
 }
 
+/// Empty, or why this is not the lock of the folder. A link to a file of another name would give that to the owner of
+/// the folder.
+std::string_view fault_of_lock(const struct stat& lock, const struct stat& folder) {
+  if (!S_ISREG(lock.st_mode) || lock.st_nlink != 1) return "is no ordinary file with one name: remove it";
+  if (lock.st_uid != folder.st_uid && lock.st_uid != 0) return "belongs to another user than its folder: remove it";
+  return {};
+}
+
 }  // namespace
 
 std::optional<gid_t> people_group() {
@@ -240,13 +248,19 @@ Result<void> FolderFiles::write(const std::string& name, std::string_view text, 
 Result<OwnFile> FolderFiles::open_lock() const {
   const auto folder = open_folder_of(kLockFile);
   if (!folder) return fail(folder.error());
-  auto file = OwnFile::of_descriptor(
-      ::openat(folder->get(), kLockFile, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kLockMode));
   struct stat folder_about {
   }, about{};
-  if (file.get() < 0 || ::fstat(folder->get(), &folder_about) != 0 || ::fstat(file.get(), &about) != 0)
-    return failed(kLockFile, "open", errno);
-  if (about.st_uid != folder_about.st_uid && ::geteuid() == 0)
+  if (::fstat(folder->get(), &folder_about) != 0) return failed(kLockFile, "open", errno);
+  const auto user = ::geteuid();
+  if (user != 0 && folder_about.st_uid != user && folder_about.st_uid != 0)
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: its folder belongs to another user: expected this one, or root", path(kLockFile)));
+  auto file = OwnFile::of_descriptor(
+      ::openat(folder->get(), kLockFile, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kLockMode));
+  if (file.get() < 0 || ::fstat(file.get(), &about) != 0) return failed(kLockFile, "open", errno);
+  if (const auto fault = fault_of_lock(about, folder_about); !fault.empty())
+    return fail(ErrorCode::kRefused, fmt::format("{}: {}", path(kLockFile), fault));
+  if (about.st_uid != folder_about.st_uid && user == 0)
     std::ignore = ::fchown(file.get(), folder_about.st_uid, folder_about.st_gid);
   if ((about.st_mode & 07777) != kLockMode && ::fchmod(file.get(), kLockMode) != 0)
     return failed(kLockFile, "change its mode", errno);

@@ -378,6 +378,30 @@ TEST_F(TrustFolderTest, TheLockIsForItsOwnerOnlyWhateverWasThere) {
   EXPECT_EQ(about.st_uid, 12345U) << "of the user whose folder it is";
 }
 
+/// Root gives the lock of a folder to its owner, and nothing else.
+TEST_F(TrustFolderTest, ALockThatIsALinkOrNoFileIsRefused) {
+  const auto lock = root_ / kLockFile, precious = fs::path(folder_ / "precious");
+  overwrite(precious, "of root");
+  fs::remove(lock);
+  fs::create_hard_link(precious, lock);
+  ASSERT_TRUE(::geteuid() != 0 || ::chown(root_.c_str(), 12345, 12345) == 0);
+  const auto linked = trust_.files().lock();
+  ASSERT_FALSE(linked);
+  EXPECT_THAT(linked.error().text, testing::HasSubstr(lock.string() + ": is no ordinary file with one name"));
+  struct stat about {};
+  ASSERT_EQ(::stat(precious.c_str(), &about), 0);
+  EXPECT_EQ(about.st_uid, ::geteuid());
+  EXPECT_NE(about.st_mode & 07777U, 0600U);
+  fs::remove(lock);
+  ASSERT_EQ(::mkfifo(lock.c_str(), 0600), 0);
+  EXPECT_EQ(trust_.files().lock().error().code, ErrorCode::kRefused);
+  fs::remove(lock);
+  EXPECT_TRUE(trust_.files().lock());
+  if (::geteuid() != 0) return;
+  ASSERT_EQ(::chown(lock.c_str(), 54321, 54321), 0);
+  EXPECT_THAT(trust_.files().lock().error().text, testing::HasSubstr("belongs to another user than its folder"));
+}
+
 TEST_F(TrustFolderTest, ALockIsWaitedForUntilALimit) {
   auto held = trust_.files().lock();
   ASSERT_TRUE(held);
