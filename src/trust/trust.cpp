@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/limited_log.h"
 #include "trust/guard_functions.h"
 #include "trust/issuer.h"
 #include "trust/signed_text.h"
@@ -36,7 +37,7 @@ std::string contents_of(const Papers& papers) {
 
 struct Trust::Impl {
   Impl(Place where, Scheduler& clock, Log to)
-      : place(std::move(where)), scheduler(clock), log(std::move(to)), folder(place.folder) {}
+      : place(std::move(where)), scheduler(clock), log(std::move(to)), limited(log, clock), folder(place.folder) {}
 
   Result<Documents> documents();
   Result<void> check_key(const CheckedPapers& checked) const;
@@ -54,6 +55,7 @@ struct Trust::Impl {
   const Place place;
   Scheduler& scheduler;
   const Log log;
+  base::LimitedLog limited;  ///< for what others send
   const TrustFolder folder;
   GuardFunctions guard;
   std::optional<Realm> realm;
@@ -146,7 +148,7 @@ Result<void> Trust::Impl::check_own(const std::string& where) const {
 bool Trust::Impl::take(std::string_view document, const std::string& where, bool is_on_disk) {
   if (!realm || document == revoked_document) return false;
   auto list = read_revoked(document, realm->permissions_ca, where);
-  if (!list) return log.warning(list.error().text), false;
+  if (!list) return limited.warning(where, list.error().text), false;
   if (list->number <= revoked.number) return false;
   for (const auto& one : list->certificates) {
     if (revoked.find(one.serial) == nullptr)

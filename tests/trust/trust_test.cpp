@@ -233,6 +233,16 @@ TEST_F(TrustTest, AListOfAnotherSignerIsRefused) {
   EXPECT_TRUE(log_.contains("was not signed by"));
 }
 
+TEST_F(TrustTest, ListsThatAreNoneFillNoLog) {
+  const auto trust = open();
+  ASSERT_TRUE(trust);
+  for (int i = 0; i < 90; ++i) {
+    EXPECT_FALSE((*trust)->take_revoked("nonsense " + std::to_string(i)));
+    scheduler_.run_for(std::chrono::seconds(1));
+  }
+  EXPECT_EQ(log_.lines.size(), 2U) << "one a minute";
+}
+
 TEST_F(TrustTest, AListInTheFolderIsFoundAndReported) {
   const auto trust = open("island-7");
   ASSERT_TRUE(trust);
