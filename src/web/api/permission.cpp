@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kMessages = "GATEWAY";
 
-/// The owner would judge a message by the rights of this process, which may all.
+/// The owner would judge a message by the rights of this process, which may do everything.
 bool is_message(std::string_view key) {
   const auto first = key.substr(0, key.find('.'));
   return first == kMessages || first == "RUBICON_GATEWAY";
