@@ -136,7 +136,21 @@ void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
   if (node) unsubscribe(node.mapped());
 }
 
+/// Rights are asked about what may be a tuple only. The audit gets the beginning of any other key.
+void TupleSpace::Impl::refuse_unsound(const RemoteSet& set, const Error& why) {
+  RemoteSet shortened;
+  shortened.from = set.from;
+  shortened.owner = set.owner;
+  shortened.request = set.request;
+  shortened.key = set.key.substr(0, model::kMaxKeyLength);
+  shortened.append = set.append;
+  const Reply reply{set.from, set.request, Verdict::kRefused, why.code, why.text};
+  link.policy().answered(shortened, reply);
+  link.reply(reply);
+}
+
 void TupleSpace::Impl::on_remote_set(const RemoteSet& set) {
+  if (const auto sound = check_sizes(set); !sound) return refuse_unsound(set, sound.error());
   auto& policy = link.policy();
   auto may = policy.may_set(set);
   if (!may) ++refused;

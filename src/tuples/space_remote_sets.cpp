@@ -39,13 +39,15 @@ void TupleSpace::Impl::send(RemoteSet set) {
   }
 }
 
+Result<void> TupleSpace::Impl::check_sizes(const RemoteSet& set) {
+  if (auto ok = model::check_key(set.key); !ok) return ok;
+  if (set.value.size() <= kMaxValueSize) return {};
+  return fail(ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", set.key,
+                                                  set.value.size(), kMaxValueSize));
+}
+
 SetDecision TupleSpace::Impl::decide(const RemoteSet& set) {
-  if (auto ok = model::check_key(set.key); !ok) return SetDecision::refused(ok.error());
-  if (set.value.size() > kMaxValueSize) {
-    return SetDecision::refused(
-        {ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", set.key,
-                                             set.value.size(), kMaxValueSize)});
-  }
+  if (auto ok = check_sizes(set); !ok) return SetDecision::refused(ok.error());
   const auto policy = policies.find(self, set.key);
   const auto index = find(self, set.key);
   if (!policy && index == kNone) {

@@ -26,6 +26,7 @@ struct ListJudge final : Judge {
   }
   bool sees_all(const Member& who) const override { return who.name == "admin"; }
   Result<void> may_set(const Member& who, const RemoteSet& set) const override {
+    keys_asked += set.key.size();
     if (who.name == "admin") return {};
     return fail(ErrorCode::kRefused, who.name + " may not set " + set.key);
   }
@@ -35,11 +36,13 @@ struct ListJudge final : Judge {
   void record(const Member&, const Wish&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view host, const RemoteSet& set, const Reply& reply) override {
     answers.push_back(who.name + "@" + std::string(host) + " " + set.key + " " + std::string(to_string(reply.verdict)));
+    reasons.push_back(reply.text);
   }
 
   std::map<std::pair<std::string, std::string>, Access> rights;
   mutable int asked = 0;
-  std::vector<std::string> answers;
+  mutable std::size_t keys_asked = 0;  ///< their bytes, of sets
+  std::vector<std::string> answers, reasons;
 };
 
 constexpr Access kSees{true, false, {}};
@@ -248,6 +251,16 @@ TEST_F(RightsOfPeers, ASetIsRefusedByNameAndEachAnswerIsReported) {
   EXPECT_EQ(set(*console, "hall.light").verdict, Verdict::kApplied);
   EXPECT_THAT(judge->answers, ElementsAre("robot@memory hall.light refused", "admin@memory hall.light applied",
                                           "admin@memory lab.light refused"));
+}
+
+/// One without any right could fill the audit by it.
+TEST_F(RightsOfPeers, AKeyThatIsNoneIsRefusedBeforeItsRightsAndReportedInShort) {
+  const auto answer = set(*robot, std::string(1'000'000, 'x'));
+  EXPECT_EQ(answer.code, ErrorCode::kInvalid);
+  EXPECT_LT(answer.text.size(), 200U);
+  EXPECT_EQ(judge->keys_asked, 0U);
+  EXPECT_THAT(judge->answers, ElementsAre("robot@memory " + std::string(255, 'x') + " refused"));
+  EXPECT_THAT(judge->reasons, ElementsAre(answer.text));
 }
 
 TEST_F(RightsOfPeers, WhoAComponentIsIsKnownWhileItIsUp) {

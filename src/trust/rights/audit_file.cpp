@@ -25,11 +25,6 @@ constexpr std::size_t kMostWaiting = 256UL * 1024;
 /// Of a value is looked at, to find what is secret in it.
 constexpr std::size_t kLookedAt = 1024;
 
-void add_text(std::string_view name, std::string_view text, std::string& out) {
-  fmt::format_to(std::back_inserter(out), ",\"{}\":", name);
-  model::append_json(text, out);
-}
-
 /// At most so many bytes, cut after a character.
 std::string_view beginning(std::string_view text, std::size_t most) {
   if (text.size() <= most) return text;
@@ -39,6 +34,12 @@ std::string_view beginning(std::string_view text, std::size_t most) {
     if (end + length > most) return text.substr(0, end);
     end += length;
   }
+}
+
+void add_text(std::string_view name, std::string_view text, std::string& out,
+              std::size_t most = AuditFile::kTextBytes) {
+  fmt::format_to(std::back_inserter(out), ",\"{}\":", name);
+  model::append_json(beginning(text, most), out);
 }
 
 /// `proxy.wsn-1.7.property.password-1.command`
@@ -126,7 +127,8 @@ bool AuditFile::is_hidden(std::string_view key) const {
 
 /// Refusals quote values.
 std::string AuditFile::why_of(const AuditLine& line) const {
-  return is_hidden(line.key) ? std::string(line.kind) : base::masked(line.why);
+  if (is_hidden(line.key)) return std::string(line.kind);
+  return std::string(beginning(base::masked(beginning(line.why, kLookedAt)), kWhyBytes));
 }
 
 std::string AuditFile::text_of(const AuditLine& line) const {
@@ -140,17 +142,22 @@ std::string AuditFile::text_of(const AuditLine& line) const {
   if (is_hidden(line.key)) {
     text += ",\"hidden\":true";
   } else {
-    add_text("value", beginning(base::masked(beginning(line.value, kLookedAt)), kValueBytes), text);
+    add_text("value", base::masked(beginning(line.value, kLookedAt)), text, kValueBytes);
   }
   add_text("verdict", line.accepted ? "accepted" : "refused", text);
   if (!line.who.through.empty()) add_text("through", line.who.through, text);
-  add_text("why", why_of(line), text);
+  add_text("why", why_of(line), text, kWhyBytes);
   return text + "}\n";
 }
 
-void AuditFile::write(const AuditLine& line) {
-  if (!line.accepted) ++counters_.refused;
-  if (!line.accepted && !refusals_.allow(line.who.through.empty() ? line.who.name : line.who.through)) return;
+/// What others send may be long.
+void AuditFile::write(const AuditLine& whole) {
+  if (!whole.accepted) ++counters_.refused;
+  const auto& who = whole.who;
+  if (!whole.accepted && !refusals_.allow(beginning(who.through.empty() ? who.name : who.through, kTextBytes))) return;
+  auto line = whole;
+  line.key = beginning(whole.key, kTextBytes);
+  line.verb = beginning(whole.verb, kTextBytes);
   tell(line);
   add(text_of(line));
 }
@@ -167,7 +174,7 @@ void AuditFile::more(std::string_view who, std::uint64_t count) {
 void AuditFile::tell(const AuditLine& line) {
   const auto why = why_of(line);
   auto& log = line.accepted ? accepted_log_ : refused_log_;
-  log.write(base::one_line(fmt::format("{} {} {}: {}{}{}", line.who.name, line.verb, line.key,
+  log.write(base::one_line(fmt::format("{} {} {}: {}{}{}", beginning(line.who.name, kTextBytes), line.verb, line.key,
                                        line.accepted ? "accepted" : "refused", why.empty() ? "" : ": ", why)));
 }
 

@@ -36,7 +36,9 @@ inline constexpr int kOlderAuditFiles = 4;
 /// others.
 class AuditFile final : public Audit {
  public:
-  static constexpr std::size_t kValueBytes = 64;
+  static constexpr std::size_t kValueBytes = 64, kWhyBytes = 512;
+  /// Of each other text.
+  static constexpr std::size_t kTextBytes = 255;
 
   /// `log` gets what concerns the audit itself, `wishes` its lines: what that one keeps must be as closed to others as
   /// the file. The errors of OwnFile::open: the path is a symbolic link, its folder is missing, no permission. kRefused

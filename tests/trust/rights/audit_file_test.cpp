@@ -107,6 +107,21 @@ TEST_F(AuditFileTest, AValueIsCutAfter64BytesAtACharacter) {
   EXPECT_THAT(values(), ElementsAre(std::string(63, 'x')));
 }
 
+TEST_F(AuditFileTest, NoTextOfALineIsLongerThanItsLimit) {
+  const std::string huge(1'000'000, 'x');
+  tuples::Member who{huge, {}, {}, huge, {}};
+  who.through = huge;
+  for (int i = 0; i < 50; ++i) audit().write({who, OwnerId{70001}, huge, huge, huge, huge, false, huge, "refused"});
+  time.run_ready();
+  ASSERT_EQ(lines().size(), 50U);
+  const auto line = lines().front();
+  for (const auto* text : {"who", "serial", "through", "host", "verb", "key"})
+    EXPECT_EQ(line[text].get<std::string>().size(), AuditFile::kTextBytes) << text;
+  EXPECT_EQ(line["value"].get<std::string>().size(), AuditFile::kValueBytes);
+  EXPECT_EQ(line["why"].get<std::string>().size(), AuditFile::kWhyBytes);
+  for (const auto& one : wishes.lines) EXPECT_LT(one.size(), 2000U);
+}
+
 TEST_F(AuditFileTest, SecretsAreNeverWritten) {
   options.hide = {"proxy.*.*.actuator.alarm-*.command"};
   accepted("proxy.a.b.actuator.alarm-1.command", "4711", robot);
