@@ -54,6 +54,13 @@ tuples::RemoteSet remote_set_of(const SetRequest& request) {
   return set;
 }
 
+/// The island would find the network by the device only after the rights were asked.
+Result<void> check_address(const Address& to) {
+  if (!to.network.empty() || to.device.empty()) return {};
+  return fail(ErrorCode::kInvalid, fmt::format("network is missing; expected the id of the network that has device {}",
+                                               model::quoted(to.device)));
+}
+
 Error lacks(const Caller& caller, std::string_view right, std::string_view key) {
   return {ErrorCode::kRefused, fmt::format("{} may not {} {}: no rule allows it", caller.name, right, key)};
 }
@@ -119,7 +126,9 @@ Result<void> Permission::check_send(const Caller& caller, const Address& to, std
   auto answer = check_role(caller, Verb::kSend, to.island, type);
   if (answer) answer = can;
   if (!judge_) return answer;
-  const auto where = to.island == island_ ? gateway::place_of(to) : fmt::format("island:{}", number(to.island));
+  const bool is_here = to.island == island_;
+  const auto where = is_here ? gateway::place_of(to) : fmt::format("island:{}", number(to.island));
+  if (answer && is_here) answer = check_address(to);
   if (answer) answer = judge_->may_send(member_of(caller), where);
   judge_->record(member_of(caller), {model::kNoOwner, caller.peer, "send", where, type}, answer);
   return answer;

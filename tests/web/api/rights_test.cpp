@@ -308,6 +308,16 @@ TEST_F(RightsOfCallers, MessagesNeedTheRightToSendThere) {
                                         "tablet send island:2: refused"));
 }
 
+TEST_F(RightsOfCallers, AMessageToADeviceNamesItsNetwork) {
+  judge_by({rule("tablet", {Right::kSend}, {"**"}, {"scripted-1.7"})});
+  const auto answer =
+      answer_of(tablet(), {{"do", "send"}, {"to", 1}, {"device", "7"}, {"type", "note"}, {"value", "hello"}});
+  EXPECT_EQ(answer["ok"], false);
+  EXPECT_THAT(answer.dump(), HasSubstr("expected the id of the network that has device '7'"));
+  EXPECT_THAT(devices_of(1).sent, IsEmpty());
+  EXPECT_THAT(audit->lines, ElementsAre("tablet send own: refused"));
+}
+
 TEST_F(RightsOfCallers, ListeningForMessagesNeedsToReadGateway) {
   judge_by({rule("ear", {Right::kRead}, {"GATEWAY"})});
   const Json listen{{"do", "listen"}, {"type", "note"}};
