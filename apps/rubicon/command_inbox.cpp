@@ -84,7 +84,8 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
                                     {"state", outcome.state},
                                     {"reason", outcome.reason}}));
   } else if (outcome.good()) {
-    session.out().line(fmt::format("{} {}", word == "approve" ? "approved" : "ignored", printable(options.which)));
+    session.out().line(fmt::format("{} {}{}{}", word == "approve" ? "approved" : "ignored", printable(options.which),
+                                   outcome.reason.empty() ? "" : "; ", printable(outcome.reason)));
   } else {
     print_error(fmt::format("{} {}: {}", outcome.state, model::quoted(options.which), printable(outcome.reason)));
   }

@@ -93,7 +93,7 @@ struct Reply {
   std::uint64_t request = 0;
   Verdict verdict = Verdict::kApplied;
   ErrorCode code = ErrorCode::kRefused;  ///< reason of a refusal
-  std::string text;                      ///< reason of a refusal, for people
+  std::string text;                      ///< reason of a refusal, for people; or what was left out of an applied set
   /// Sequence of the tuple after the decision, if a value was stored or a sequence was expected; 0 = no such tuple.
   std::uint64_t sequence = 0;
 };

@@ -102,6 +102,7 @@ void RemoteSetTracker::answered(const tuples::Reply& reply) {
   if (watch.ended()) return;
   if (reply.verdict == tuples::Verdict::kApplied) {
     applied_ = true;
+    if (!reply.text.empty()) outcome_.reason = reply.text;
     return end_without_states();
   }
   outcome_.state = to_string(reply.verdict);

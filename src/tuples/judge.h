@@ -1,9 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "rubicon/tuple.hpp"
+#include "rubicon/tuple_space.hpp"
 #include "tuples/member.h"
 
 namespace rubicon::tuples {
@@ -25,6 +28,9 @@ struct Wish {
   std::string_view value;
 };
 
+/// What is asked for under several names.
+enum class Act : std::uint8_t { kSet, kSend };
+
 /// Decides what members may do: the rights of an owner (docs/rights.md). The policy of a link, the gateway and the web
 /// server ask the same judge. The members it is asked about are authenticated; it never sees ids alone.
 class Judge {
@@ -39,6 +45,14 @@ class Judge {
   virtual Result<void> may_set(const Member& who, const RemoteSet& set) const = 0;
   /// Whether the member may send messages there: `<network>.<device>`, `island:<id>`, or `own` for this island itself.
   virtual Result<void> may_send(const Member& who, std::string_view where) const = 0;
+  /// The same of what has several names, at least one: what is denied by one of them is denied, else what is allowed by
+  /// one is allowed.
+  virtual Result<void> may_by_names(const Member& who, Act act, std::span<const std::string> names) const = 0;
+  /// The remote set with this number of a component of this process is the wish of that member, as long as the handle
+  /// lives.
+  [[nodiscard]] virtual Handle speak_for(const Member& who, OwnerId component, std::uint64_t request) = 0;
+  /// Who is behind a remote set of a component of this process; nullptr: the process itself. Valid during the call.
+  virtual const Member* spoken_for(OwnerId component, std::uint64_t request) const = 0;
   /// A wish of a component of another process was answered, whoever refused it: one line for the audit. `host`:
   /// of the component, as it declares it.
   /// Messages arrive as sets of GATEWAY: what the gateway takes it reports by record(); only refusals are lines here.

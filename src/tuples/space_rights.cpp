@@ -131,6 +131,12 @@ void SpaceRights::rejudge(TupleSpace& space) {
   space.impl_->rejudge();
 }
 
+const Member* SpaceRights::asker(TupleSpace& space, const RemoteSet& set) {
+  if (const auto* who = member_of(space, set.from)) return who;
+  const auto* judge = SpaceRights::judge(space);
+  return judge ? judge->spoken_for(set.from, set.request) : nullptr;
+}
+
 PeerPolicy& SpaceRights::policy(TupleSpace& space) {
   return space.impl_->link.policy();
 }

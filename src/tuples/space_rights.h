@@ -18,6 +18,8 @@ struct SpaceRights {
   static Judge* judge(TupleSpace& space) { return policy(space).judge(); }
   /// nullptr: it is not up, is of this process, or the engine does not know.
   static const Member* member_of(TupleSpace& space, OwnerId peer) { return policy(space).member(peer); }
+  /// Who asks for a set: nullptr: this process itself, or the engine does not know.
+  static const Member* asker(TupleSpace& space, const RemoteSet& set);
 };
 
 }  // namespace rubicon::tuples

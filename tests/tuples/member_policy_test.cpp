@@ -11,6 +11,9 @@ struct OpenJudge final : Judge {
   bool sees_all(const Member&) const override { return true; }
   Result<void> may_set(const Member&, const RemoteSet&) const override { return {}; }
   Result<void> may_send(const Member&, std::string_view) const override { return {}; }
+  Result<void> may_by_names(const Member&, Act, std::span<const std::string>) const override { return {}; }
+  Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
+  const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
   void record(const Member&, const Wish&, const Result<void>&) override {}
   void answered(const Member&, std::string_view, const RemoteSet&, const Reply&) override { ++answers; }
   int answers = 0;

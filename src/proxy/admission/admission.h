@@ -87,6 +87,8 @@ class Admission {
   static Result<Order> read_order(const tuples::RemoteSet& request, const std::string& root);
   std::vector<DeviceName> named(const Order& order);
   Result<std::vector<DeviceName>> devices_of(const Order& order);
+  std::vector<std::string> inbox_keys(const DeviceName& name);
+  Result<std::string> drop_denied(const tuples::RemoteSet& request, std::vector<DeviceName>& devices);
   void apply_decisions();
   void approve(const DeviceName& name);
   void ignore(const DeviceName& name);

@@ -7,6 +7,7 @@
 #include "model/point_keys.h"
 #include "proxy/admission/admission.h"
 #include "rubicon/key.hpp"
+#include "tuples/space_rights.h"
 
 namespace rubicon::proxy::admission {
 
@@ -49,11 +50,47 @@ tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
   if (!order) return tuples::SetDecision::refused(order.error());
   auto found = devices_of(*order);
   if (!found) return tuples::SetDecision::refused(found.error());
+  auto left_out = drop_denied(request, *found);
+  if (!left_out) return tuples::SetDecision::refused(left_out.error());
   if (decisions_.size() + found->size() > 2 * context_.config.max_devices)
     return tuples::SetDecision::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
   for (auto& name : *found) decisions_.emplace_back(std::move(name), order->decision);
   next_decisions_.request();
-  return tuples::SetDecision::consumed();
+  auto decision = tuples::SetDecision::consumed();
+  decision.text = std::move(*left_out);
+  return decision;
+}
+
+/// By its key in the inbox, by that of its address, and by that of its tuples.
+std::vector<std::string> Admission::inbox_keys(const DeviceName& name) {
+  const model::IslandKey island{context_.config.prefix};
+  std::vector<std::string> keys{island.inbox(key_of(name))};
+  if (const auto* entry = inbox_.find(name)) {
+    for (const auto& key : {entry->key, entry->hidden_key}) {
+      if (!key.empty()) keys.push_back(island.inbox(key));
+    }
+  }
+  if (const auto* device = directory_.find(directory_.network(name.network), name.address))
+    keys.push_back(island.inbox(std::string_view(device->key).substr(context_.config.prefix.size() + 1)));
+  return keys;
+}
+
+/// Drops devices that an exception of the rules keeps from who decides. Returns what the answer says of them; kRefused:
+/// nothing is left.
+Result<std::string> Admission::drop_denied(const tuples::RemoteSet& request, std::vector<DeviceName>& devices) {
+  const auto* judge = tuples::SpaceRights::judge(context_.space);
+  const auto* who = tuples::SpaceRights::asker(context_.space, request);
+  if (!judge || !who) return std::string();
+  const auto before = devices.size();
+  std::optional<Error> why;
+  std::erase_if(devices, [&](const DeviceName& name) {
+    auto may = judge->may_by_names(*who, tuples::Act::kSet, inbox_keys(name));
+    if (!may && !why) why = std::move(may.error());
+    return !may;
+  });
+  if (!why) return std::string();
+  if (devices.empty()) return fail(std::move(*why));
+  return fmt::format("{} of {} devices left out: {}", before - devices.size(), before, why->text);
 }
 
 /// What a name without wildcards means: the device that waits, an ignored one, or, to be ignored, a listed one.

@@ -41,9 +41,35 @@ bool RightsJudge::sees_all(const Member& who) const {
 Result<void> RightsJudge::answer(const Member& who, Right right, std::string_view key) const {
   const auto decision = explain(who, right, key);
   if (decision.allowed) return {};
+  return fail(refusal(who, right, key, decision));
+}
+
+Error RightsJudge::refusal(const Member& who, Right right, std::string_view key, const Decision& decision) const {
   ++refused_;
   const auto needed = right == Right::kSet ? needed_to_set(key) : right;
-  return fail(ErrorCode::kRefused, fmt::format("{} may not {} {}: {}", who.name, doing(needed), key, decision.text));
+  return {ErrorCode::kRefused, fmt::format("{} may not {} {}: {}", who.name, doing(needed), key, decision.text)};
+}
+
+Result<void> RightsJudge::may_by_names(const Member& who, tuples::Act act, std::span<const std::string> names) const {
+  const auto right = act == tuples::Act::kSet ? Right::kSet : Right::kSend;
+  bool allowed = false;
+  for (const auto& name : names) {
+    const auto decision = explain(who, right, name);
+    if (!decision.allowed && decision.rule) return fail(refusal(who, right, name, decision));
+    allowed |= decision.allowed;
+  }
+  return allowed ? Result<void>() : answer(who, right, names.front());
+}
+
+tuples::Handle RightsJudge::speak_for(const Member& who, OwnerId component, std::uint64_t request) {
+  const Request key{component, request};
+  spoken_for_->insert_or_assign(key, who);
+  return tuples::Handle([all = spoken_for_, key] { all->erase(key); });
+}
+
+const Member* RightsJudge::spoken_for(OwnerId component, std::uint64_t request) const {
+  const auto found = spoken_for_->find({component, request});
+  return found == spoken_for_->end() ? nullptr : &found->second;
 }
 
 Result<void> RightsJudge::may_set(const Member& who, const tuples::RemoteSet& set) const {

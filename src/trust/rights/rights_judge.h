@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 
 #include "trust/rights/audit.h"
@@ -24,6 +25,10 @@ class RightsJudge final : public tuples::Judge {
   bool sees_all(const tuples::Member& who) const override;
   Result<void> may_set(const tuples::Member& who, const tuples::RemoteSet& set) const override;
   Result<void> may_send(const tuples::Member& who, std::string_view where) const override;
+  Result<void> may_by_names(const tuples::Member& who, tuples::Act act,
+                            std::span<const std::string> names) const override;
+  tuples::Handle speak_for(const tuples::Member& who, OwnerId component, std::uint64_t request) override;
+  const tuples::Member* spoken_for(OwnerId component, std::uint64_t request) const override;
   void answered(const tuples::Member& who, std::string_view host, const tuples::RemoteSet& set,
                 const tuples::Reply& reply) override;
   void record(const tuples::Member& who, const tuples::Wish& wish, const Result<void>& answer) override;
@@ -38,11 +43,15 @@ class RightsJudge final : public tuples::Judge {
   bool is_of_inbox(std::string_view key) const;
   Right needed_to_set(std::string_view key) const { return is_of_inbox(key) ? Right::kApprove : Right::kSet; }
   Result<void> answer(const tuples::Member& who, Right right, std::string_view key) const;
+  Error refusal(const tuples::Member& who, Right right, std::string_view key, const Decision& decision) const;
 
   Rights rights_;
   std::shared_ptr<Audit> audit_;
   std::string inbox_;  ///< `proxy.inbox`
   mutable std::uint64_t refused_ = 0;
+  using Request = std::pair<OwnerId, std::uint64_t>;
+  std::shared_ptr<std::map<Request, tuples::Member>> spoken_for_ =
+      std::make_shared<std::map<Request, tuples::Member>>();  ///< shared with the handles, which may outlive this
 };
 
 }  // namespace rubicon::trust::rights

@@ -22,6 +22,14 @@ class ReadingJudge final : public Judge {
     return fail(ErrorCode::kRefused,
                 fmt::format("{} may not send to {}: this program relays nothing", who.name, where));
   }
+  Result<void> may_by_names(const Member& who, Act act, std::span<const std::string> names) const override {
+    if (act == Act::kSend) return may_send(who, names.front());
+    RemoteSet set;
+    set.key = names.front();
+    return may_set(who, set);
+  }
+  Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
+  const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
   void answered(const Member&, std::string_view, const RemoteSet&, const Reply&) override {}
   void record(const Member&, const Wish&, const Result<void>&) override {}
 };

@@ -142,6 +142,10 @@ tuples::Access Permission::access(const Caller& caller, std::string_view key) co
   return judge_ ? judge_->access(member_of(caller), key) : tuples::Access{};
 }
 
+tuples::Handle Permission::speak_for(const Caller& caller, OwnerId self, std::uint64_t request) const {
+  return judge_ ? judge_->speak_for(member_of(caller), self, request) : tuples::Handle();
+}
+
 std::function<void(const tuples::Reply&)> Permission::recorder(const SetRequest& request) const {
   if (!judge_) return nullptr;
   return [judge = judge_, member = member_of(request.caller), peer = request.caller.peer,

@@ -37,6 +37,8 @@ class Permission {
   bool sees_all(const Caller& caller) const;
   tuples::Access access(const Caller& caller, std::string_view key) const;
 
+  /// Tells the island of this process whose wish a set is that check_set() permitted, as long as the handle lives.
+  tuples::Handle speak_for(const Caller& caller, OwnerId self, std::uint64_t request) const;
   /// To be called with the owner's reply to a request that check_set() permitted; empty without rights.
   std::function<void(const tuples::Reply&)> recorder(const SetRequest& request) const;
 

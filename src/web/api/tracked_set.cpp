@@ -28,8 +28,9 @@ TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
   auto record = context.permission.recorder(request);
   tuples::ReplyCall on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });
   auto& space = context.space;
+  const auto spoken_for = std::make_shared<tuples::Handle>();
   if (!is_command_ && record) {
-    on_reply = [record, tell = std::move(on_reply)](const tuples::Reply& answer) {
+    on_reply = [record, spoken_for, tell = std::move(on_reply)](const tuples::Reply& answer) {
       record(answer);
       tell(answer);
     };
@@ -37,7 +38,9 @@ TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
   if (request.append) {
     space.append_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
   } else if (!is_command_) {
-    space.set_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
+    const auto number =
+        space.set_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
+    *spoken_for = context.permission.speak_for(request.caller, space.self(), number);
   } else {
     tracker_ = std::make_unique<client::RemoteSetTracker>(
         context.scheduler, space, request.owner, request.key, request.value,

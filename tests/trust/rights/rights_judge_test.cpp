@@ -58,6 +58,29 @@ TEST_F(JudgeOfHome, APropertyHasTheSameRightsByItsOtherName) {
   EXPECT_THAT(audit->lines, ElementsAre("panel@desk set proxy.a.b.property.rate.command=on yes"));
 }
 
+TEST_F(JudgeOfHome, WhatHasSeveralNamesIsDeniedByEachAndAllowedByAny) {
+  judge.replace(
+      Rights(rules_in("rights:\n  - {who: robot, may: [set, send], keys: [\"a.*\", b.1], not: [a.2, b.3]}\n")));
+  const auto may = [&](std::vector<std::string> names) {
+    const auto answer = judge.may_by_names(all["robot"], tuples::Act::kSend, names);
+    EXPECT_EQ(judge.may_by_names(all["robot"], tuples::Act::kSet, names).has_value(), answer.has_value());
+    return answer ? "yes" : answer.error().text;
+  };
+  EXPECT_EQ(may({"a.1", "c.1"}), "yes");
+  EXPECT_EQ(may({"c.1", "a.1"}), "yes");
+  EXPECT_EQ(may({"a.1", "a.2"}), "robot may not send to a.2: rule 1 (home.yaml:2:5) denies it");
+  EXPECT_EQ(may({"c.1", "c.2"}), "robot may not send to c.1: no rule allows it");
+}
+
+TEST_F(JudgeOfHome, KnowsWhoIsBehindASetAsLongAsTheHandleLives) {
+  auto handle = judge.speak_for(all["robot"], OwnerId(70000), 7);
+  ASSERT_TRUE(judge.spoken_for(OwnerId(70000), 7));
+  EXPECT_EQ(judge.spoken_for(OwnerId(70000), 7)->name, "robot");
+  EXPECT_FALSE(judge.spoken_for(OwnerId(70000), 8));
+  handle.reset();
+  EXPECT_FALSE(judge.spoken_for(OwnerId(70000), 7));
+}
+
 TEST_F(JudgeOfHome, TheInboxNeedsTheRightToApproveAndNoOther) {
   judge.replace(
       Rights(rules_in("rights:\n  - {who: robot, may: set, keys: [\"proxy.**\"]}\n"

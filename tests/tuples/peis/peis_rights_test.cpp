@@ -26,6 +26,11 @@ struct GateJudge final : Judge {
     return fail(ErrorCode::kRefused, who.name + " may not set " + set.key);
   }
   Result<void> may_send(const Member&, std::string_view) const override { return fail(ErrorCode::kRefused, "no"); }
+  Result<void> may_by_names(const Member&, Act, std::span<const std::string>) const override {
+    return fail(ErrorCode::kRefused, "no");
+  }
+  Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
+  const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
   void record(const Member&, const Wish&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view, const RemoteSet& set, const Reply& reply) override {
     answers.push_back(who.name + " " + set.key + " " + std::string(to_string(reply.verdict)));

@@ -290,6 +290,25 @@ TEST_F(RightsOfCallers, DecisionsAboutTheInboxNeedApproveAndNotSet) {
   EXPECT_THAT(audit->lines, ElementsAre("tablet approve proxy.inbox: refused", "warden approve proxy.inbox: accepted"));
 }
 
+TEST_F(RightsOfCallers, ADecisionAboutManyLeavesOutTheDevicesThatARuleExcepts) {
+  const auto judge =
+      support::judge_of({rule("warden", {Right::kApprove}, {"proxy.inbox.**"}, {"proxy.inbox.scripted-1.8"})}, audit);
+  ecology.judge(OwnerId(kSite), judge);
+  ecology.judge(OwnerId(1), judge);
+  start_island(1, "}\ndiscovery: {new-devices: ask");
+  for (const auto* device : {"7", "8"}) devices_of(1).say(device, lamp());
+  const Caller warden{"warden", Role::kAdmin, ""};
+  const auto one = ask_as(warden, "POST", "/api/v1/inbox", R"({"approve": "scripted-1.8"})");
+  EXPECT_NE(one.status, 200U);
+  EXPECT_THAT(one.body, HasSubstr("warden may not approve proxy.inbox.scripted-1.8"));
+  const auto all = ask_as(warden, "POST", "/api/v1/inbox", R"({"approve": "*"})");
+  EXPECT_EQ(all.status, 200U);
+  EXPECT_THAT(all.body, HasSubstr("1 of 2 devices left out: warden may not approve proxy.inbox.scripted-1.8"));
+  scheduler.run_for(1s);
+  EXPECT_NE(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
+  EXPECT_EQ(value(islands[1]->space(), 1, "proxy.scripted-1.8.status"), "(none)");
+}
+
 TEST_F(RightsOfCallers, MessagesNeedTheRightToSendThere) {
   judge_by({rule("tablet", {Right::kSend}, {"scripted-1.7"})});
   const auto send = [&](std::uint32_t to, const std::string& device) {
