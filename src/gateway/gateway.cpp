@@ -54,6 +54,11 @@ bool is_answer(const Message& message) {
   return message.kind() == MessageKind::kAcknowledge;
 }
 
+/// Anyone may hand on an answer, with any origin and number.
+bool may_be_noted(const Message& message) {
+  return !is_answer(message) || message.hops <= 1;
+}
+
 void add(Gateway::Counters& sum, const Gateway::Counters& part) {
   sum.delivered += part.delivered;
   sum.dropped_readings += part.dropped_readings;
@@ -107,16 +112,17 @@ struct Gateway::Impl {
   void report_drops(Inbox& box);
   void refuse(Inbox& box, const Message& message);
 
-  void route(Message& message, Counters& count);
-  void to_listeners(const Message& message, Counters& count);
-  void to_network(const Message& message, Counters& count);
+  /// False: it was refused, or nobody asked for rights and another than its origin handed it on.
+  bool route(Message& message, Counters& count);
+  bool to_listeners(const Message& message, Counters& count);
+  bool to_network(const Message& message, Counters& count);
   Result<void> to_own_network(const Message& message);
   bool is_ours(const Message& message) const;
   /// False: its sender may not send it there, and was answered.
   bool permits(const Message& message, std::string_view where);
   bool permitted(const Message& message, Result<void> answer);
   bool names_only_a_device(const Message& message) const;
-  void to_device(Message& message, Counters& count);
+  bool to_device(Message& message, Counters& count);
 
   Scheduler& scheduler;
   IslandId self;
@@ -163,7 +169,8 @@ void Gateway::Impl::turn() {
   }
   for (auto& one : from_islands) {
     relay = std::move(one.relay);
-    route(one.message, own);
+    // Who is refused must not use up the numbers of others.
+    if (!gateway_tuple.is_repeated(one.message) && route(one.message, own)) gateway_tuple.note(one.message);
   }
   relay.reset();
   for (Message& message : from_components) route(message, own);
@@ -233,16 +240,17 @@ void Gateway::Impl::refuse(Inbox& box, const Message& message) {
   if (message.kind() == MessageKind::kOpaque) answer(Envelope(message), Outcome::kBusy, std::move(why));
 }
 
-void Gateway::Impl::route(Message& message, Counters& count) {
+bool Gateway::Impl::route(Message& message, Counters& count) {
   const auto to = message.destination.island;
   if (to != self) {
-    if (is_answer(message) || permits(message, fmt::format("island:{}", number(to)))) gateway_tuple.send(message);
-    return;
+    if (!is_answer(message) && !permits(message, fmt::format("island:{}", number(to)))) return false;
+    gateway_tuple.send(message);
+    return may_be_noted(message);
   }
   if (names_only_a_device(message)) return to_device(message, count);
   // Networks accept no Acknowledge: an answer to a device goes to the listeners.
   if (message.destination.network.empty() || is_answer(message)) return to_listeners(message, count);
-  to_network(message, count);
+  return to_network(message, count);
 }
 
 bool Gateway::Impl::names_only_a_device(const Message& message) const {
@@ -262,7 +270,7 @@ bool Gateway::Impl::permitted(const Message& message, Result<void> answer) {
 }
 
 /// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
-void Gateway::Impl::to_device(Message& message, Counters& count) {
+bool Gateway::Impl::to_device(Message& message, Counters& count) {
   auto& to = message.destination;
   auto found = networks_of(to.device);
   if (found.empty()) return to_listeners(message, count);
@@ -273,10 +281,11 @@ void Gateway::Impl::to_device(Message& message, Counters& count) {
   undelivered(Envelope(message), Outcome::kRefused,
               fmt::format("device {} is in {} networks of island {} ({}): name one", model::quoted(to.device),
                           found.size(), number(self), fmt::join(found, ", ")));
+  return false;
 }
 
-void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
-  if (!is_answer(message) && !permits(message, "own")) return;
+bool Gateway::Impl::to_listeners(const Message& message, Counters& count) {
+  if (!is_answer(message) && !permits(message, "own")) return false;
   std::size_t calls = listeners[message.body.index()].call(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque) {
@@ -285,7 +294,7 @@ void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
   }
   if (calls > 0 || !requires_listener(message.kind())) {
     ++count.delivered;
-    return;
+    return may_be_noted(message);
   }
   const auto what = opaque ? model::quoted(opaque->type) : std::string(to_string(message.kind()));
   const auto& device = message.destination.device;
@@ -293,17 +302,23 @@ void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
               device.empty()
                   ? fmt::format("island {} has no listener for {} messages", number(self), what)
                   : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
+  return true;
 }
 
 /// Commands need the right `set` of their sender, which the command desk judges.
-void Gateway::Impl::to_network(const Message& message, Counters& count) {
+bool Gateway::Impl::to_network(const Message& message, Counters& count) {
   const auto where = place_of(message.destination);
   if (!permitted(message, is_command(message.kind()) ? rights.may_relay(message, relay, where)
                                                      : rights.may_send(message, relay, where)))
-    return;
-  if (auto sent = to_own_network(message); !sent)
-    return undelivered(Envelope(message), outcome_of(sent.error().code), std::move(sent.error().text));
-  ++count.delivered;
+    return false;
+  auto sent = to_own_network(message);
+  if (sent) {
+    ++count.delivered;
+    return true;
+  }
+  const auto code = sent.error().code;
+  undelivered(Envelope(message), outcome_of(code), std::move(sent.error().text));
+  return !is_command(message.kind()) || code == ErrorCode::kBusy;
 }
 
 /// Components of this island may send anything; others only what docs/decisions/015 allows.

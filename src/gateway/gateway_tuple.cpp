@@ -109,6 +109,16 @@ tuples::SetDecision GatewayTuple::forged(OwnerId from, Error why) {
   return tuples::SetDecision::refused(std::move(why));
 }
 
+bool GatewayTuple::is_repeated(const Message& message) {
+  const bool repeated = message.number != 0 && seen_.seen(message.origin, message.number);
+  if (repeated) ++counters.duplicates;
+  return repeated;
+}
+
+void GatewayTuple::note(const Message& message) {
+  if (message.number != 0) seen_.note(message.origin, message.number);
+}
+
 tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   if (!model::is_message_media_type(request.media_type))
     return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY expects {}, got {}", model::kMessageMediaType,
@@ -131,11 +141,7 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
     ++counters.looped;
     return tuples::SetDecision::consumed();
   }
-  const bool numbered = message->number != 0;
-  if (numbered && seen_.seen(message->origin, message->number)) {
-    ++counters.duplicates;
-    return tuples::SetDecision::consumed();
-  }
+  if (is_repeated(*message)) return tuples::SetDecision::consumed();
   if (message->hops >= model::kMaxHops) {
     ++counters.looped;
     return tuples::SetDecision::refused(
@@ -144,10 +150,8 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   ++message->hops;
   if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
   if (message->source.island == model::kNoOwner) message->source.island = request.from;
-  const auto [origin, number] = std::pair(message->origin, message->number);
   if (auto taken = arrival_(std::move(*message), std::move(*relay), request.value.size()); !taken)
     return tuples::SetDecision::refused(std::move(taken.error()));
-  if (numbered) seen_.note(origin, number);
   return tuples::SetDecision::consumed();
 }
 

@@ -46,6 +46,10 @@ class GatewayTuple {
   GatewayTuple& operator=(const GatewayTuple&) = delete;
 
   void send(const Message& message);
+  /// Another message with this origin and number was noted: counts it. Those without a number are never repeated.
+  bool is_repeated(const Message& message);
+  /// The message was let in: from now on others with its origin and number are repeated.
+  void note(const Message& message);
   void on_accepted(Accepted accepted) { accepted_ = std::move(accepted); }
 
   Gateway::Counters counters;

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <array>
+
 #include "model/message_cbor.h"
 #include "scenarios/roaming.h"
 #include "support/rights.h"
@@ -211,6 +213,34 @@ TEST_F(RightsOfMessages, AnIslandWithoutTheRightToSendIsNotBelievedAboutSenders)
   EXPECT_EQ(islands[1]->gateway().counters().not_permitted, 4U);
   EXPECT_THAT(audit(1), ElementsAre("island-2 send scripted-1.7: refused", "island-2 send scripted-1.7: refused",
                                     "island-2 send scripted-1.7: refused", "island-2 send island:3: refused"));
+}
+
+TEST_F(RightsOfMessages, WhatIsRefusedDoesNotUseUpTheNumbersOfOthers) {
+  start(1, {rule("island:3", {Right::kSend}, {"scripted-1.7"}), rule("island:3", {Right::kSet}, {kLampCommand})});
+  for (const std::uint32_t id : {2U, 3U}) ecology.certify(OwnerId(id), support::island_member(id));
+  auto genuine = std::array{note(1, "scripted-1", "7"), switch_on(1)};
+  for (std::size_t i = 0; i < genuine.size(); ++i) {
+    genuine[i].origin = OwnerId(3);
+    genuine[i].number = 100 + i;
+  }
+  for (auto message : genuine) {
+    message.hops = 1;
+    post(component(2), 1, message);
+    message.sender = model::Sender{"admin"};
+    post(component(2), 1, message);
+    message.body = model::Acknowledge{7, model::Outcome::kSent, ""};
+    post(component(2), 1, message);
+    message.destination = {OwnerId(1), "scripted-1", "no such device"};
+    message.body = model::Actuate{1, actuator("switch"), true};
+    message.sender.reset();
+    post(component(2), 1, message);
+  }
+  EXPECT_THAT(devices_of(1).sent, IsEmpty());
+  for (const auto& message : genuine) post(component(3), 1, message);
+  EXPECT_EQ(devices_of(1).sent.size(), 2U);
+  for (const auto& message : genuine) post(component(3), 1, message);
+  EXPECT_EQ(devices_of(1).sent.size(), 2U) << "of those that were let in, later ones are repeated";
+  EXPECT_EQ(islands[1]->gateway().counters().duplicates, 2U);
 }
 
 TEST_F(RightsOfMessages, AMemberWithMoreRolesThanAMessageNamesSendsNothingToOtherIslands) {
