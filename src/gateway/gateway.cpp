@@ -112,7 +112,7 @@ struct Gateway::Impl {
   void report_drops(Inbox& box);
   void refuse(Inbox& box, const Message& message);
 
-  /// False: it was refused, or nobody asked for rights and another than its origin handed it on.
+  /// Whether later messages with its origin and number are repeated ones: it was let in.
   bool route(Message& message, Counters& count);
   bool to_listeners(const Message& message, Counters& count);
   bool to_network(const Message& message, Counters& count);
@@ -326,7 +326,7 @@ Result<void> Gateway::Impl::to_own_network(const Message& message) {
   if (networks == nullptr) return fail(ErrorCode::kNotFound, "this island has no networks");
   const auto kind = message.kind();
   if (is_ours(message) || kind == MessageKind::kOpaque) return networks->send(message);
-  if (is_command(kind) && handle_command) return handle_command(message);
+  if (is_command(kind) && handle_command) return handle_command(message, relay ? relay->name : std::string());
   return fail(
       ErrorCode::kRefused,
       fmt::format("networks accept no {} of others: subscribe to tuples and set them instead", to_string(kind)));

@@ -55,8 +55,8 @@ class Gateway final : public network::MessageSink {
 
   /// Accepts and answers, or refuses by an error (also for want of the right `set`), an Actuate or SetProperty of
   /// others (devices, other islands, components) for a device of an own network. They never reach a network directly
-  /// (docs/decisions/015).
-  using CommandCall = std::function<Result<void>(const Message&)>;
+  /// (docs/decisions/015). `through`: the member that handed it on and names its sender; empty = its sender was here.
+  using CommandCall = std::function<Result<void>(const Message&, const std::string& through)>;
   void set_command_handler(CommandCall call);
 
   /// A message of an own network. If it cannot be delivered, its Message::source is answered; answers to this island

@@ -42,8 +42,9 @@ std::string about(const Message& message) {
 
 }  // namespace
 
-std::string_view host_of(TupleSpace& space, OwnerId component) {
-  return tuples::SpaceRights::policy(space).host(component);
+std::string_view host_of(TupleSpace& space, const Message& message) {
+  const bool came_itself = message.hops <= 1;
+  return came_itself ? tuples::SpaceRights::policy(space).host(message.origin) : std::string_view();
 }
 
 bool is_true_island(TupleSpace& space, OwnerId component) {
@@ -52,11 +53,12 @@ bool is_true_island(TupleSpace& space, OwnerId component) {
   return who == nullptr || who->may_use(component);
 }
 
-tuples::Member member_of(const model::Sender& sender) {
+tuples::Member member_of(const model::Sender& sender, const std::string& through) {
   tuples::Member member;
   member.name = sender.name;
   member.roles = sender.roles;
   member.serial = sender.serial;
+  member.through = through;
   if (sender.island != model::kNoOwner) member.ids.push_back({number(sender.island), number(sender.island)});
   return member;
 }
@@ -98,13 +100,12 @@ Result<void> MessageRights::may_send(const Message& message, const Relay& relay,
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !message.sender) return {};
   if (auto relayed = may_relay(message, relay, where); !relayed) return relayed;
-  auto who = member_of(*message.sender);
-  if (relay) who.through = relay->name;
+  const auto who = member_of(*message.sender, relay ? relay->name : std::string());
   auto answer = judge->may_send(who, where);
   if (answer && where.starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
     answer = fail(ErrorCode::kRefused, fmt::format("{} has {} roles, expected at most {} in a message for {}", who.name,
                                                    who.roles.size(), model::kMaxRoles, where));
-  judge->record(who, {message.origin, host_of(space_, message.origin), "send", where, about(message)}, answer);
+  judge->record(who, {message.origin, host_of(space_, message), "send", where, about(message)}, answer);
   return answer;
 }
 

@@ -10,13 +10,14 @@
 
 namespace rubicon::gateway {
 
-/// The member that a message names as its sender, as judges ask for it.
-tuples::Member member_of(const model::Sender& sender);
+/// The member that a message names as its sender, as judges ask for it. `through`: who handed it on, and says so.
+tuples::Member member_of(const model::Sender& sender, const std::string& through = {});
 /// How a message names a member.
 model::Sender sender_of(const tuples::Member& member);
 
-/// The host that a component which is up declares; empty = none. Valid during the call.
-std::string_view host_of(TupleSpace& space, OwnerId component);
+/// The host that the component which posted a message declares; empty = none, or another handed the message on. Valid
+/// during the call.
+std::string_view host_of(TupleSpace& space, const Message& message);
 /// Whether a component may speak as an island: the one whose certificate has its id, or, on an engine that knows no
 /// members, each with such an id.
 bool is_true_island(TupleSpace& space, OwnerId component);

@@ -27,7 +27,8 @@ class CommandDesk {
   tuples::SetDecision decide_set(const tuples::RemoteSet& request);
   /// An Actuate or SetProperty that came as a message of a device, an island or a component: treated as if its sender
   /// had set the tuple. Answered with one Acknowledge once the network acknowledged it, or the command ended.
-  Result<void> on_message(const Message& message);
+  /// `through`: Gateway::CommandCall.
+  Result<void> on_message(const Message& message, const std::string& through = {});
   /// Device or line is unavailable, or for another reason than before: publishes why commands wait.
   void delayed(Device& device);
   /// The device or its line is back: sends the waiting commands, in order.
@@ -51,9 +52,9 @@ class CommandDesk {
   Result<Point*> resolve_target(const tuples::RemoteSet& request, Device*& device);
   Result<Point*> resolve_target(const Message& message, const PointId& id, Device*& device);
   tuples::SetDecision accept(const tuples::RemoteSet& request, Device& device, Point& point);
-  Result<void> refuse_unresolved(const Message& message, const Error& why) const;
-  tuples::SetDecision accept_judged(const Message& message, const tuples::RemoteSet& request, Device& device,
-                                    Point& point);
+  Result<void> refuse_unresolved(const Message& message, const std::string& through, const Error& why) const;
+  tuples::SetDecision accept_judged(const Message& message, const std::string& through,
+                                    const tuples::RemoteSet& request, Device& device, Point& point);
   tuples::SetDecision accept_under_other_key(const tuples::RemoteSet& request, Device& device, Point& point);
   void start_accepted();
   void start(std::unique_ptr<Command> command);

@@ -26,12 +26,12 @@ const Value& value_of(const Message& message) {
 
 }  // namespace
 
-Result<void> CommandDesk::on_message(const Message& message) {
+Result<void> CommandDesk::on_message(const Message& message, const std::string& through) {
   const auto* id = point_of(message);
   if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
   Device* device = nullptr;
   const auto point = resolve_target(message, *id, device);
-  if (!point) return refuse_unresolved(message, point.error());
+  if (!point) return refuse_unresolved(message, through, point.error());
   tuples::RemoteSet request;
   request.from = message.origin;
   request.request = gateway::answerable_number(message);
@@ -41,7 +41,7 @@ Result<void> CommandDesk::on_message(const Message& message) {
     request.time_to_live = actuate->time_to_live;
     request.time_to_live_given = request.time_to_live > Duration(0);
   }
-  const auto decision = accept_judged(message, request, *device, **point);
+  const auto decision = accept_judged(message, through, request, *device, **point);
   if (decision.verdict != tuples::Verdict::kApplied) return fail(decision.code, decision.text);
   auto& command = *accepted_.back();
   if (!message.source.network.empty())
@@ -52,22 +52,25 @@ Result<void> CommandDesk::on_message(const Message& message) {
 }
 
 /// There is no tuple that the message amounts to: the audit names the device that was meant.
-Result<void> CommandDesk::refuse_unresolved(const Message& message, const Error& why) const {
+Result<void> CommandDesk::refuse_unresolved(const Message& message, const std::string& through,
+                                            const Error& why) const {
   if (auto* judge = tuples::SpaceRights::judge(context_.space); judge && message.sender)
-    judge->record(gateway::member_of(*message.sender),
-                  {message.origin, {}, "set", gateway::place_of(message.destination), {}}, fail(why));
+    judge->record(
+        gateway::member_of(*message.sender, through),
+        {message.origin, gateway::host_of(context_.space, message), "set", gateway::place_of(message.destination), {}},
+        fail(why));
   return fail(why);
 }
 
 /// Its sender needs the right to set the tuple that the message amounts to; one line of the audit says what came of it.
-tuples::SetDecision CommandDesk::accept_judged(const Message& message, const tuples::RemoteSet& request, Device& device,
-                                               Point& point) {
+tuples::SetDecision CommandDesk::accept_judged(const Message& message, const std::string& through,
+                                               const tuples::RemoteSet& request, Device& device, Point& point) {
   auto* judge = tuples::SpaceRights::judge(context_.space);
   if (judge == nullptr || !message.sender) return accept(request, device, point);
-  const auto who = gateway::member_of(*message.sender);
+  const auto who = gateway::member_of(*message.sender, through);
   const auto may = judge->may_set(who, request);
   auto decision = may ? accept(request, device, point) : tuples::SetDecision::refused(may.error());
-  judge->answered(who, gateway::host_of(context_.space, request.from), request,
+  judge->answered(who, gateway::host_of(context_.space, message), request,
                   {request.from, request.request, decision.verdict, decision.code, decision.text});
   return decision;
 }

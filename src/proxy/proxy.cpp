@@ -63,7 +63,8 @@ void Proxy::Impl::listen() {
   on<model::State>(MessageKind::kState, &Impl::state);
   handles.push_back(
       context.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
-  context.gateway.set_command_handler([this](const Message& message) { return desk.on_message(message); });
+  context.gateway.set_command_handler(
+      [this](const Message& message, const std::string& through) { return desk.on_message(message, through); });
   context.gateway.set_device_lookup([this](const std::string& address) { return directory.networks_of(address); });
   const auto self = context.space.self();
   const model::IslandKey island{config.prefix};

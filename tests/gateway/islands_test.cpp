@@ -77,7 +77,7 @@ TEST_F(BetweenIslands, AnUndeliverableMessageOfADeviceIsAnsweredOnItsOwnIsland) 
 
 TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToTheCommandHandlerNotToTheNetwork) {
   std::vector<Message> taken;
-  two.gateway.set_command_handler([&](const Message& message) -> Result<void> {
+  two.gateway.set_command_handler([&](const Message& message, const std::string&) -> Result<void> {
     taken.push_back(message);
     return {};
   });
@@ -93,7 +93,8 @@ TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToTheCommandHandlerNotToTheNet
 }
 
 TEST_F(BetweenIslands, ACommandThatCannotBeTakenIsAnsweredToItsIslandWithItsOwnRequestNumber) {
-  two.gateway.set_command_handler([](const Message&) { return fail(ErrorCode::kUnsupported, "no lamps here"); });
+  two.gateway.set_command_handler(
+      [](const Message&, const std::string&) { return fail(ErrorCode::kUnsupported, "no lamps here"); });
   one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
   time.run_for(1s);
   EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(6u, Outcome::kUnsupported, "no lamps here")));

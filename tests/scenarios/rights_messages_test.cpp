@@ -149,6 +149,9 @@ TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
   EXPECT_THAT(audit(2), ElementsAre("robot set " + std::string(kLampCommand) + ": refused",
                                     "maid set " + std::string(kLampCommand) + ": accepted"));
   EXPECT_THAT(audits[2]->serials, ElementsAre("270001", "270200"));
+  EXPECT_THAT(audits[2]->throughs, ElementsAre("island-1", "island-1"));
+  EXPECT_THAT(audits[2]->hosts, ElementsAre("", "")) << "island 1 says who sent it, and not from where";
+  EXPECT_THAT(audits[1]->hosts, ElementsAre("memory", "memory"));
 }
 
 TEST_F(RightsOfMessages, AnIslandRelaysOnlyForWhoMaySendToTheOther) {

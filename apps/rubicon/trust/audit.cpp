@@ -70,7 +70,7 @@ Result<std::string> find_audit(const Settings& settings) {
                                 fmt::join(files, ", ")));
 }
 
-/// `2026-01-31 12:00:00 CET  desk set proxy.hall.door.actuator.lock-1.command = open: refused, ...`
+/// `2026-01-31 12:00:00 CET  desk set proxy.hall.door.actuator.lock-1.command = open: refused, through island-2, ...`
 std::string audit_text(std::string_view text) {
   const auto line = model::object_of(text);
   const auto of = [&line](const char* name) { return printable(model::text_of(line, name)); };
@@ -79,9 +79,10 @@ std::string audit_text(std::string_view text) {
     return fmt::format("{}  {} before could not be written", time, counted(model::count_of(line, "lost"), "line"));
   if (line.contains("more"))
     return fmt::format("{}  {}: refused {} more", time, of("who"), counted(model::count_of(line, "more"), "time"));
-  const auto value = of("value"), why = of("why");
-  return fmt::format("{}  {} {} {}{}: {}{}", time, of("who"), of("verb"), of("key"), value.empty() ? "" : " = " + value,
-                     of("verdict"), why.empty() ? "" : ", " + why);
+  const auto value = of("value"), through = of("through"), why = of("why");
+  return fmt::format("{}  {} {} {}{}: {}{}{}", time, of("who"), of("verb"), of("key"),
+                     value.empty() ? "" : " = " + value, of("verdict"), through.empty() ? "" : ", through " + through,
+                     why.empty() ? "" : ", " + why);
 }
 
 bool is_wanted(const AuditQuery& query, std::string_view text) {

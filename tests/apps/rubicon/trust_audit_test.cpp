@@ -50,6 +50,12 @@ TEST_F(TrustAudit, ShowsEachRequestInOneLine) {
                                         "[^\n]+ desk set proxy.a = out: refused, no rule allows it\n$"));
 }
 
+TEST_F(TrustAudit, ShowsWhoHandedAMessageOn) {
+  append(
+      {R"({"t":1767225601,"who":"maid","verb":"set","key":"proxy.b","verdict":"accepted","through":"island-2","why":""})"});
+  EXPECT_THAT(shown({}).output, HasSubstr("maid set proxy.b: accepted, through island-2\n"));
+}
+
 TEST_F(TrustAudit, RefusedLeavesOutWhatWasAccepted) {
   const auto refused = shown({"--refused"});
   EXPECT_EQ(refused.code, 0) << refused.errors;
