@@ -318,5 +318,18 @@ TEST_F(RightsOfMessages, ADeviceRoamsOnlyToAnIslandThatItsCertificateNamesAndTha
   EXPECT_EQ(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
 }
 
+TEST_F(RightsOfMessages, AClaimOfOneDeviceTakesNoOtherAway) {
+  start(1, {rule("everybody", {Right::kRead}), rule("island:2", {Right::kSet}, {"ROAMING.lab.8", "ROAMING.lab.7-2"})},
+        kLab);
+  ecology.certify(OwnerId(2), support::island_member(2));
+  const std::string claim = R"({"key":"proxy.wsn-1.7","network":"wsn-1","device":"7","address":"7","since":4000000000,)"
+                            R"("reachable":true})";
+  for (const auto* key : {"ROAMING.lab.8", "ROAMING.lab.7", "ROAMING.lab.7-2", "ROAMING.lab.7-x"}) {
+    ASSERT_TRUE(component(2).set(key, claim, {"application/json"}));
+    scheduler.run_for(5s);
+    EXPECT_NE(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)") << key;
+  }
+}
+
 }  // namespace
 }  // namespace rubicon::scenarios

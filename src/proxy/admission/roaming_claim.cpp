@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "base/text.h"
 #include "model/json_members.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
@@ -70,6 +71,15 @@ Result<Claim> parse_claim(OwnerId island, std::string_view text) {
 
 std::string claim_key(const Identity& identity) {
   return fmt::format("ROAMING.{}.{}", identity.domain, model::to_key_part(identity.address));
+}
+
+bool is_claim_key(std::string_view key, const Identity& identity) {
+  const auto first = claim_key(identity);
+  if (!key.starts_with(first)) return false;
+  key.remove_prefix(first.size());
+  if (key.empty()) return true;
+  const auto twin = key.front() == '-' ? base::parse_number<std::uint32_t>(key.substr(1)) : std::nullopt;
+  return twin && *twin >= 2;
 }
 
 }  // namespace rubicon::proxy::admission

@@ -38,5 +38,7 @@ Result<Claim> parse_claim(OwnerId island, std::string_view text);
 
 /// `ROAMING.<domain>.<address as key part>`
 std::string claim_key(const Identity& identity);
+/// Whether it is that key, or a twin of it: `ROAMING.lab.1_7-2`.
+bool is_claim_key(std::string_view key, const Identity& identity);
 
 }  // namespace rubicon::proxy::admission

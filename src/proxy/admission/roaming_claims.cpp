@@ -55,18 +55,7 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   if (tuple.owner == context_.space.self() || !model::is_island(tuple.owner)) return;
   const OtherKey where{tuple.owner, std::string(tuple.key)};
   if (event.kind != tuples::EventKind::kSet) return drop(where);
-  if (!gateway::is_true_island(context_.space, tuple.owner)) {
-    context_.warn(
-        fmt::format("roaming/{}", number(tuple.owner)),
-        fmt::format("claim {} of component {}: it is no island of its certificate", tuple.key, number(tuple.owner)));
-    return drop(where);
-  }
-  if (auto may = may_claim(tuple); !may) {
-    context_.warn(fmt::format("roaming/{}", number(tuple.owner)),
-                  fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), may.error().text));
-    return drop(where);
-  }
-  auto claim = parse_claim(tuple.owner, tuple.value);
+  auto claim = read_claim(domain, tuple);
   if (!claim) {
     context_.warn(fmt::format("roaming/{}", number(tuple.owner)),
                   fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), claim.error().text));
@@ -83,14 +72,33 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   store(identity, where.second, std::move(*claim));
 }
 
-/// Who may claim a device may set its claim here too: by that its commands follow it.
-Result<void> RoamingClaims::may_claim(const tuples::TupleView& tuple) const {
-  if (tuples::SpaceRights::judge(context_.space) == nullptr) return {};
+Result<Claim> RoamingClaims::read_claim(const std::string& domain, const tuples::TupleView& tuple) const {
+  if (!gateway::is_true_island(context_.space, tuple.owner))
+    return fail(ErrorCode::kRefused, "its component is no island of its certificate");
+  auto claim = parse_claim(tuple.owner, tuple.value);
+  if (!claim) return claim;
+  const Identity identity{domain, claim->address};
+  if (!is_claim_key(tuple.key, identity))
+    return fail(ErrorCode::kInvalid, fmt::format("it is about address {}, expected the key {}",
+                                                 model::quoted(claim->address), claim_key(identity)));
+  if (auto may = may_claim(identity, tuple); !may) return fail(std::move(may.error()));
+  return claim;
+}
+
+/// Who may claim a device may set its claim here too: by that its commands follow it. A twin is denied by its own key
+/// too.
+Result<void> RoamingClaims::may_claim(const Identity& identity, const tuples::TupleView& tuple) const {
+  auto* judge = tuples::SpaceRights::judge(context_.space);
+  if (judge == nullptr) return {};
   tuples::RemoteSet set;
   set.from = tuple.owner;
   set.owner = context_.space.self();
-  set.key = tuple.key;
-  return tuples::SpaceRights::policy(context_.space).may_set(set);
+  set.key = claim_key(identity);
+  const auto* who = tuples::SpaceRights::member_of(context_.space, tuple.owner);
+  auto may = tuples::SpaceRights::policy(context_.space).may_set(set);
+  if (!may || !who) return may;
+  const std::vector<std::string> keys{set.key, std::string(tuple.key)};
+  return judge->may_by_names(*who, tuples::Act::kSet, keys);
 }
 
 void RoamingClaims::check_clock(const Claim& claim) {

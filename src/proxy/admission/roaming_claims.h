@@ -78,7 +78,8 @@ class RoamingClaims {
   bool is_recent(OwnerId island, const std::string& domain) const;
   std::string free_tuple(const Identity& identity) const;
   void tidy(const Identity& identity);
-  Result<void> may_claim(const tuples::TupleView& tuple) const;
+  Result<Claim> read_claim(const std::string& domain, const tuples::TupleView& tuple) const;
+  Result<void> may_claim(const Identity& identity, const tuples::TupleView& tuple) const;
   void check_clock(const Claim& claim);
 
   ProxyContext& context_;

@@ -33,6 +33,15 @@ TEST(RoamingClaim, TheNewestJoinIsBetterThenTheLowerIslandThenTheLowerNetwork) {
   EXPECT_TRUE(better(claim(9, 1), claim(1, 0))) << "a join is better than none";
 }
 
+TEST(RoamingClaim, HasTheKeyOfItsAddressOrOfATwin) {
+  const Identity identity{"lab", "1.7"};
+  for (const auto* key : {"ROAMING.lab.1_7", "ROAMING.lab.1_7-2", "ROAMING.lab.1_7-31"})
+    EXPECT_TRUE(is_claim_key(key, identity)) << key;
+  for (const auto* key : {"ROAMING.lab.1_8", "ROAMING.lab.1_71", "ROAMING.lab.1_7-1", "ROAMING.lab.1_7-x",
+                          "ROAMING.lab.1_7-", "ROAMING.lab.1_7-2-3", "ROAMING.attic.1_7", "ROAMING.lab.1"})
+    EXPECT_FALSE(is_claim_key(key, identity)) << key;
+}
+
 TEST(RoamingClaim, NoClaimIsBetterThanItselfAndOfTwoDifferentOnesExactlyOneIs) {
   std::vector<Claim> all;
   for (const std::int64_t since : {0, 1, 2}) {
