@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -105,10 +106,12 @@ struct SetDecision {
   bool store = true;
   ErrorCode code = ErrorCode::kRefused;
   std::string text;
+  /// The set that the request amounts to, where it came under another key; for the audit.
+  std::shared_ptr<const RemoteSet> meant{};
 
   static SetDecision applied() { return {}; }
-  static SetDecision consumed() { return {Verdict::kApplied, false, {}, {}}; }
-  static SetDecision refused(Error why) { return {Verdict::kRefused, false, why.code, std::move(why.text)}; }
+  static SetDecision consumed() { return {Verdict::kApplied, false, {}, {}, {}}; }
+  static SetDecision refused(Error why) { return {Verdict::kRefused, false, why.code, std::move(why.text), {}}; }
 };
 using SetPolicy = std::function<SetDecision(const RemoteSet&)>;
 

@@ -154,9 +154,10 @@ void TupleSpace::Impl::on_remote_set(const RemoteSet& set) {
   auto& policy = link.policy();
   auto may = policy.may_set(set);
   if (!may) ++refused;
+  std::shared_ptr<const RemoteSet> meant;
   const auto reply =
-      may ? answer(set) : Reply{set.from, set.request, Verdict::kRefused, may.error().code, may.error().text};
-  policy.answered(set, reply);
+      may ? answer(set, meant) : Reply{set.from, set.request, Verdict::kRefused, may.error().code, may.error().text};
+  policy.answered(meant ? *meant : set, reply);
   link.reply(reply);
 }
 

@@ -121,7 +121,8 @@ struct TupleSpace::Impl final : LinkListener {
   static Result<void> check_sizes(const RemoteSet& set);
   void refuse_unsound(const RemoteSet& set, const Error& why);
   SetDecision decide(const RemoteSet& set);
-  Reply answer(const RemoteSet& set);
+  /// `meant`: SetDecision::meant.
+  Reply answer(const RemoteSet& set, std::shared_ptr<const RemoteSet>& meant);
   void answer_own(RemoteSet set);
 
   OwnerId self;

@@ -65,10 +65,13 @@ SetDecision TupleSpace::Impl::decide(const RemoteSet& set) {
   return fits ? policy->policy(set) : SetDecision::refused(fits.error());
 }
 
-Reply TupleSpace::Impl::answer(const RemoteSet& set) {
+Reply TupleSpace::Impl::answer(const RemoteSet& set, std::shared_ptr<const RemoteSet>& meant) {
   auto decision = set.time_to_live < Duration(0)
-                      ? SetDecision{Verdict::kExpired, false, ErrorCode::kExpired,
-                                    "the time to live ended before the owner received the request"}
+                      ? SetDecision{Verdict::kExpired,
+                                    false,
+                                    ErrorCode::kExpired,
+                                    "the time to live ended before the owner received the request",
+                                    {}}
                       : decide(set);
   const bool store_it = decision.verdict == Verdict::kApplied && decision.store;
   if (store_it) {
@@ -76,6 +79,7 @@ Reply TupleSpace::Impl::answer(const RemoteSet& set) {
                                    : write(set.key, set.value, options_of(set), set.from);
     if (!stored) decision = SetDecision::refused(stored.error());
   }
+  meant = std::move(decision.meant);
   Reply reply{set.from, set.request, decision.verdict, decision.code, std::move(decision.text)};
   const auto index = store_it || set.expected_sequence ? find(self, set.key) : kNone;
   if (index != kNone) reply.sequence = store.at(index).sequence;
@@ -87,7 +91,8 @@ void TupleSpace::Impl::answer_own(RemoteSet set) {
   if (!remaining) return;
   // Exactly zero remains: pass a negative time, because zero means that none was given.
   set.time_to_live = *remaining > Duration(0) ? *remaining : Duration(-1);
-  requests.answer(self, answer(set));
+  std::shared_ptr<const RemoteSet> meant;
+  requests.answer(self, answer(set, meant));
 }
 
 }  // namespace rubicon::tuples

@@ -318,6 +318,41 @@ TEST_F(RightsOfMessages, ADeviceRoamsOnlyToAnIslandThatItsCertificateNamesAndTha
   EXPECT_EQ(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
 }
 
+/// A command that waits for a device follows it to island 2, which may or may not take it.
+class RightsOfFollowers : public RightsOfMessages {
+ protected:
+  void follow(std::vector<std::string> except) {
+    const std::vector<std::string> claims{"ROAMING.lab.*"};
+    const auto read_all = rule("everybody", {Right::kRead, Right::kDemand});
+    start(1, {read_all, rule("island:2", {Right::kSet}, claims), rule("robot", {Right::kSet}, {kLampCommand})}, kLab);
+    devices_of(1).cable = false;
+    devices_of(1).lose_line();
+    auto from_one = rule("island:1", {Right::kSet}, claims, {});
+    from_one.keys.push_back("proxy.scripted-9.**");
+    from_one.except = std::move(except);
+    for (const auto& key : from_one.except) from_one.keys.push_back(key);
+    robot().set_remote(OwnerId(1), kLampCommand, "on", 60s, nullptr);
+    scheduler.run_for(1s);
+    audit(1).clear();
+    start(2, {read_all, from_one}, kLab);
+    scheduler.run_for(5s);
+  }
+};
+
+TEST_F(RightsOfFollowers, TheAuditHasTheCommandThatFollowedAndTheTakeover) {
+  follow({});
+  EXPECT_EQ(commands(2), 1U);
+  EXPECT_THAT(audit(2), ElementsAre("island-1 set " + std::string(kLampCommand) + ": accepted"));
+  EXPECT_THAT(audits[2]->values, ElementsAre("on"));
+  EXPECT_THAT(audit(1), ElementsAre("island-2 set ROAMING.lab.7: accepted"));
+}
+
+TEST_F(RightsOfFollowers, AnExceptionForTheCommandItselfHolds) {
+  follow({kLampCommand});
+  EXPECT_EQ(commands(2), 0U);
+  EXPECT_THAT(audit(2), ElementsAre("island-1 set " + std::string(kLampCommand) + ": refused"));
+}
+
 TEST_F(RightsOfMessages, AClaimOfOneDeviceTakesNoOtherAway) {
   start(1, {rule("everybody", {Right::kRead}), rule("island:2", {Right::kSet}, {"ROAMING.lab.8", "ROAMING.lab.7-2"})},
         kLab);

@@ -18,12 +18,12 @@ class CollectingAudit final : public trust::rights::Audit {
     lines.push_back(line.who.name + " " + std::string(line.verb) + " " + std::string(line.key) + ": " +
                     (line.accepted ? "accepted" : "refused"));
     hosts.emplace_back(line.host);
+    values.emplace_back(line.value);
     throughs.push_back(line.who.through);
     serials.push_back(line.who.serial);
     whys.emplace_back(line.why);
-    values.emplace_back(line.value);
   }
-  std::vector<std::string> lines, hosts, throughs, serials, whys, values;
+  std::vector<std::string> lines, values, hosts, throughs, serials, whys;
 };
 
 inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> may,

@@ -12,6 +12,7 @@
 #include "model/point_tuples.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
+#include "tuples/space_rights.h"
 
 namespace rubicon::proxy::admission {
 
@@ -137,11 +138,23 @@ tuples::SetDecision CommandTransfer::decide_set(const tuples::RemoteSet& request
                      static_cast<unsigned>(command->point.type), command->point.instance)});
   }
   auto as_given = request;
-  as_given.from = command->creator;
-  as_given.request = command->request;
   as_given.key = point_key(*device, *point).command();
   as_given.value = std::move(command->value);
-  return desk_.take_over(as_given, *device, *point);
+  auto meant = std::make_shared<const tuples::RemoteSet>(as_given);
+  as_given.from = command->creator;
+  as_given.request = command->request;
+  const auto may = may_hand_over(request, as_given.key);
+  auto decision = may ? desk_.take_over(as_given, *device, *point) : tuples::SetDecision::refused(may.error());
+  decision.meant = std::move(meant);
+  return decision;
+}
+
+/// The right to set the claim is enough, but an exception for the command itself holds.
+Result<void> CommandTransfer::may_hand_over(const tuples::RemoteSet& request, const std::string& command) const {
+  const auto* judge = tuples::SpaceRights::judge(context_.space);
+  const auto* who = tuples::SpaceRights::asker(context_.space, request);
+  if (!judge || !who) return {};
+  return judge->may_by_names(*who, tuples::Act::kSet, std::vector{request.key, command});
 }
 
 }  // namespace rubicon::proxy::admission

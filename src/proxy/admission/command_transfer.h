@@ -26,6 +26,7 @@ class CommandTransfer {
   void clear(const Device& device);
 
  private:
+  Result<void> may_hand_over(const tuples::RemoteSet& request, const std::string& command) const;
   void answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply);
 
   ProxyContext& context_;

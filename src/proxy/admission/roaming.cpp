@@ -212,7 +212,9 @@ void Roaming::on_claimed(const Identity& identity) {
   claims_.each(identity, [&](const RoamingClaims::Other& other, Presence presence) {
     if (presence == Presence::kHere && better(other.claim, best ? best->claim : mine)) best = other;
   });
-  if (best) give_up(*device, best->claim, best->tuple);
+  if (!best) return;
+  claims_.record(best->claim.island, best->tuple, {});
+  give_up(*device, best->claim, best->tuple);
 }
 
 void Roaming::give_up(Device& device, const Claim& to, const std::string& tuple) {

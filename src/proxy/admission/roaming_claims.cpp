@@ -81,8 +81,17 @@ Result<Claim> RoamingClaims::read_claim(const std::string& domain, const tuples:
   if (!is_claim_key(tuple.key, identity))
     return fail(ErrorCode::kInvalid, fmt::format("it is about address {}, expected the key {}",
                                                  model::quoted(claim->address), claim_key(identity)));
-  if (auto may = may_claim(identity, tuple); !may) return fail(std::move(may.error()));
-  return claim;
+  auto may = may_claim(identity, tuple);
+  if (may) return claim;
+  record(tuple.owner, tuple.key, may);
+  return fail(std::move(may.error()));
+}
+
+void RoamingClaims::record(OwnerId island, std::string_view tuple, const Result<void>& answer) const {
+  auto* judge = tuples::SpaceRights::judge(context_.space);
+  const auto* who = tuples::SpaceRights::member_of(context_.space, island);
+  if (!judge || !who) return;
+  judge->record(*who, {island, tuples::SpaceRights::policy(context_.space).host(island), "set", tuple, {}}, answer);
 }
 
 /// Who may claim a device may set its claim here too: by that its commands follow it. A twin is denied by its own key

@@ -45,6 +45,9 @@ class RoamingClaims {
   /// The island claims the device, or was the last that withdrew its claim.
   bool has_claimed(const Identity& identity, OwnerId island) const;
 
+  /// Another island takes a device over by this claim, or may not: a line of the audit.
+  void record(OwnerId island, std::string_view tuple, const Result<void>& answer) const;
+
   /// Sets our claim. Returns the key of its tuple.
   std::string publish(const Identity& identity, const Claim& own);
   void withdraw(const Identity& identity);

@@ -17,6 +17,11 @@ bool is_message(std::string_view key) {
   return is_at_or_below(key, "GATEWAY") || is_at_or_below(key, "RUBICON_GATEWAY");
 }
 
+/// Of a command that follows its device: the island reports what it amounts to.
+bool is_claim(std::string_view key) {
+  return is_at_or_below(key, "ROAMING");
+}
+
 std::string_view doing(Right right) {
   return right == Right::kSend ? "send to" : to_string(right);
 }
@@ -94,7 +99,7 @@ void RightsJudge::answered(const Member& who, std::string_view host, const tuple
                     : is_of_inbox(set.key) ? to_string(Right::kApprove)
                     : set.append           ? "append"
                                            : to_string(Right::kSet);
-  const auto value = is_message(set.key) ? std::string_view() : std::string_view(set.value);
+  const auto value = is_message(set.key) || is_claim(set.key) ? std::string_view() : std::string_view(set.value);
   const auto key = kept_key(set.key);
   audit_->write({who, set.from, host, verb, key, value, accepted,
                  accepted ? std::string_view() : std::string_view(reply.text),

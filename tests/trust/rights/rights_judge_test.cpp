@@ -115,13 +115,15 @@ TEST_F(JudgeOfHome, WritesALineOfEachAnswer) {
   judge.answered(all["robot"], "host-1", append, {.verdict = tuples::Verdict::kRefused, .text = "it is read-only"});
   judge.answered(all["panel"], "", set_of("proxy.inbox"), {});
   judge.answered(all["panel"], "", set_of("GATEWAY"), {});
+  judge.answered(all["two"], "", set_of("ROAMING.lab.7"), {.verdict = tuples::Verdict::kRefused, .text = "not here"});
   judge.answered(all["panel"], "", set_of("GATEWAY.x"), {.verdict = tuples::Verdict::kRefused, .text = "no such"});
   judge.record(all["two"], {.host = "h", .verb = "send", .key = "own", .value = "v"}, {});
   judge.record(all["two"], {.host = "h", .verb = "send", .key = "own", .value = ""}, fail(ErrorCode::kRefused, "no"));
-  EXPECT_THAT(audit->lines,
-              ElementsAre("robot@host-1 set proxy.a.b.x=on yes",
-                          "robot@host-1 append proxy.a.b.x=on no: it is read-only", "panel@ approve proxy.inbox=on yes",
-                          "panel@ send GATEWAY.x= no: no such", "two@h send own=v yes", "two@h send own= no: no"));
+  EXPECT_THAT(
+      audit->lines,
+      ElementsAre("robot@host-1 set proxy.a.b.x=on yes", "robot@host-1 append proxy.a.b.x=on no: it is read-only",
+                  "panel@ approve proxy.inbox=on yes", "two@ set ROAMING.lab.7= no: not here",
+                  "panel@ send GATEWAY.x= no: no such", "two@h send own=v yes", "two@h send own= no: no"));
 }
 
 /// The table once more, over the memory engine: an island and one member at a time.
