@@ -117,6 +117,7 @@ struct Gateway::Impl {
   bool to_listeners(const Message& message, Counters& count);
   bool to_network(const Message& message, Counters& count);
   Result<void> to_own_network(const Message& message);
+  Error nobody_hears(const Message& message) const;
   bool is_ours(const Message& message) const;
   /// False: its sender may not send it there, and was answered.
   bool permits(const Message& message, std::string_view where);
@@ -243,8 +244,10 @@ void Gateway::Impl::refuse(Inbox& box, const Message& message) {
 bool Gateway::Impl::route(Message& message, Counters& count) {
   const auto to = message.destination.island;
   if (to != self) {
-    if (!is_answer(message) && !permits(message, fmt::format("island:{}", number(to)))) return false;
+    const auto where = fmt::format("island:{}", number(to));
+    if (!is_answer(message) && !permits(message, where)) return false;
     gateway_tuple.send(message);
+    if (!is_answer(message)) rights.record(message, relay, where, {});
     return may_be_noted(message);
   }
   if (names_only_a_device(message)) return to_device(message, count);
@@ -285,24 +288,31 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
 }
 
 bool Gateway::Impl::to_listeners(const Message& message, Counters& count) {
-  if (!is_answer(message) && !permits(message, "own")) return false;
+  if (!is_answer(message) && !permits(message, kOwn)) return false;
   std::size_t calls = listeners[message.body.index()].call(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque) {
     const auto user = user_listeners.find(opaque->type);
     if (user != user_listeners.end()) calls += user->second.call(message);
   }
-  if (calls > 0 || !requires_listener(message.kind())) {
+  const bool heard = calls > 0 || !requires_listener(message.kind());
+  const auto taken = heard ? Result<void>() : fail(nobody_hears(message));
+  if (!is_answer(message)) rights.record(message, relay, kOwn, taken);
+  if (taken) {
     ++count.delivered;
-    return may_be_noted(message);
+  } else {
+    undelivered(Envelope(message), Outcome::kUndeliverable, taken.error().text);
   }
+  return may_be_noted(message);
+}
+
+Error Gateway::Impl::nobody_hears(const Message& message) const {
+  const auto* opaque = std::get_if<model::Opaque>(&message.body);
   const auto what = opaque ? model::quoted(opaque->type) : std::string(to_string(message.kind()));
   const auto& device = message.destination.device;
-  undelivered(Envelope(message), Outcome::kUndeliverable,
-              device.empty()
-                  ? fmt::format("island {} has no listener for {} messages", number(self), what)
-                  : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
-  return true;
+  return {ErrorCode::kNotFound,
+          device.empty() ? fmt::format("island {} has no listener for {} messages", number(self), what)
+                         : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device))};
 }
 
 /// Commands need the right `set` of their sender, which the command desk judges.
@@ -312,6 +322,7 @@ bool Gateway::Impl::to_network(const Message& message, Counters& count) {
                                                      : rights.may_send(message, relay, where)))
     return false;
   auto sent = to_own_network(message);
+  if (!is_command(message.kind())) rights.record(message, relay, where, sent);
   if (sent) {
     ++count.delivered;
     return true;

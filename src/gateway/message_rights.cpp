@@ -13,7 +13,6 @@ namespace rubicon::gateway {
 
 namespace {
 
-constexpr std::string_view kOwn = "own";
 constexpr std::string_view kIslands = "island:";
 
 /// Longest word of a request that the audit gets.
@@ -105,8 +104,16 @@ Result<void> MessageRights::may_send(const Message& message, const Relay& relay,
   if (answer && where.starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
     answer = fail(ErrorCode::kRefused, fmt::format("{} has {} roles, expected at most {} in a message for {}", who.name,
                                                    who.roles.size(), model::kMaxRoles, where));
-  judge->record(who, {message.origin, host_of(space_, message), "send", where, about(message)}, answer);
+  if (!answer) record(message, relay, where, answer);
   return answer;
+}
+
+void MessageRights::record(const Message& message, const Relay& relay, std::string_view where,
+                           const Result<void>& answer) const {
+  auto* judge = tuples::SpaceRights::judge(space_);
+  if (judge == nullptr || !message.sender) return;
+  judge->record(member_of(*message.sender, relay ? relay->name : std::string()),
+                {message.origin, host_of(space_, message), "send", where, about(message)}, answer);
 }
 
 Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, std::string_view where) const {

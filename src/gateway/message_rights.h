@@ -34,18 +34,22 @@ class MessageRights {
   /// Puts the sender into a message that a component posted, or believes what it says where a certified island relays
   /// it. kRefused: it was relayed by a component that is no island of its certificate.
   Result<Relay> name_sender(OwnerId from, Message& message) const;
-  /// Whether its sender may send it there: `island:N`, `<network>.<device>`, `own`; and may_relay(). Leaves a line in
-  /// the audit. A sender with more roles than a message may name sends nothing to other islands: a role that is left
-  /// out might be one that a rule denies something.
+  /// Whether its sender may send it there: `island:N`, `<network>.<device>`, `own`; and may_relay(). A refusal leaves a
+  /// line in the audit; of what is permitted record() writes it. A sender with more roles than a message may name sends
+  /// nothing to other islands: a role that is left out might be one that a rule denies something.
   Result<void> may_send(const Message& message, const Relay& relay, std::string_view where) const;
   /// Whether the island that handed it on may send there itself: only then it is believed about its sender. A refusal
   /// leaves a line in the audit.
   Result<void> may_relay(const Message& message, const Relay& relay, std::string_view where) const;
+  /// The line of a message of another component that was delivered there, or could not be.
+  void record(const Message& message, const Relay& relay, std::string_view where, const Result<void>& answer) const;
 
  private:
   TupleSpace& space_;
 };
 
+/// Where messages go that name no network.
+inline constexpr std::string_view kOwn = "own";
 /// Where a message for this island goes, as rights name it: `wsn-1.7`, the network alone, or `own`.
 std::string place_of(const Address& to);
 

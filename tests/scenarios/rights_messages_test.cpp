@@ -138,6 +138,14 @@ TEST_F(RightsOfMessages, TheAuditSaysWhatARequestOfAToolDoesAndWhere) {
                                              "knx.request", "knx.request", "note"));
 }
 
+TEST_F(RightsOfMessages, WhatCannotBeDeliveredIsNotAccepted) {
+  start(1, {rule("robot", {Right::kSend})});
+  post(robot(), 1, note(1));
+  post(robot(), 1, note(1, "nowhere", "7"));
+  EXPECT_THAT(audit(1), ElementsAre("robot send own: refused", "robot send nowhere.7: refused"));
+  EXPECT_THAT(audits[1]->whys, ElementsAre(HasSubstr("has no listener for 'note'"), HasSubstr("no network nowhere")));
+}
+
 TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
   start(1, {rule("robot", {Right::kSend}, {"island:2"}), rule("maid", {Right::kSend}, {"island:2"})});
   start(2, {rule("maid", {Right::kSet}, {kLampCommand}), rule("island:1", {Right::kSend}, {"scripted-1.7"})});

@@ -126,12 +126,25 @@ Result<void> Permission::check_send(const Caller& caller, const Address& to, std
   auto answer = check_role(caller, Verb::kSend, to.island, type);
   if (answer) answer = can;
   if (!judge_) return answer;
-  const bool is_here = to.island == island_;
-  const auto where = is_here ? gateway::place_of(to) : fmt::format("island:{}", number(to.island));
-  if (answer && is_here) answer = check_address(to);
+  const auto where = place_of(to);
+  if (answer && to.island == island_) answer = check_address(to);
   if (answer) answer = judge_->may_send(member_of(caller), where);
-  judge_->record(member_of(caller), {model::kNoOwner, caller.peer, "send", where, type}, answer);
+  if (!answer) judge_->record(member_of(caller), {model::kNoOwner, caller.peer, "send", where, type}, answer);
   return answer;
+}
+
+std::string Permission::place_of(const Address& to) const {
+  return to.island == island_ ? gateway::place_of(to) : fmt::format("island:{}", number(to.island));
+}
+
+std::function<void(const std::string& why_not)> Permission::send_recorder(const Caller& caller, const Address& to,
+                                                                          std::string_view type) const {
+  if (!judge_) return nullptr;
+  return [judge = judge_, member = member_of(caller), peer = caller.peer, where = place_of(to),
+          type = std::string(type)](const std::string& why_not) {
+    judge->record(member, {model::kNoOwner, peer, "send", where, type},
+                  why_not.empty() ? Result<void>() : fail(ErrorCode::kUnreachable, why_not));
+  };
 }
 
 bool Permission::sees_all(const Caller& caller) const {

@@ -30,6 +30,10 @@ class Permission {
   Result<void> check_set(const Caller& caller, const SetRequest& request, const Result<void>& can = {}) const;
   Result<void> check_send(const Caller& caller, const Address& to, std::string_view type,
                           const Result<void>& can = {}) const;
+  /// To be called with what became of a message that check_send() permitted, an empty text if it was delivered; empty
+  /// without rights.
+  std::function<void(const std::string& why_not)> send_recorder(const Caller& caller, const Address& to,
+                                                                std::string_view type) const;
   /// Before the decisions about devices of an inbox, each of which needs check_set().
   Result<void> check_decisions(const Caller& caller, std::string_view inbox, const Result<void>& can) const;
 
@@ -43,6 +47,7 @@ class Permission {
   std::function<void(const tuples::Reply&)> recorder(const SetRequest& request) const;
 
  private:
+  std::string place_of(const Address& to) const;
   void record(const Caller& caller, std::string_view verb, std::string_view key, const Result<void>& answer) const;
 
   tuples::Judge* judge_;

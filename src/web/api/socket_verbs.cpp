@@ -225,11 +225,17 @@ Result<void> Socket::send(Id id, Members& members) {
   if (auto good = members.end(); !good) return good;
   if (auto good = context_.permission.check_send(caller_, to, type, take_command()); !good) return good;
   ++sending_;
-  context_.messages.send(to, type, value, lifetime_.guard([this, id](const std::string& error) {
+  client::SentCall tell = lifetime_.guard([this, id](const std::string& error) {
     --sending_;
     if (error.empty()) return answer(id);
     refuse(id, {ErrorCode::kUnreachable, error});
-  }));
+  });
+  context_.messages.send(to, type, value,
+                         [tell = std::move(tell),
+                          record = context_.permission.send_recorder(caller_, to, type)](const std::string& error) {
+                           if (record) record(error);
+                           tell(error);
+                         });
   return {};
 }
 

@@ -327,6 +327,14 @@ TEST_F(RightsOfCallers, MessagesNeedTheRightToSendThere) {
                                         "tablet send island:2: refused"));
 }
 
+TEST_F(RightsOfCallers, AMessageThatCannotBeDeliveredIsNotAccepted) {
+  judge_by({rule("tablet", {Right::kSend})});
+  const Json request{{"do", "send"},  {"to", 1},        {"network", "no-such"},
+                     {"device", "7"}, {"type", "note"}, {"value", "x"}};
+  EXPECT_EQ(answer_of(tablet(), request)["ok"], false);
+  EXPECT_THAT(audit->lines, ElementsAre("tablet send no-such.7: refused"));
+}
+
 TEST_F(RightsOfCallers, AMessageToADeviceNamesItsNetwork) {
   judge_by({rule("tablet", {Right::kSend}, {"**"}, {"scripted-1.7"})});
   const auto answer =
