@@ -115,13 +115,15 @@ struct Gateway::Impl {
   /// Whether later messages with its origin and number are repeated ones: it was let in.
   bool route(Message& message, Counters& count);
   bool to_listeners(const Message& message, Counters& count);
-  bool to_network(const Message& message, Counters& count);
+  /// `found`: the message did not name the network.
+  bool to_network(Message& message, Counters& count, bool found = false);
+  void refuse_ambiguous(Message& message, std::vector<std::string> found);
+  void not_taken(Message& message, Error why, bool hide);
   Result<void> to_own_network(const Message& message);
   Error nobody_hears(const Message& message) const;
   bool is_ours(const Message& message) const;
   /// False: its sender may not send it there, and was answered.
   bool permits(const Message& message, std::string_view where);
-  bool permitted(const Message& message, Result<void> answer);
   bool names_only_a_device(const Message& message) const;
   bool to_device(Message& message, Counters& count);
 
@@ -262,10 +264,7 @@ bool Gateway::Impl::names_only_a_device(const Message& message) const {
 }
 
 bool Gateway::Impl::permits(const Message& message, std::string_view where) {
-  return permitted(message, rights.may_send(message, relay, where));
-}
-
-bool Gateway::Impl::permitted(const Message& message, Result<void> answer) {
+  auto answer = rights.may_send(message, relay, where);
   if (answer) return true;
   ++own.not_permitted;
   undelivered(Envelope(message), Outcome::kRefused, std::move(answer.error().text));
@@ -279,12 +278,35 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
   if (found.empty()) return to_listeners(message, count);
   if (found.size() == 1) {
     to.network = std::move(found.front());
-    return to_network(message, count);
+    return to_network(message, count, true);
   }
-  undelivered(Envelope(message), Outcome::kRefused,
-              fmt::format("device {} is in {} networks of island {} ({}): name one", model::quoted(to.device),
-                          found.size(), number(self), fmt::join(found, ", ")));
+  refuse_ambiguous(message, std::move(found));
   return false;
+}
+
+/// Only the networks where its sender may send are named.
+void Gateway::Impl::refuse_ambiguous(Message& message, std::vector<std::string> found) {
+  const auto& device = message.destination.device;
+  std::erase_if(found, [&](const std::string& network) {
+    return !rights.ask(message, relay, place_of({self, network, device}));
+  });
+  const bool hide = found.empty();
+  if (hide) ++own.not_permitted;
+  Error why{ErrorCode::kRefused,
+            fmt::format("device {} is in {} networks of island {} ({}): name one", model::quoted(device), found.size(),
+                        number(self), fmt::join(found, ", "))};
+  rights.record(message, relay, kOwn, hide ? fail(ErrorCode::kRefused, "it names no network") : fail(why));
+  not_taken(message, std::move(why), hide);
+}
+
+/// `hide`: its sender is told what it is told of a device that is not there.
+void Gateway::Impl::not_taken(Message& message, Error why, bool hide) {
+  if (hide) {
+    message.destination.network.clear();
+    auto may = rights.ask(message, relay, kOwn);
+    why = may ? nobody_hears(message) : std::move(may.error());
+  }
+  undelivered(Envelope(message), outcome_of(why.code), std::move(why.text));
 }
 
 bool Gateway::Impl::to_listeners(const Message& message, Counters& count) {
@@ -316,11 +338,16 @@ Error Gateway::Impl::nobody_hears(const Message& message) const {
 }
 
 /// Commands need the right `set` of their sender, which the command desk judges.
-bool Gateway::Impl::to_network(const Message& message, Counters& count) {
+bool Gateway::Impl::to_network(Message& message, Counters& count, bool found) {
   const auto where = place_of(message.destination);
-  if (!permitted(message, is_command(message.kind()) ? rights.may_relay(message, relay, where)
-                                                     : rights.may_send(message, relay, where)))
+  const bool may_hide = found && message.sender;
+  auto may =
+      is_command(message.kind()) ? rights.may_relay(message, relay, where) : rights.may_send(message, relay, where);
+  if (!may) {
+    ++own.not_permitted;
+    not_taken(message, std::move(may.error()), may_hide);
     return false;
+  }
   auto sent = to_own_network(message);
   if (!is_command(message.kind())) rights.record(message, relay, where, sent);
   if (sent) {
@@ -328,7 +355,8 @@ bool Gateway::Impl::to_network(const Message& message, Counters& count) {
     return true;
   }
   const auto code = sent.error().code;
-  undelivered(Envelope(message), outcome_of(code), std::move(sent.error().text));
+  const bool hide = may_hide && sent.error().text == may_not_set(message).text;
+  not_taken(message, std::move(sent.error()), hide);
   return !is_command(message.kind()) || code == ErrorCode::kBusy;
 }
 

@@ -76,6 +76,11 @@ std::string place_of(const Address& to) {
   return to.device.empty() ? to.network : fmt::format("{}.{}", to.network, model::to_key_part(to.device));
 }
 
+Error may_not_set(const Message& message) {
+  return {ErrorCode::kRefused, fmt::format("{} may not set {}", message.sender ? message.sender->name : "its sender",
+                                           place_of(message.destination))};
+}
+
 Result<Relay> MessageRights::name_sender(OwnerId from, Message& message) const {
   const bool is_relayed = message.hops > 0;
   if (tuples::SpaceRights::judge(space_) == nullptr) {
@@ -114,6 +119,15 @@ void MessageRights::record(const Message& message, const Relay& relay, std::stri
   if (judge == nullptr || !message.sender) return;
   judge->record(member_of(*message.sender, relay ? relay->name : std::string()),
                 {message.origin, host_of(space_, message), "send", where, about(message)}, answer);
+}
+
+Result<void> MessageRights::ask(const Message& message, const Relay& relay, std::string_view where) const {
+  auto* judge = tuples::SpaceRights::judge(space_);
+  if (judge == nullptr || !message.sender) return {};
+  if (relay) {
+    if (auto relayed = judge->may_send(member_of(*relay), where); !relayed) return relayed;
+  }
+  return judge->may_send(member_of(*message.sender), where);
 }
 
 Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, std::string_view where) const {

@@ -38,6 +38,8 @@ class MessageRights {
   /// line in the audit; of what is permitted record() writes it. A sender with more roles than a message may name sends
   /// nothing to other islands: a role that is left out might be one that a rule denies something.
   Result<void> may_send(const Message& message, const Relay& relay, std::string_view where) const;
+  /// The same, without a line in the audit.
+  Result<void> ask(const Message& message, const Relay& relay, std::string_view where) const;
   /// Whether the island that handed it on may send there itself: only then it is believed about its sender. A refusal
   /// leaves a line in the audit.
   Result<void> may_relay(const Message& message, const Relay& relay, std::string_view where) const;
@@ -47,6 +49,9 @@ class MessageRights {
  private:
   TupleSpace& space_;
 };
+
+/// What the sender of a command is told of all that it may not know of.
+Error may_not_set(const Message& message);
 
 /// Where messages go that name no network.
 inline constexpr std::string_view kOwn = "own";

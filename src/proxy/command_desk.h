@@ -52,7 +52,9 @@ class CommandDesk {
   Result<Point*> resolve_target(const tuples::RemoteSet& request, Device*& device);
   Result<Point*> resolve_target(const Message& message, const PointId& id, Device*& device);
   tuples::SetDecision accept(const tuples::RemoteSet& request, Device& device, Point& point);
-  Result<void> refuse_unresolved(const Message& message, const std::string& through, const Error& why) const;
+  Result<void> refuse_unresolved(const Message& message, const std::string& through, const Device* device,
+                                 const Error& why) const;
+  bool knows(const Message& message, const std::string& device) const;
   tuples::SetDecision accept_judged(const Message& message, const std::string& through,
                                     const tuples::RemoteSet& request, Device& device, Point& point);
   tuples::SetDecision accept_under_other_key(const tuples::RemoteSet& request, Device& device, Point& point);

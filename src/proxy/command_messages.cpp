@@ -2,8 +2,10 @@
 
 #include "gateway/gateway_tuple.h"
 #include "gateway/message_rights.h"
+#include "model/point_keys.h"
 #include "proxy/command_desk.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 #include "tuples/space_rights.h"
 
 // Commands that arrive as messages.
@@ -31,7 +33,7 @@ Result<void> CommandDesk::on_message(const Message& message, const std::string& 
   if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
   Device* device = nullptr;
   const auto point = resolve_target(message, *id, device);
-  if (!point) return refuse_unresolved(message, through, point.error());
+  if (!point) return refuse_unresolved(message, through, device, point.error());
   tuples::RemoteSet request;
   request.from = message.origin;
   request.request = gateway::answerable_number(message);
@@ -51,15 +53,26 @@ Result<void> CommandDesk::on_message(const Message& message, const std::string& 
   return {};
 }
 
-/// There is no tuple that the message amounts to: the audit names the device that was meant.
-Result<void> CommandDesk::refuse_unresolved(const Message& message, const std::string& through,
+/// There is no tuple that the message amounts to: the audit names the device that was meant. Who may not read of it is
+/// not told whether it is there.
+Result<void> CommandDesk::refuse_unresolved(const Message& message, const std::string& through, const Device* device,
                                             const Error& why) const {
   if (auto* judge = tuples::SpaceRights::judge(context_.space); judge && message.sender)
     judge->record(
         gateway::member_of(*message.sender, through),
         {message.origin, gateway::host_of(context_.space, message), "set", gateway::place_of(message.destination), {}},
         fail(why));
-  return fail(why);
+  const auto& to = message.destination;
+  const auto network = model::IslandKey{context_.config.prefix}.network(model::to_key_part(to.network));
+  const auto key = device ? device->key : network.device(model::to_key_part(to.device)).text;
+  return fail(knows(message, key) ? why : gateway::may_not_set(message));
+}
+
+/// Whether its sender may read of the device with that key.
+bool CommandDesk::knows(const Message& message, const std::string& device) const {
+  const auto* judge = tuples::SpaceRights::judge(context_.space);
+  if (!judge || !message.sender) return true;
+  return judge->access(gateway::member_of(*message.sender), model::DeviceKey{device}.description()).read;
 }
 
 /// Its sender needs the right to set the tuple that the message amounts to; one line of the audit says what came of it.
@@ -72,6 +85,7 @@ tuples::SetDecision CommandDesk::accept_judged(const Message& message, const std
   auto decision = may ? accept(request, device, point) : tuples::SetDecision::refused(may.error());
   judge->answered(who, gateway::host_of(context_.space, message), request,
                   {request.from, request.request, decision.verdict, decision.code, decision.text});
+  if (!may && !knows(message, device.key)) return tuples::SetDecision::refused(gateway::may_not_set(message));
   return decision;
 }
 

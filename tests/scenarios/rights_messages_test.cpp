@@ -58,10 +58,20 @@ class RightsOfMessages : public Ecology {
     scheduler.run_for(1s);
     return answer;
   }
+  /// The texts of what the robot is answered go to `answers`.
+  Handle hear_answers() {
+    std::ignore = robot().declare("GATEWAY");
+    return robot().add_policy({OwnerId(kRobotId), "GATEWAY"}, [this](const tuples::RemoteSet& set) {
+      const auto message = model::from_cbor(base::as_bytes(set.value));
+      answers.push_back(std::get<model::Acknowledge>(message->body).text + " from " + to_string(message->source));
+      return tuples::SetDecision::consumed();
+    });
+  }
   std::vector<std::string>& audit(std::uint32_t id) { return audits[id]->lines; }
   std::size_t commands(std::uint32_t island) { return devices_of(island).commands.size(); }
 
   std::map<std::uint32_t, std::shared_ptr<support::CollectingAudit>> audits;
+  std::vector<std::string> answers;
 };
 
 TEST_F(RightsOfMessages, AMessageCannotCommandWhatASetMayNot) {
@@ -82,23 +92,52 @@ TEST_F(RightsOfMessages, WhoMaySetTheTupleMayCommandByMessageWithoutTheRightToSe
 
 TEST_F(RightsOfMessages, ARefusalIsAnsweredWithItsReason) {
   start(1, {});
-  std::vector<std::string> answers;
-  const auto policy = robot().add_policy({OwnerId(kRobotId), "GATEWAY"}, [&](const tuples::RemoteSet& set) {
-    const auto message = model::from_cbor(base::as_bytes(set.value));
-    answers.push_back(std::get<model::Acknowledge>(message->body).text);
-    return tuples::SetDecision::consumed();
-  });
-  std::ignore = robot().declare("GATEWAY");
+  const auto policy = hear_answers();
   post(robot(), 1, switch_on(1));
   post(robot(), 1, note(1, "scripted-1", "7"));
   post(robot(), 1, note(1));
   post(robot(), 1, note(2));
   ASSERT_EQ(answers.size(), 4U);
-  EXPECT_THAT(answers[0], HasSubstr("robot may not set " + std::string(kLampCommand)));
+  EXPECT_THAT(answers[0], HasSubstr("robot may not set scripted-1.7"));
   EXPECT_THAT(answers[1], HasSubstr("robot may not send to scripted-1.7"));
   EXPECT_THAT(answers[2], HasSubstr("robot may not send to own"));
   EXPECT_THAT(answers[3], HasSubstr("robot may not send to island:2"));
   EXPECT_EQ(islands[1]->gateway().counters().not_permitted, 3U);
+}
+
+TEST_F(RightsOfMessages, WhoMayNothingIsNotToldWhichNetworksDevicesAndPointsThereAre) {
+  start(1, {});
+  const auto policy = hear_answers();
+  const auto commands_to = [&](const std::string& network, const std::string& device, const char* type) {
+    auto message = switch_on(1);
+    message.destination = {OwnerId(1), network, device};
+    message.body = model::Actuate{1, actuator(type), true};
+    post(robot(), 1, message);
+    return std::exchange(answers, {});
+  };
+  EXPECT_THAT(commands_to("scripted-1", "7", "switch"),
+              ElementsAre("robot may not set scripted-1.7 from 1/scripted-1/7"));
+  EXPECT_THAT(commands_to("scripted-1", "7", "dimmer"),
+              ElementsAre("robot may not set scripted-1.7 from 1/scripted-1/7"));
+  EXPECT_THAT(commands_to("scripted-1", "8", "switch"),
+              ElementsAre("robot may not set scripted-1.8 from 1/scripted-1/8"));
+  EXPECT_THAT(commands_to("nowhere", "7", "switch"), ElementsAre("robot may not set nowhere.7 from 1/nowhere/7"));
+  const auto there = commands_to("", "7", "switch"), not_there = commands_to("", "8", "switch");
+  EXPECT_THAT(there, ElementsAre("robot may not send to own: no rule allows it from 1/7"));
+  EXPECT_THAT(not_there, ElementsAre("robot may not send to own: no rule allows it from 1/8"));
+  post(robot(), 1, note(1, "", "7"));
+  EXPECT_EQ(answers, there);
+}
+
+TEST_F(RightsOfMessages, WhoMayReadOfADeviceIsToldWhyItIsNotCommanded) {
+  start(1, {rule("robot", {Right::kRead}, {"proxy.scripted-1.*.description"})});
+  const auto policy = hear_answers();
+  post(robot(), 1, switch_on(1));
+  auto message = switch_on(1);
+  message.destination.device = "8";
+  post(robot(), 1, message);
+  EXPECT_THAT(answers, ElementsAre(HasSubstr("robot may not set " + std::string(kLampCommand) + ": no rule allows it"),
+                                   HasSubstr("scripted-1 has no device '8'")));
 }
 
 TEST_F(RightsOfMessages, MessagesToADeviceNeedTheRightToSendThere) {
