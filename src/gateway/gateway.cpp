@@ -124,6 +124,7 @@ struct Gateway::Impl {
   bool is_ours(const Message& message) const;
   /// False: its sender may not send it there, and was answered.
   bool permits(const Message& message, std::string_view where);
+  Places places_of(const Address& to) const;
   bool names_only_a_device(const Message& message) const;
   bool to_device(Message& message, Counters& count);
 
@@ -133,6 +134,7 @@ struct Gateway::Impl {
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
   NetworksOf networks_of;
+  PartsOf parts_of;
   CommandCall handle_command;
   std::uint64_t last_number;  ///< starts at the wall clock, so that numbers are unique over restarts
   std::map<std::string, Inbox> inboxes;
@@ -264,11 +266,18 @@ bool Gateway::Impl::names_only_a_device(const Message& message) const {
 }
 
 bool Gateway::Impl::permits(const Message& message, std::string_view where) {
-  auto answer = rights.may_send(message, relay, where);
+  auto answer = rights.may_send(message, relay, {std::string(where)});
   if (answer) return true;
   ++own.not_permitted;
   undelivered(Envelope(message), Outcome::kRefused, std::move(answer.error().text));
   return false;
+}
+
+Places Gateway::Impl::places_of(const Address& to) const {
+  Places places{place_of(to)};
+  auto parts = parts_of && !to.device.empty() ? parts_of(to.network, to.device) : std::string();
+  if (!parts.empty() && parts != places.front()) places.push_back(std::move(parts));
+  return places;
 }
 
 /// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
@@ -288,7 +297,7 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
 void Gateway::Impl::refuse_ambiguous(Message& message, std::vector<std::string> found) {
   const auto& device = message.destination.device;
   std::erase_if(found, [&](const std::string& network) {
-    return !rights.ask(message, relay, place_of({self, network, device}));
+    return !rights.ask(message, relay, places_of({self, network, device}));
   });
   const bool hide = found.empty();
   if (hide) ++own.not_permitted;
@@ -303,7 +312,7 @@ void Gateway::Impl::refuse_ambiguous(Message& message, std::vector<std::string> 
 void Gateway::Impl::not_taken(Message& message, Error why, bool hide) {
   if (hide) {
     message.destination.network.clear();
-    auto may = rights.ask(message, relay, kOwn);
+    auto may = rights.ask(message, relay, {std::string(kOwn)});
     why = may ? nobody_hears(message) : std::move(may.error());
   }
   undelivered(Envelope(message), outcome_of(why.code), std::move(why.text));
@@ -339,7 +348,7 @@ Error Gateway::Impl::nobody_hears(const Message& message) const {
 
 /// Commands need the right `set` of their sender, which the command desk judges.
 bool Gateway::Impl::to_network(Message& message, Counters& count, bool found) {
-  const auto where = place_of(message.destination);
+  const auto where = message.sender ? places_of(message.destination) : Places{place_of(message.destination)};
   const bool may_hide = found && message.sender;
   auto may =
       is_command(message.kind()) ? rights.may_relay(message, relay, where) : rights.may_send(message, relay, where);
@@ -349,7 +358,7 @@ bool Gateway::Impl::to_network(Message& message, Counters& count, bool found) {
     return false;
   }
   auto sent = to_own_network(message);
-  if (!is_command(message.kind())) rights.record(message, relay, where, sent);
+  if (!is_command(message.kind())) rights.record(message, relay, where.front(), sent);
   if (sent) {
     ++count.delivered;
     return true;
@@ -393,8 +402,9 @@ void Gateway::forget(const std::string& network) {
   impl_->inboxes.erase(box);
 }
 
-void Gateway::set_device_lookup(NetworksOf networks_of) {
+void Gateway::set_device_lookup(NetworksOf networks_of, PartsOf parts_of) {
   impl_->networks_of = std::move(networks_of);
+  impl_->parts_of = std::move(parts_of);
 }
 
 void Gateway::set_command_handler(CommandCall call) {

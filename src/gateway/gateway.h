@@ -51,7 +51,9 @@ class Gateway final : public network::MessageSink {
   /// Returns the own networks that have a device. A message to a device without a network goes to the network that has
   /// it, and is refused if several have.
   using NetworksOf = std::function<std::vector<std::string>(const std::string& device)>;
-  void set_device_lookup(NetworksOf networks_of);
+  /// Returns network and device as in the keys of the tuples of a device, `wsn-1.kitchen`; empty: there is none.
+  using PartsOf = std::function<std::string(const std::string& network, const std::string& device)>;
+  void set_device_lookup(NetworksOf networks_of, PartsOf parts_of = nullptr);
 
   /// Accepts and answers, or refuses by an error (also for want of the right `set`), an Actuate or SetProperty of
   /// others (devices, other islands, components) for a device of an own network. They never reach a network directly

@@ -15,6 +15,11 @@ namespace {
 
 constexpr std::string_view kIslands = "island:";
 
+Result<void> may_send_to(const tuples::Judge& judge, const tuples::Member& who, const Places& where) {
+  if (where.size() == 1) return judge.may_send(who, where.front());
+  return judge.may_by_names(who, tuples::Act::kSend, where);
+}
+
 /// Longest word of a request that the audit gets.
 constexpr std::size_t kMaxWord = 32;
 
@@ -100,16 +105,16 @@ Result<Relay> MessageRights::name_sender(OwnerId from, Message& message) const {
   return Relay();
 }
 
-Result<void> MessageRights::may_send(const Message& message, const Relay& relay, std::string_view where) const {
+Result<void> MessageRights::may_send(const Message& message, const Relay& relay, const Places& where) const {
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !message.sender) return {};
   if (auto relayed = may_relay(message, relay, where); !relayed) return relayed;
   const auto who = member_of(*message.sender, relay ? relay->name : std::string());
-  auto answer = judge->may_send(who, where);
-  if (answer && where.starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
+  auto answer = may_send_to(*judge, who, where);
+  if (answer && where.front().starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
     answer = fail(ErrorCode::kRefused, fmt::format("{} has {} roles, expected at most {} in a message for {}", who.name,
-                                                   who.roles.size(), model::kMaxRoles, where));
-  if (!answer) record(message, relay, where, answer);
+                                                   who.roles.size(), model::kMaxRoles, where.front()));
+  if (!answer) record(message, relay, where.front(), answer);
   return answer;
 }
 
@@ -121,23 +126,23 @@ void MessageRights::record(const Message& message, const Relay& relay, std::stri
                 {message.origin, host_of(space_, message), "send", where, about(message)}, answer);
 }
 
-Result<void> MessageRights::ask(const Message& message, const Relay& relay, std::string_view where) const {
+Result<void> MessageRights::ask(const Message& message, const Relay& relay, const Places& where) const {
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !message.sender) return {};
   if (relay) {
-    if (auto relayed = judge->may_send(member_of(*relay), where); !relayed) return relayed;
+    if (auto relayed = may_send_to(*judge, member_of(*relay), where); !relayed) return relayed;
   }
-  return judge->may_send(member_of(*message.sender), where);
+  return may_send_to(*judge, member_of(*message.sender), where);
 }
 
-Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, std::string_view where) const {
+Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, const Places& where) const {
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !relay) return {};
   const auto who = member_of(*relay);
-  auto answer = judge->may_send(who, where);
+  auto answer = may_send_to(*judge, who, where);
   if (!answer) {
     answer = fail(answer.error().code, fmt::format("{}, so it hands on nothing of others", answer.error().text));
-    judge->record(who, {message.origin, {}, "send", where, about(message)}, answer);
+    judge->record(who, {message.origin, {}, "send", where.front(), about(message)}, answer);
   }
   return answer;
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "model/message.h"
 #include "rubicon/tuple_space.hpp"
@@ -25,6 +26,10 @@ bool is_true_island(TupleSpace& space, OwnerId component);
 /// The island that handed a message on and named its sender, by its own certificate; nullopt: its sender came itself.
 using Relay = std::optional<model::Sender>;
 
+/// The names of where a message goes, as rights name it: of a device `<network>.<address>` and, if that differs, the
+/// one in the keys of its tuples. The first one is shown.
+using Places = std::vector<std::string>;
+
 /// Judges the messages of other components by the rights of who sent them first (docs/rights.md). Without a judge, and
 /// for components of this process, everything is allowed.
 class MessageRights {
@@ -37,12 +42,12 @@ class MessageRights {
   /// Whether its sender may send it there: `island:N`, `<network>.<device>`, `own`; and may_relay(). A refusal leaves a
   /// line in the audit; of what is permitted record() writes it. A sender with more roles than a message may name sends
   /// nothing to other islands: a role that is left out might be one that a rule denies something.
-  Result<void> may_send(const Message& message, const Relay& relay, std::string_view where) const;
+  Result<void> may_send(const Message& message, const Relay& relay, const Places& where) const;
   /// The same, without a line in the audit.
-  Result<void> ask(const Message& message, const Relay& relay, std::string_view where) const;
+  Result<void> ask(const Message& message, const Relay& relay, const Places& where) const;
   /// Whether the island that handed it on may send there itself: only then it is believed about its sender. A refusal
   /// leaves a line in the audit.
-  Result<void> may_relay(const Message& message, const Relay& relay, std::string_view where) const;
+  Result<void> may_relay(const Message& message, const Relay& relay, const Places& where) const;
   /// The line of a message of another component that was delivered there, or could not be.
   void record(const Message& message, const Relay& relay, std::string_view where, const Result<void>& answer) const;
 

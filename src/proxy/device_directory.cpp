@@ -87,6 +87,14 @@ std::vector<std::string> DeviceDirectory::networks_of(const std::string& address
   return {};
 }
 
+std::string DeviceDirectory::parts_of(const std::string& network, const std::string& address) const {
+  const auto found = networks_.find(network);
+  if (found == networks_.end()) return {};
+  const auto device = found->second->devices.find(address);
+  if (device == found->second->devices.end()) return {};
+  return device->second.key.substr(context_.config.prefix.size() + 1);
+}
+
 Device* DeviceDirectory::find(Network& network, const std::string& address) {
   const auto found = network.devices.find(std::string_view(address));
   return found == network.devices.end() ? nullptr : &found->second;

@@ -25,6 +25,9 @@ class DeviceDirectory {
   /// where it was not heard yet; else those where it is unreachable.
   std::vector<std::string> networks_of(const std::string& address) const;
 
+  /// Network and device as in the keys of its tuples, `wsn-1.kitchen`; empty: there is none.
+  std::string parts_of(const std::string& network, const std::string& address) const;
+
   Device* find(Network& network, const std::string& address);
   Device* find(DeviceNumber number);
   /// The device with the key `<prefix>.<parts>`, such as `wsn-1.7`.

@@ -65,7 +65,9 @@ void Proxy::Impl::listen() {
       context.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
   context.gateway.set_command_handler(
       [this](const Message& message, const std::string& through) { return desk.on_message(message, through); });
-  context.gateway.set_device_lookup([this](const std::string& address) { return directory.networks_of(address); });
+  context.gateway.set_device_lookup(
+      [this](const std::string& address) { return directory.networks_of(address); },
+      [this](const std::string& network, const std::string& address) { return directory.parts_of(network, address); });
   const auto self = context.space.self();
   const model::IslandKey island{config.prefix};
   const auto any_device = island.network("*").device("*");

@@ -105,6 +105,19 @@ TEST_F(RightsOfMessages, ARefusalIsAnsweredWithItsReason) {
   EXPECT_EQ(islands[1]->gateway().counters().not_permitted, 3U);
 }
 
+TEST_F(RightsOfMessages, ADeviceIsDeniedByItsAddressAndByItsIdAndAllowedByEither) {
+  start(1,
+        {rule("robot", {Right::kSend}, {"scripted-1.*"}, {"scripted-1.kitchen", "scripted-1.9"}),
+         rule("maid", {Right::kSend}, {"scripted-1.kitchen", "scripted-1.9"})},
+        "devices: {8: {id: kitchen}, 9: {id: hall}}");
+  for (const auto* device : {"8", "9"}) devices_of(1).say(device, lamp());
+  for (const auto* device : {"7", "8", "9"}) post(robot(), 1, note(1, "scripted-1", device));
+  for (const auto* device : {"7", "8", "9"}) post(member(70200, "maid"), 1, note(1, "", device));
+  EXPECT_THAT(audit(1), ElementsAre("robot send scripted-1.7: accepted", "robot send scripted-1.8: refused",
+                                    "robot send scripted-1.9: refused", "maid send scripted-1.7: refused",
+                                    "maid send scripted-1.8: accepted", "maid send scripted-1.9: accepted"));
+}
+
 TEST_F(RightsOfMessages, WhoMayNothingIsNotToldWhichNetworksDevicesAndPointsThereAre) {
   start(1, {});
   const auto policy = hear_answers();

@@ -70,8 +70,8 @@ std::vector<std::string> Admission::inbox_keys(const DeviceName& name) {
       if (!key.empty()) keys.push_back(island.inbox(key));
     }
   }
-  if (const auto* device = directory_.find(directory_.network(name.network), name.address))
-    keys.push_back(island.inbox(std::string_view(device->key).substr(context_.config.prefix.size() + 1)));
+  if (const auto parts = directory_.parts_of(name.network, name.address); !parts.empty())
+    keys.push_back(island.inbox(parts));
   return keys;
 }
 
