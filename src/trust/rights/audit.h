@@ -15,8 +15,9 @@ struct AuditLine {
   std::string_view key;
   std::string_view value;
   bool accepted = false;
-  std::string_view why;     ///< of a refusal; it may quote the value
+  std::string_view why;     ///< of a refusal
   std::string_view kind{};  ///< of a refusal: its code in words, which quotes nothing
+  bool quotes = false;      ///< `why` is of the owner of the tuple and may quote the value
 };
 
 /// Where wishes are recorded.

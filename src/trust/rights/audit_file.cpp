@@ -171,8 +171,9 @@ void AuditFile::more(std::string_view who, std::uint64_t count) {
   refused_log_.write(fmt::format("{} more refusals of {}", count, base::one_line(who)));
 }
 
+/// Without values.
 void AuditFile::tell(const AuditLine& line) {
-  const auto why = why_of(line);
+  const auto why = line.quotes ? std::string(line.kind) : why_of(line);
   auto& log = line.accepted ? accepted_log_ : refused_log_;
   log.write(base::one_line(fmt::format("{} {} {}: {}{}{}", beginning(line.who.name, kTextBytes), line.verb, line.key,
                                        line.accepted ? "accepted" : "refused", why.empty() ? "" : ": ", why)));

@@ -101,9 +101,9 @@ void RightsJudge::answered(const Member& who, std::string_view host, const tuple
                                            : to_string(Right::kSet);
   const auto value = is_message(set.key) || is_claim(set.key) ? std::string_view() : std::string_view(set.value);
   const auto key = kept_key(set.key);
-  audit_->write({who, set.from, host, verb, key, value, accepted,
-                 accepted ? std::string_view() : std::string_view(reply.text),
-                 accepted ? std::string_view() : to_string(reply.code)});
+  audit_->write(
+      {who, set.from, host, verb, key, value, accepted, accepted ? std::string_view() : std::string_view(reply.text),
+       accepted ? std::string_view() : to_string(reply.code), !accepted && explain(who, Right::kSet, set.key).allowed});
 }
 
 void RightsJudge::record(const Member& who, const tuples::Wish& wish, const Result<void>& answer) {

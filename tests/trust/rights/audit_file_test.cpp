@@ -278,6 +278,15 @@ TEST_F(AuditFileTest, AReasonThatQuotesAHiddenValueIsNotWritten) {
   EXPECT_FALSE(wishes.contains("471"));
 }
 
+TEST_F(AuditFileTest, TheLogHasNoReasonThatQuotesAValue) {
+  audit().write(
+      {robot, OwnerId{70001}, "", "set", "proxy.a", "4711", false, "expected a number, got 4711", "invalid", true});
+  time.run_ready();
+  EXPECT_EQ(lines()[0]["why"], "expected a number, got 4711");
+  EXPECT_TRUE(wishes.contains("audit: robot set proxy.a: refused: invalid"));
+  EXPECT_FALSE(wishes.contains("471"));
+}
+
 TEST_F(AuditFileTest, AnIslandThatNamesManySendersHasTheLimitOfOneMember) {
   for (int i = 0; i < 500; ++i) {
     tuples::Member claimed{fmt::format("name{}", i), {}, {}, {}, {}};

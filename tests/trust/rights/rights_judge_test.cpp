@@ -17,11 +17,13 @@ using tuples::Member;
 /// Writes down `robot@host verb key=value yes` or `... no: why`.
 struct NotedAudit final : Audit {
   void write(const AuditLine& line) override {
+    quotes.push_back(line.quotes);
     lines.push_back(line.who.name + "@" + std::string(line.host) + " " + std::string(line.verb) + " " +
                     std::string(line.key) + "=" + std::string(line.value) +
                     (line.accepted ? " yes" : " no: " + std::string(line.why)));
   }
   std::vector<std::string> lines;
+  std::vector<bool> quotes;
 };
 
 tuples::RemoteSet set_of(std::string_view key) {
@@ -124,6 +126,15 @@ TEST_F(JudgeOfHome, WritesALineOfEachAnswer) {
       ElementsAre("robot@host-1 set proxy.a.b.x=on yes", "robot@host-1 append proxy.a.b.x=on no: it is read-only",
                   "panel@ approve proxy.inbox=on yes", "two@ set ROAMING.lab.7= no: not here",
                   "panel@ send GATEWAY.x= no: no such", "two@h send own=v yes", "two@h send own= no: no"));
+}
+
+TEST_F(JudgeOfHome, OnlyTheOwnerOfATupleQuotesItsValue) {
+  judge.replace(Rights(rules_in("rights:\n  - {who: robot, may: set, keys: [proxy.a]}\n")));
+  const tuples::Reply refused{.verdict = tuples::Verdict::kRefused, .text = "no"};
+  judge.answered(all["robot"], "", set_of("proxy.a"), refused);
+  judge.answered(all["robot"], "", set_of("proxy.b"), refused);
+  judge.answered(all["robot"], "", set_of("proxy.a"), {});
+  EXPECT_THAT(audit->quotes, ElementsAre(true, false, false));
 }
 
 /// The table once more, over the memory engine: an island and one member at a time.
