@@ -14,6 +14,7 @@
 #include "transport/asio_signals.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
+#include "trust/trust.h"
 #include "tuples/engines/engines.h"
 #include "web/access/token_file.h"
 #include "web/web_service.h"
@@ -81,6 +82,10 @@ class WebProgram {
                               wanted.setup, "", "rubicon web", {place_text(options), place_options(options)});
     if (!service) return fail(service.error());
     service_ = std::move(*service);
+    if (const auto* trust = trusted->get())
+      print_error(
+          fmt::format("islands judge this page by the rights of {}, whoever calls it; tokens have their roles only",
+                      printable(trust->own().name)));
     return {};
   }
 
