@@ -117,7 +117,7 @@ struct Gateway::Impl {
   bool to_listeners(const Message& message, Counters& count);
   /// `found`: the message did not name the network.
   bool to_network(Message& message, Counters& count, bool found = false);
-  void refuse_ambiguous(Message& message, std::vector<std::string> found);
+  void refuse_ambiguous(Message& message, const std::vector<std::string>& found);
   void not_taken(Message& message, Error why, bool hide);
   Result<void> to_own_network(const Message& message);
   Error nobody_hears(const Message& message) const;
@@ -285,20 +285,22 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
   auto& to = message.destination;
   auto found = networks_of(to.device);
   if (found.empty()) return to_listeners(message, count);
+  // The others are not there for its sender.
+  if (found.size() > 1)
+    std::erase_if(found, [&](const auto& network) {
+      return !rights.ask(message, relay, places_of({self, network, to.device}));
+    });
   if (found.size() == 1) {
     to.network = std::move(found.front());
     return to_network(message, count, true);
   }
-  refuse_ambiguous(message, std::move(found));
+  refuse_ambiguous(message, found);
   return false;
 }
 
-/// Only the networks where its sender may send are named.
-void Gateway::Impl::refuse_ambiguous(Message& message, std::vector<std::string> found) {
+/// `found`: those where its sender may send.
+void Gateway::Impl::refuse_ambiguous(Message& message, const std::vector<std::string>& found) {
   const auto& device = message.destination.device;
-  std::erase_if(found, [&](const std::string& network) {
-    return !rights.ask(message, relay, places_of({self, network, device}));
-  });
   const bool hide = found.empty();
   if (hide) ++own.not_permitted;
   Error why{ErrorCode::kRefused,

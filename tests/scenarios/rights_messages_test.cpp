@@ -142,6 +142,24 @@ TEST_F(RightsOfMessages, WhoMayNothingIsNotToldWhichNetworksDevicesAndPointsTher
   EXPECT_EQ(answers, there);
 }
 
+TEST_F(RightsOfMessages, OfSeveralNetworksWithADeviceItsSenderIsToldOfThoseThatItMaySendTo) {
+  start(1,
+        {rule("maid", {Right::kSend}, {"scripted-2.*"}),
+         rule("gardener", {Right::kSend}, {"scripted-1.7", "scripted-2.7"})},
+        "}\n  scripted-2: {type: scripted");
+  ScriptedNetwork::of(1, "scripted-2").say("7", lamp());
+  scheduler.run_ready();
+  const auto policy = hear_answers();
+  post(robot(), 1, note(1, "", "7"));
+  EXPECT_THAT(answers, ElementsAre("robot may not send to own: no rule allows it from 1/7"));
+  post(member(70200, "maid"), 1, note(1, "", "7"));
+  EXPECT_EQ(ScriptedNetwork::of(1, "scripted-2").sent.size(), 1U);
+  post(member(70300, "gardener"), 1, note(1, "", "7"));
+  EXPECT_THAT(audit(1),
+              ElementsAre("robot send own: refused", "maid send scripted-2.7: accepted", "gardener send own: refused"));
+  EXPECT_THAT(audits[1]->whys.back(), HasSubstr("is in 2 networks of island 1 (scripted-1, scripted-2): name one"));
+}
+
 TEST_F(RightsOfMessages, WhoMayReadOfADeviceIsToldWhyItIsNotCommanded) {
   start(1, {rule("robot", {Right::kRead}, {"proxy.scripted-1.*.description"})});
   const auto policy = hear_answers();
