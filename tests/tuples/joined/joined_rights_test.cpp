@@ -108,7 +108,10 @@ struct Liar final : LinkListener {
   void on_subscribe(OwnerId, const SubscriptionSpec&) override {}
   void on_unsubscribe(OwnerId, std::uint32_t) override {}
   void on_remote_set(const RemoteSet&) override {}
-  void on_reply(const Reply& reply) override { answers.push_back(reply.text); }
+  bool on_reply(OwnerId, const Reply& reply) override {
+    answers.push_back(reply.text);
+    return true;
+  }
   void on_peer(const PeerIdentity& peer, PeerEvent) override { starts[peer.id] = peer.incarnation; }
   void on_summary(OwnerId, std::string_view) override {}
 

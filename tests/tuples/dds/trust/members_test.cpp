@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include "tuples/dds/trust/trusted_members.h"
 
@@ -135,6 +136,21 @@ TEST_F(TrustedMembers, RenewWhileCommandsPassAndLoseNone) {
   EXPECT_LT(island->resident_kilobytes() - island_before, kMostGrowth);
   EXPECT_LT(tool->resident_kilobytes() - tool_before, kMostGrowth);
 #endif
+}
+
+/// Cyclone may have lost the other on one side only: that one begins a handshake which the other does not answer.
+TEST_F(TrustedMembers, MeetAgainHoweverLongOneSlept) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  for (int i = 0; i < 5; ++i) {
+    auto& sleeper = i % 2 == 0 ? *tool : *island;
+    sleeper.signal(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1800 + 400 * i));  // about the lease of two seconds
+    sleeper.signal(SIGCONT);
+    island->write(fmt::format("set a {}\n", i));
+    ASSERT_TRUE(until(*tool, fmt::format("value 7 a {}", i))) << i << tool->errors() << island->errors();
+    meet(*island, *tool);
+  }
 }
 
 TEST_F(TrustedMembers, LeaveWhenTheirCertificateEndsAndComeBackWithANewOne) {
