@@ -65,7 +65,7 @@ struct IslandConfig {
   std::vector<config::RecorderSetup> recorders;
   std::optional<config::HistorySetup> history;  ///< what the daemon keeps beside the island
   std::optional<config::WebSetup> web;          ///< what the daemon serves beside the island
-  std::optional<config::RightsSetup> rights;    ///< of others; without it members with the role admin may all
+  std::optional<config::RightsSetup> rights;    ///< of others; without it members with the role admin may do everything
   config::AuditSetup audit;                     ///< of what others ask for, where they are judged
   std::vector<OwnTuple> tuples;                 ///< of the command line
   /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.

@@ -46,7 +46,7 @@ class LinkListener {
   virtual void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) = 0;
   virtual void on_unsubscribe(OwnerId subscriber, std::uint32_t id) = 0;
   virtual void on_remote_set(const RemoteSet& set) = 0;
-  /// `from`: who answers, as the engine knows. False: that is not the owner that was asked, and the reply does not count.
+  /// `from`: who answers, as the engine knows. False: it is not the owner that was asked; the reply does not count.
   virtual bool on_reply(OwnerId from, const Reply& reply) = 0;
   /// kLeft and kLost also end the peer's subscriptions. Copies of its tuples stay readable for kOwnerGrace.
   virtual void on_peer(const PeerIdentity& peer, PeerEvent event) = 0;

@@ -9,7 +9,7 @@
 namespace rubicon::tuples {
 
 /// The policy of a link that knows who its peers are: remembers the member of each component that is up, and asks the
-/// judge of the process what that member may. Components of the own process may all.
+/// judge of the process what that member may. Components of the own process may do everything.
 class MemberPolicy final : public PeerPolicy {
  public:
   /// `link_itself`: who stands behind kLinkItself; null = no member, then the link gets no own tuples for itself.

@@ -14,7 +14,7 @@ struct SpaceRights {
   static void limit_queues(TupleSpace& space, std::size_t most);
   /// Who a component is, and what it may.
   static PeerPolicy& policy(TupleSpace& space);
-  /// nullptr: there are no rights here, all that is accepted may all.
+  /// nullptr: there are no rights here, whoever is accepted may do everything.
   static Judge* judge(TupleSpace& space) { return policy(space).judge(); }
   /// nullptr: it is not up, is of this process, or the engine does not know.
   static const Member* member_of(TupleSpace& space, OwnerId peer) { return policy(space).member(peer); }

@@ -128,8 +128,7 @@ TEST_F(WrongClocks, InitMakesNothingIn1970AndIsNoReasonAgainstAStartLater) {
   EXPECT_THAT(refused.errors, HasSubstr("the clock of this host says 1970-01-0"));
   EXPECT_FALSE(std::filesystem::exists(file("trust/identity-ca.pem")));
   make_realm();
-  EXPECT_EQ(tool(start).code, 0)
-      << "there is a realm, so the island tries to start, and says what is wrong";
+  EXPECT_EQ(tool(start).code, 0) << "there is a realm, so the island tries to start, and says what is wrong";
 }
 
 /// When the certificate of a member ends, as `trust show --json` says.

@@ -5,7 +5,7 @@
 namespace rubicon::tuples {
 namespace {
 
-/// Members may all; counts the answers.
+/// Members may do everything; counts the answers.
 struct OpenJudge final : Judge {
   Access access(const Member&, std::string_view) const override { return {}; }
   bool sees_all(const Member&) const override { return true; }

@@ -195,7 +195,7 @@ TEST_F(RightsOfPeers, WhoSeesAllIsNotAskedPerTuple) {
   const auto one = subscribe(*admin, by_admin), other = subscribe(*console, by_console);
   turn();
   EXPECT_EQ(by_admin.take().size(), 3U);
-  EXPECT_EQ(by_console.take().size(), 3U) << "components of the own process may all";
+  EXPECT_EQ(by_console.take().size(), 3U) << "components of the own process may do everything";
   EXPECT_EQ(judge->asked, 0);
 }
 

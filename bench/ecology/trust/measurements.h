@@ -8,7 +8,7 @@
 
 namespace rubicon::bench::trust {
 
-/// As a process of the realm in that folder; its administrators may all. Throws if the folder is not good.
+/// As a process of the realm in that folder; its administrators may do everything. Throws if the folder is not good.
 void add_to(tuples::dds::DdsOptions& options, const std::string& folder, base::Scheduler& scheduler,
             base::LogSink& log);
 

@@ -53,8 +53,8 @@ class Peers {
   void failed(Handle identity, Clock::time_point now, std::string_view foreign = {});
   /// True: its last handshake failed a short while ago, the next one has to wait.
   bool must_wait(Handle identity, Clock::time_point now) const;
-  /// The same for a handshake that the peer begins, and only with a foreign certificate that was seen before: anyone can
-  /// send a bad message in the name of a peer, and must not keep it from sending a good one.
+  /// The same for a handshake that the peer begins, and only with a foreign certificate that was seen before: anyone
+  /// can send a bad message in the name of a peer, and must not keep it from sending a good one.
   bool must_wait(Handle identity, std::string_view certificate, Clock::time_point now) const;
   void gone(Handle identity);
 

@@ -19,7 +19,7 @@ struct Decision {
 /// other allows; what no rule allows is denied (docs/rights.md).
 class Rights {
  public:
-  /// Without `rights:`: members with the role `admin` may all, others nothing.
+  /// Without `rights:`: members with the role `admin` may do everything, others may do nothing.
   Rights();
   /// The rules must be sound: check_who(), check_rule_key().
   explicit Rights(std::vector<Rule> rules);

@@ -30,8 +30,8 @@ Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, con
   return engines;
 }
 
-/// PEIS cannot prove which components are of this process, so these meet in memory, where they may all. What comes by
-/// PEIS in the name of one of them is judged as all that comes by PEIS.
+/// PEIS cannot prove which components are of this process, so these meet in memory, where they may do everything. What
+/// comes by PEIS in the name of one of them is judged as all that comes by PEIS.
 void Engines::join_own_process(const Host& host) {
   own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
   joined_ = std::make_unique<joined::JoinedEcology>(

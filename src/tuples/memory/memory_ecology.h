@@ -23,7 +23,7 @@ class MemoryEcology final : public StandInEcology {
 
   /// From now on the component that joins with that id is this member; others are of the own process.
   void certify(OwnerId id, Member who);
-  /// From now on the component that joins with that id asks this judge what members may; without one all may all.
+  /// From now on the component that joins with that id asks this judge what members may; without one, everything.
   void judge(OwnerId id, std::shared_ptr<Judge> judge);
 
   /// Cuts the connection of two components: each loses the other, and what is under way is lost.

@@ -13,7 +13,7 @@ namespace rubicon::tuples::dds {
 /// What tests of rights ask a component that others are judged by, and what those answer.
 class Judged {
  public:
-  /// At first every member may all.
+  /// At first every member may do everything.
   static std::shared_ptr<trust::rights::RightsJudge> open_judge();
 
   Judged(TupleSpace& space, std::shared_ptr<trust::rights::RightsJudge> judge);
