@@ -112,7 +112,7 @@ struct Gateway::Impl {
   void report_drops(Inbox& box);
   void refuse(Inbox& box, const Message& message);
 
-  /// Whether later messages with its origin and number are repeated ones: it was let in.
+  /// True: the rights allowed the message, so later ones with its origin and number count as repeated.
   bool route(Message& message, Counters& count);
   bool to_listeners(const Message& message, Counters& count);
   /// `found`: the message did not name the network.
@@ -310,7 +310,7 @@ void Gateway::Impl::refuse_ambiguous(Message& message, const std::vector<std::st
   not_taken(message, std::move(why), hide);
 }
 
-/// `hide`: its sender is told what it is told of a device that is not there.
+/// `hide`: the answer is the one for a device that does not exist, because its sender may not know of this one.
 void Gateway::Impl::not_taken(Message& message, Error why, bool hide) {
   if (hide) {
     message.destination.network.clear();

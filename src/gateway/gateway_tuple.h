@@ -48,7 +48,7 @@ class GatewayTuple {
   void send(const Message& message);
   /// Another message with this origin and number was noted: counts it. Those without a number are never repeated.
   bool is_repeated(const Message& message);
-  /// The message was let in: from now on others with its origin and number are repeated.
+  /// The rights allowed this message: later ones with its origin and number count as repeated.
   void note(const Message& message);
   void on_accepted(Accepted accepted) { accepted_ = std::move(accepted); }
 

@@ -55,7 +55,7 @@ class MessageRights {
   TupleSpace& space_;
 };
 
-/// What the sender of a command is told of all that it may not know of.
+/// The answer to a command for anything that its sender may not know of, whether it exists or not.
 Error may_not_set(const Message& message);
 
 /// Where messages go that name no network.

@@ -53,8 +53,8 @@ Result<void> CommandDesk::on_message(const Message& message, const std::string& 
   return {};
 }
 
-/// There is no tuple that the message amounts to: the audit names the device that was meant. Who may not read of it is
-/// not told whether it is there.
+/// No tuple belongs to the message: the audit names the device that was meant. The answer does not say whether that
+/// device exists, unless the sender may read its description.
 Result<void> CommandDesk::refuse_unresolved(const Message& message, const std::string& through, const Device* device,
                                             const Error& why) const {
   if (auto* judge = tuples::SpaceRights::judge(context_.space); judge && message.sender)

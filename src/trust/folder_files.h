@@ -19,10 +19,10 @@ namespace rubicon::trust {
 /// The group whose people use the member `local` of a host; nullopt: this host has none.
 std::optional<gid_t> people_group();
 
-/// Who may read a key besides its owner.
+/// Who may read a key.
 enum class KeyReaders : std::uint8_t {
-  kOwner,   ///< nobody
-  kPeople,  ///< people_group(), if the host has it: the key of `local`
+  kOwner,   ///< only its owner
+  kPeople,  ///< people_group() too, if the host has it: the key of `local`
 };
 
 /// Who changes a folder has a lock on this file of it.

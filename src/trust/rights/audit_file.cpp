@@ -62,19 +62,19 @@ std::string begin_line(WallTime now) {
 
 }  // namespace
 
-AuditFile::AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log wishes)
+AuditFile::AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log lines)
     : options_(std::move(options)),
       scheduler_(scheduler),
       log_(std::move(log)),
       refusals_(scheduler, [this](std::string_view who, std::uint64_t count) { more(who, count); }),
-      accepted_log_(scheduler, wishes, "accepted requests", options_.file),
-      refused_log_(scheduler, std::move(wishes), "refused requests", options_.file),
+      accepted_log_(scheduler, lines, "accepted requests", options_.file),
+      refused_log_(scheduler, std::move(lines), "refused requests", options_.file),
       at_end_(scheduler, [this] { flush(); }) {
   hide();
 }
 
-Result<std::unique_ptr<AuditFile>> AuditFile::open(AuditOptions options, Scheduler& scheduler, Log log, Log wishes) {
-  std::unique_ptr<AuditFile> made(new AuditFile(std::move(options), scheduler, std::move(log), std::move(wishes)));
+Result<std::unique_ptr<AuditFile>> AuditFile::open(AuditOptions options, Scheduler& scheduler, Log log, Log lines) {
+  std::unique_ptr<AuditFile> made(new AuditFile(std::move(options), scheduler, std::move(log), std::move(lines)));
   if (auto opened = made->open_file(); !opened) return fail(std::move(opened.error()));
   return made;
 }

@@ -29,7 +29,7 @@ struct AuditOptions {
 inline constexpr int kOlderAuditFiles = 4;
 
 /// Writes one line of JSON for each wish (docs/rights.md), readable by its user and group only. Refusals beyond
-/// RefusalLimit are counted in one line; accepted wishes have a line each. The lines of a turn are written together at
+/// RefusalLimit are counted in one line; accepted requests have a line each. The lines of a turn are written together at
 /// its end: some microseconds, because the system takes them into its memory. Where it cannot (a full disk), the log
 /// says so once, the lines are counted as lost, and the next turn tries again. Where no new file can be made, the
 /// present one grows to the size of all of them. A log gets the lines too, by two WishLogs: refusals do not push out
@@ -40,10 +40,10 @@ class AuditFile final : public Audit {
   /// Of each other text.
   static constexpr std::size_t kTextBytes = 255;
 
-  /// `log` gets what concerns the audit itself, `wishes` its lines: what that one keeps must be as closed to others as
+  /// `log` gets what concerns the audit itself, `lines` its lines: what that one keeps must be as closed to others as
   /// the file. The errors of OwnFile::open: the path is a symbolic link, its folder is missing, no permission. kRefused
   /// too: files cannot be renamed there.
-  static Result<std::unique_ptr<AuditFile>> open(AuditOptions options, Scheduler& scheduler, Log log, Log wishes);
+  static Result<std::unique_ptr<AuditFile>> open(AuditOptions options, Scheduler& scheduler, Log log, Log lines);
   ~AuditFile() override;
 
   void write(const AuditLine& line) override;
@@ -53,13 +53,13 @@ class AuditFile final : public Audit {
   void change(AuditOptions options);
 
   struct Counters {
-    std::uint64_t refused = 0;  ///< refused wishes, with those that got no line
+    std::uint64_t refused = 0;  ///< refused requests, with those that got no line
     std::uint64_t lost = 0;     ///< lines that could not be written
   };
   const Counters& counters() const { return counters_; }
 
  private:
-  AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log wishes);
+  AuditFile(AuditOptions options, Scheduler& scheduler, Log log, Log lines);
   Result<void> open_file();
   void hide();
   bool is_hidden(std::string_view key) const;
