@@ -252,8 +252,8 @@ std::optional<tuples::Member> Trust::who(const tuples::dds::GuidPrefix& particip
   return member;
 }
 
-bool Trust::take_revoked(std::string_view signed_list) {
-  return impl_->take(signed_list, "a list of revoked certificates from another member", false);
+bool Trust::take_revoked(std::string_view signed_list, std::string_view from) {
+  return impl_->take(signed_list, fmt::format("a list of revoked certificates from {}", from), false);
 }
 
 bool Trust::meets_revoked() const {

@@ -213,12 +213,12 @@ TEST_F(TrustTest, ANewListOfRevokedCertificatesIsTakenOnce) {
   const auto old = content_of(root_ / "revoked.p7s");
   const auto list = revoke(root_, "desk", kStart);
   ASSERT_TRUE(list);
-  EXPECT_TRUE((*trust)->take_revoked(*list));
+  EXPECT_TRUE((*trust)->take_revoked(*list, "roof"));
   EXPECT_FALSE((*trust)->who(kPeer));
   EXPECT_EQ((*trust)->revoked(), *list);
   EXPECT_TRUE(log_.contains("desk ("));
-  EXPECT_FALSE((*trust)->take_revoked(*list)) << "again";
-  EXPECT_FALSE((*trust)->take_revoked(old)) << "a lower number";
+  EXPECT_FALSE((*trust)->take_revoked(*list, "roof")) << "again";
+  EXPECT_FALSE((*trust)->take_revoked(old, "roof")) << "a lower number";
   EXPECT_EQ((*trust)->revoked(), *list);
 }
 
@@ -228,8 +228,8 @@ TEST_F(TrustTest, AListOfAnotherSignerIsRefused) {
   ASSERT_TRUE(init(folder_ / "other", {}, kStart));
   const auto list = revoke(folder_ / "other", "local", kStart);
   ASSERT_TRUE(list);
-  EXPECT_FALSE((*trust)->take_revoked(*list));
-  EXPECT_FALSE((*trust)->take_revoked("nonsense"));
+  EXPECT_FALSE((*trust)->take_revoked(*list, "roof"));
+  EXPECT_FALSE((*trust)->take_revoked("nonsense", "roof"));
   EXPECT_TRUE(log_.contains("was not signed by"));
 }
 
@@ -237,10 +237,12 @@ TEST_F(TrustTest, ListsThatAreNoneFillNoLog) {
   const auto trust = open();
   ASSERT_TRUE(trust);
   for (int i = 0; i < 90; ++i) {
-    EXPECT_FALSE((*trust)->take_revoked("nonsense " + std::to_string(i)));
+    EXPECT_FALSE((*trust)->take_revoked("nonsense " + std::to_string(i), "roof"));
     scheduler_.run_for(std::chrono::seconds(1));
   }
   EXPECT_EQ(log_.lines.size(), 2U) << "one a minute";
+  EXPECT_FALSE((*trust)->take_revoked("nonsense", "desk"));
+  EXPECT_TRUE(log_.contains("a list of revoked certificates from desk: is no document")) << "each member has its own";
 }
 
 TEST_F(TrustTest, AListInTheFolderIsFoundAndReported) {
@@ -267,7 +269,7 @@ TEST_F(TrustTest, AListThatWasHeardIsThereAtTheNextStart) {
   {
     const auto trust = open("island-7");
     ASSERT_TRUE(trust);
-    ASSERT_TRUE((*trust)->take_revoked(*list));
+    ASSERT_TRUE((*trust)->take_revoked(*list, "roof"));
   }
   EXPECT_EQ(content_of(root_ / "revoked.p7s"), *list);
   // A unit that may not write the folder has it in its state.
@@ -286,7 +288,7 @@ TEST_F(TrustTest, AListThatWasHeardNeverReplacesANewerOne) {
   ASSERT_TRUE(trust);
   const auto heard = revoke(root_, "desk", kStart), newer = revoke(root_, "local", kStart);
   ASSERT_TRUE(heard && newer);
-  EXPECT_TRUE((*trust)->take_revoked(*heard));
+  EXPECT_TRUE((*trust)->take_revoked(*heard, "roof"));
   EXPECT_EQ(content_of(root_ / "revoked.p7s"), *newer);
   scheduler_.run_for(std::chrono::seconds(3));
   EXPECT_EQ((*trust)->revoked(), *newer);
@@ -301,7 +303,7 @@ TEST_F(TrustTest, AListIsKeptWhenTheFolderIsFreeAgain) {
   {
     const auto lock = FolderFiles(root_).lock();
     ASSERT_TRUE(lock);
-    EXPECT_TRUE((*trust)->take_revoked(*list));
+    EXPECT_TRUE((*trust)->take_revoked(*list, "roof"));
     EXPECT_EQ(content_of(root_ / "revoked.p7s"), old) << "another program changes the folder";
   }
   scheduler_.run_for(std::chrono::seconds(3));
@@ -323,7 +325,7 @@ TEST_F(TrustTest, AnIslandThatCannotKeepAListWarnsAndAToolDoesNot) {
   const auto warnings_of = [&](const std::string& name) {
     Warnings warnings;
     const auto trust = Trust::open({root_, name, {}, {}}, scheduler_, Log(warnings, "trust"));
-    EXPECT_TRUE(trust && (*trust)->take_revoked(*list)) << name;
+    EXPECT_TRUE(trust && (*trust)->take_revoked(*list, "roof")) << name;
     return warnings.all;
   };
   EXPECT_EQ(warnings_of("desk"), "");

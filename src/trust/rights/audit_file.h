@@ -29,8 +29,8 @@ struct AuditOptions {
 inline constexpr int kOlderAuditFiles = 4;
 
 /// Writes one line of JSON for each wish (docs/rights.md), readable by its user and group only. Refusals beyond
-/// RefusalLimit are counted in one line; accepted requests have a line each. The lines of a turn are written together at
-/// its end: some microseconds, because the system takes them into its memory. Where it cannot (a full disk), the log
+/// RefusalLimit are counted in one line; accepted requests have a line each. The lines of a turn are written together
+/// at its end: some microseconds, because the system takes them into its memory. Where it cannot (a full disk), the log
 /// says so once, the lines are counted as lost, and the next turn tries again. Where no new file can be made, the
 /// present one grows to the size of all of them. A log gets the lines too, by two WishLogs: refusals do not push out
 /// others.

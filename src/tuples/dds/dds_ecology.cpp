@@ -52,7 +52,7 @@ struct DdsEcology::Impl {
   void enter_again(Duration pause);
   void watch_end();
   void hear_revoked(const std::string& member, std::string_view signed_list);
-  void check_revoked(std::string list);
+  void check_revoked(std::string list, const std::string& member);
   void renounce();
   template <class Call>
   void each_link(Call call);
@@ -67,7 +67,9 @@ struct DdsEcology::Impl {
   Entity domain;
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
   std::set<std::string, std::less<>> lists_refused;  ///< the last lists of revoked certificates that were of no use
-  HeardLists lists_heard{shared.scheduler, [this](std::string list) { check_revoked(std::move(list)); }};
+  HeardLists lists_heard{shared.scheduler, [this](std::string list, const std::string& member) {
+                           check_revoked(std::move(list), member);
+                         }};
   Refusals refusals{shared.scheduler, shared.post, shared.log};
   Timer end_timer, retry_timer, again_timer;
 };
@@ -257,8 +259,8 @@ void DdsEcology::Impl::hear_revoked(const std::string& member, std::string_view 
   lists_heard.hear(member, signed_list);
 }
 
-void DdsEcology::Impl::check_revoked(std::string list) {
-  if (shared.options.trust->take_revoked(list)) return renounce();
+void DdsEcology::Impl::check_revoked(std::string list, const std::string& member) {
+  if (shared.options.trust->take_revoked(list, member)) return renounce();
   if (lists_refused.size() >= kMaxListsRefused) lists_refused.clear();
   lists_refused.insert(std::move(list));
 }

@@ -40,9 +40,9 @@ class DdsTrust {
   /// Thread-safe, does not block: the member that authenticated itself with this GUID prefix and is neither revoked nor
   /// expired. nullopt: none.
   virtual std::optional<Member> who(const GuidPrefix& participant) const = 0;
-  /// A signed list of revoked certificates arrived from another member, or was read: takes it if the signature is good
-  /// and its number is higher. True: it is new, and some members of who() may be gone.
-  virtual bool take_revoked(std::string_view signed_list) = 0;
+  /// A signed list of revoked certificates arrived from the member `from`: takes it if the signature is good and its
+  /// number is higher. True: it is new, and some members of who() may be gone.
+  virtual bool take_revoked(std::string_view signed_list, std::string_view from) = 0;
   /// Whether a process that authenticated itself is still here and was revoked since. It reads on until the domain is
   /// made again, even if it never showed itself as a component.
   virtual bool meets_revoked() const { return false; }

@@ -16,13 +16,13 @@ bool HeardLists::spend(Allowance& allowance) const {
 void HeardLists::hear(const std::string& member, std::string_view list) {
   const bool has_room = members_.contains(member) || members_.size() < kMaxMembers;
   auto& allowance = members_[has_room ? member : std::string()];
-  if (!allowance.waiting && spend(allowance)) return check_(std::string(list));
-  allowance.waiting = list;
+  if (!allowance.waiting && spend(allowance)) return check_(std::string(list), member);
+  allowance.waiting = Heard{std::string(list), member};
   if (!timer_.pending()) timer_ = scheduler_.after(kPause, [this] { check_waiting(); });
 }
 
 void HeardLists::check_waiting() {
-  std::vector<std::string> lists;
+  std::vector<Heard> lists;
   bool more = false;
   for (auto& [member, allowance] : members_) {
     if (!allowance.waiting) continue;
@@ -32,7 +32,7 @@ void HeardLists::check_waiting() {
       more = true;
   }
   if (more) timer_ = scheduler_.after(kPause, [this] { check_waiting(); });
-  for (auto& list : lists) check_(std::move(list));
+  for (auto& one : lists) check_(std::move(one.list), one.member);
 }
 
 }  // namespace rubicon::tuples::dds

@@ -20,22 +20,27 @@ class HeardLists {
   /// Further members share one allowance.
   static constexpr std::size_t kMaxMembers = 256;
 
+  /// Gets a list with the member that published it.
+  using Check = std::function<void(std::string list, const std::string& member)>;
+
   /// `check` runs inside hear() or in a later turn. The scheduler must outlive the object.
-  HeardLists(Scheduler& scheduler, std::function<void(std::string list)> check)
-      : scheduler_(scheduler), check_(std::move(check)) {}
+  HeardLists(Scheduler& scheduler, Check check) : scheduler_(scheduler), check_(std::move(check)) {}
 
   void hear(const std::string& member, std::string_view list);
 
  private:
+  struct Heard {
+    std::string list, member;
+  };
   struct Allowance {
     SteadyTime spent_until{};
-    std::optional<std::string> waiting;
+    std::optional<Heard> waiting;
   };
   bool spend(Allowance& allowance) const;
   void check_waiting();
 
   Scheduler& scheduler_;
-  std::function<void(std::string list)> check_;
+  Check check_;
   std::map<std::string, Allowance> members_;
   Timer timer_;
 };

@@ -66,7 +66,7 @@ struct AnyTrust final : DdsTrust {
   std::string guard_library() const override { return {}; }
   const Member& own() const override { return member; }
   std::optional<Member> who(const GuidPrefix&) const override { return {}; }
-  bool take_revoked(std::string_view) override { return false; }
+  bool take_revoked(std::string_view, std::string_view) override { return false; }
   std::string revoked() const override { return {}; }
   Member member;
 };

@@ -11,8 +11,11 @@ using testing::ElementsAre;
 
 struct HeardListsTest : testing::Test {
   base::VirtualScheduler scheduler;
-  std::vector<std::string> checked;
-  HeardLists lists{scheduler, [this](std::string list) { checked.push_back(std::move(list)); }};
+  std::vector<std::string> checked, members;
+  HeardLists lists{scheduler, [this](std::string list, const std::string& member) {
+                     checked.push_back(std::move(list));
+                     members.push_back(member);
+                   }};
 };
 
 TEST_F(HeardListsTest, AFewAreCheckedAtOnceAndThenTheLastOneOfEachPause) {
@@ -31,6 +34,13 @@ TEST_F(HeardListsTest, OneMemberDoesNotDelayAnother) {
   checked.clear();
   lists.hear("desk", "good");
   EXPECT_THAT(checked, ElementsAre("good"));
+}
+
+TEST_F(HeardListsTest, AListKeepsTheNameOfItsMemberWhileItWaits) {
+  for (int i = 0; i < 5; ++i) lists.hear("mallory", std::to_string(i));
+  lists.hear("desk", "good");
+  scheduler.run_for(HeardLists::kPause);
+  EXPECT_THAT(members, ElementsAre("mallory", "mallory", "mallory", "mallory", "desk", "mallory"));
 }
 
 TEST_F(HeardListsTest, WhoRestsMaySendAFewAgain) {

@@ -90,7 +90,7 @@ bool GuardTrust::meets_revoked() const {
   return ask != nullptr && ask() == 1;
 }
 
-bool GuardTrust::take_revoked(std::string_view signed_list) {
+bool GuardTrust::take_revoked(std::string_view signed_list, std::string_view) {
   ++lists_checked_;
   const auto parts = split(signed_list, ':');
   if (parts.size() != 3 || parts[2] != "signed") return false;

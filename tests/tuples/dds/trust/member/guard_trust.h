@@ -21,7 +21,7 @@ class GuardTrust final : public DdsTrust {
   std::string guard_library() const override { return guard_; }
   const Member& own() const override { return own_; }
   std::optional<Member> who(const GuidPrefix& participant) const override;
-  bool take_revoked(std::string_view signed_list) override;
+  bool take_revoked(std::string_view signed_list, std::string_view from) override;
   bool meets_revoked() const override;
   std::string revoked() const override { return list_; }
   void watch_revoked(std::function<void()> call) override { found_ = std::move(call); }
@@ -30,7 +30,7 @@ class GuardTrust final : public DdsTrust {
 
   /// A newer list lies in the folder.
   void find_revoked(std::string_view signed_list) {
-    if (take_revoked(signed_list) && found_) found_();
+    if (take_revoked(signed_list, {}) && found_) found_();
   }
 
   /// Knows no peer until it may see again.
