@@ -43,10 +43,11 @@ async function picture({ page, open, island }) {
   await page.waitForFunction((element) => element.complete && element.naturalWidth === 40, await image.elementHandle());
 }
 
-/** The value of a field of date and time, in the zone of the browser. */
+/** The value of a field of date and time, in the zone of the browser; Chromium refuses one that ends with `:00`. */
 const fieldTime = (page, seconds) =>
   page.evaluate((ahead) => {
     const time = new Date(Date.now() + ahead * 1000);
+    if (time.getSeconds() === 0) time.setSeconds(1);
     return new Date(time.getTime() - time.getTimezoneOffset() * 60_000).toISOString().slice(0, 19);
   }, seconds);
 

@@ -25,8 +25,6 @@ export interface WatchPorts {
 /** What passes on one network, from when the user watches it until the user stops. It outlives the view. */
 export class Watch {
   running = false;
-  /** The network has its line. */
-  up = true;
   /** The user reads: rows stay longer. */
   reading = false;
   passing: Passing[] = [];
@@ -125,9 +123,7 @@ export class Watch {
   #replied(message: Message): void {
     const reply = this.#isFrom(message) ? replyOf(message) : null;
     if (reply?.id !== watcher) return;
-    if (reply.ok === true) this.up = reply.line !== false;
-    else this.#end(() => this.ports.refused(String(reply.why ?? "")));
-    this.ports.changed();
+    if (reply.ok !== true) this.#end(() => this.ports.refused(String(reply.why ?? "")));
   }
 }
 

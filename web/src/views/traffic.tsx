@@ -34,15 +34,25 @@ function Traffic({ route }: { route: Route }) {
     .sort((a, b) => compareNatural(a.path, b.path));
   const state = loadingOf([...baseFeeds, ...feeds]);
   const path = route.query.network ?? opened.current;
-  // Which line is up is known when all networks are; then the view stays with its choice.
+  // Which line is up is known when all networks are. The view stays with one that is up or used; of others, the first
+  // that comes up is shown.
   const network = state === "loading" && !networks.some((one) => one.path === path) ? undefined : networkToShow(networks, path);
-  if (network) opened.current = network.path;
+  if (network?.line === "up") opened.current = network.path;
   const kind = network && kindOf(network);
   if (noIslands()) return <NoIsland />;
   return (
     <section class="view traffic">
       <Loaded state={network ? "ready" : state} empty={!network && <Empty title={text.none} whole />}>
-        {network && kind && <Monitor key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
+        {network && kind && (
+          <Monitor
+            key={network.path}
+            network={network}
+            kind={kind}
+            networks={networks}
+            search={route.query.q ?? ""}
+            onUse={() => (opened.current = network.path)}
+          />
+        )}
       </Loaded>
     </section>
   );
@@ -53,9 +63,10 @@ interface MonitorProps {
   kind: TrafficKind;
   networks: Network[];
   search: string;
+  onUse: () => void;
 }
 
-function Monitor({ network, kind, networks, search }: MonitorProps) {
+function Monitor({ network, kind, networks, search, onUse }: MonitorProps) {
   const monitor = watchOf(network, kind);
   const [paused, setPaused] = useState<Passing[] | null>(null);
   const [following, setFollowing] = useState(true);
@@ -69,7 +80,16 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
   monitor.reading = paused !== null || !following;
   useEffect(() => () => void (monitor.reading = false), [monitor]);
   const maySend = mayBe("command");
-  const toggle = () => (monitor.running ? monitor.stop() : monitor.start());
+  const lineUp = network.line === "up" || network.line === "unknown";
+  const toggle = () => {
+    onUse();
+    if (monitor.running) monitor.stop();
+    else monitor.start();
+  };
+  const write = () => {
+    onUse();
+    setWriting(true);
+  };
   const togglePause = () => setPaused(paused ? null : monitor.passing);
   useKeys(maySend ? toggle : undefined, togglePause);
   return (
@@ -102,7 +122,7 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
         </button>
         {kind === "knx" && maySend && <CaptureButton network={network} />}
         {kind === "knx" && maySend && (
-          <button type="button" onClick={() => setWriting(true)}>
+          <button type="button" onClick={write}>
             {text.write}
           </button>
         )}
@@ -116,7 +136,7 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
       {monitor.running && (
         <div class="strip">
           {monitor.missed && <span>{text.missed(formatTime(monitor.missed.from), formatTime(monitor.missed.to))}</span>}
-          {monitor.up ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}
+          {lineUp ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}
         </div>
       )}
       {rows.length === 0 ? (

@@ -52,6 +52,7 @@ TEST_F(TrustedMembers, OfAnotherRealmOrOfNoneAreNotSeen) {
   EXPECT_TRUE(until(*other, "log failed: Certificate not valid")) << "the handshake was refused";
   const auto tool = member(Person{"roof", "00000009-00000009", "00000009", 9}, 9);
   EXPECT_TRUE(until(*tool, "peer 7 home")) << "who came last is seen";
+  EXPECT_TRUE(until(*island, "peer 9 roof"));
   EXPECT_EQ(ask(*island, "peers"), "9");
   EXPECT_EQ(ask(*tool, "peers"), "7");
   EXPECT_TRUE(until(*plain, "alone"));
