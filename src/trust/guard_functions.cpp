@@ -79,9 +79,11 @@ Result<void> GuardFunctions::load(const std::string& path) {
   const auto meets_revoked =
       reinterpret_cast<decltype(&rubicon_guard_meets_revoked)>(::dlsym(library, "rubicon_guard_meets_revoked"));
   const auto watch = reinterpret_cast<decltype(&rubicon_guard_watch)>(::dlsym(library, "rubicon_guard_watch"));
+  if (who != nullptr) {
+    if (auto same = check_version(library, path); !same) return same;
+  }
   if (who == nullptr || revoke == nullptr || meets_revoked == nullptr || watch == nullptr)
     return fail(ErrorCode::kIo, fmt::format("{}: is not the guard of Rubicon: its functions are missing", path));
-  if (auto same = check_version(library, path); !same) return same;
   watch_ = watch;
   revoke_ = revoke;
   meets_revoked_ = meets_revoked;

@@ -89,11 +89,11 @@ Result<Trust::Documents> Trust::Impl::documents() {
   const auto before = own;
   take_papers(std::move(*checked), papers->revoked.text);
   read_state();
+  guard.revoke(revoked);
   if (auto good = check_own(papers->certificate.where); !good) {
     own = before;
     return fail(good.error());
   }
-  guard.revoke(revoked);
   const auto key = place.key.empty() ? folder.files().path(key_file(place.member)) : place.key.string();
   return Documents{"file:" + papers->identity_ca.where,
                    "file:" + papers->certificate.where,
@@ -258,6 +258,10 @@ bool Trust::take_revoked(std::string_view signed_list, std::string_view from) {
 
 bool Trust::meets_revoked() const {
   return impl_->guard.meets_revoked();
+}
+
+bool Trust::is_revoked() const {
+  return impl_->revoked.find(impl_->own.serial) != nullptr;
 }
 
 std::string Trust::revoked() const {

@@ -28,6 +28,7 @@ class Trust final : public tuples::dds::DdsTrust {
   std::optional<tuples::Member> who(const tuples::dds::GuidPrefix& participant) const override;
   bool take_revoked(std::string_view signed_list, std::string_view from) override;
   bool meets_revoked() const override;
+  bool is_revoked() const override;
   std::string revoked() const override;
   void watch_revoked(std::function<void()> call) override;
   void watch_refused(Refused call) override;

@@ -72,5 +72,16 @@ TEST(GuardFunctions, AreNotUsedOfAnotherVersion) {
   }
 }
 
+TEST(GuardFunctions, AreNotUsedOfAGuardBeforeThereWereVersions) {
+  GuardFunctions guard;
+  const auto loaded = guard.load(RUBICON_FIRST_GUARD);
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(loaded.error().text,
+            fmt::format("{}: is of another version of Rubicon (guard 0, expected {}): install packages of the same "
+                        "version",
+                        RUBICON_FIRST_GUARD, RUBICON_GUARD_VERSION));
+}
+
 }  // namespace
 }  // namespace rubicon::trust

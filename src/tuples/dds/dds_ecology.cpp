@@ -26,6 +26,10 @@ struct DdsEcology::Impl {
       : shared{std::move(options), scheduler, std::move(post), sink}, log(sink, "dds"), limited_log(log, scheduler) {
     if (!shared.options.trust) return;
     shield.emplace(shared.options.trust);
+    if (!Shield::is_first())
+      log.warning(
+          "DDS: this program loads libddsc before Rubicon: packets of strangers can end members in it. Link librubicon "
+          "before libddsc");
     shared.known_later = [this] { enter_again(Duration(0)); };
     shared.identities = std::make_shared<Identities>(shared.options.trust);
     shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
@@ -179,10 +183,14 @@ void DdsEcology::Impl::leave() {
 }
 
 Result<bool> DdsEcology::Impl::renew() {
-  if (!shared.options.trust) return false;
-  auto read = shared.options.trust->documents();
+  const auto& trust = shared.options.trust;
+  if (!trust) return false;
+  const auto revoked = trust->revoked();
+  auto read = trust->documents();
+  const bool is_same = domain && read && !read->contents.empty() && read->contents == documents.contents;
+  if (domain && (!read || is_same) && trust->revoked() != revoked) renounce();
   if (!read) return fail(std::move(read.error()));
-  if (domain && !read->contents.empty() && read->contents == documents.contents) return false;
+  if (is_same) return false;
   retry_timer.cancel();
   again_timer.cancel();
   leave();
@@ -220,13 +228,13 @@ void DdsEcology::Impl::retry() {
 }
 
 /// Others are lost for half a second, as in a renewal. With a file that cannot be read now this process could not come
-/// back: it stays until the file is there again.
+/// back: it stays until the file is there again. If it was revoked itself, it leaves.
 void DdsEcology::Impl::enter_again(Duration pause) {
   if (again_timer.pending()) return;
   again_timer = shared.scheduler.after(pause, [this] {
     if (!domain) return;
     const auto& trust = shared.options.trust;
-    if (const auto read = trust ? trust->documents() : DdsTrust::Documents{}; !read) {
+    if (const auto read = trust ? trust->documents() : DdsTrust::Documents{}; !read && !trust->is_revoked()) {
       limited_log.error("documents", read.error().text + "; this process goes on with what it has read before");
       return enter_again(kRetryPause);
     }
@@ -269,7 +277,8 @@ void DdsEcology::Impl::renounce() {
   lists_refused.clear();
   bool some_lost = false;
   each_link([&](DdsLink& link) { some_lost |= link.renounce(); });
-  if (some_lost || shared.options.trust->meets_revoked()) enter_again(kSpread);
+  const auto& trust = *shared.options.trust;
+  if (some_lost || trust.meets_revoked() || trust.is_revoked()) enter_again(kSpread);
 }
 
 DdsEcology::DdsEcology(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

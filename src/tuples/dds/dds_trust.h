@@ -46,6 +46,8 @@ class DdsTrust {
   /// Whether a process that authenticated itself is still here and was revoked since. It reads on until the domain is
   /// made again, even if it never showed itself as a component.
   virtual bool meets_revoked() const { return false; }
+  /// Whether this process itself was revoked: it has to leave.
+  virtual bool is_revoked() const { return false; }
   /// The newest signed list, to be published; empty = there is none.
   virtual std::string revoked() const = 0;
   /// `call` runs on the loop, in a turn of its own, when a newer list was found on the disk (`rubicon trust revoke`

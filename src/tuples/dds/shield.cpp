@@ -13,11 +13,12 @@
 
 #include "base/assert.h"
 
-// As dds/ddsi/ddsi_proxy_participant.h of 0.10 declares them; C++ cannot read that header.
+// As dds/ddsi/ddsi_proxy_participant.h and q_addrset.h of 0.10 declare them; C++ cannot read those headers.
 struct ddsi_domaingv;
 struct ddsi_plist;
 struct addrset;
 extern "C" {
+DDS_EXPORT void unref_addrset(addrset* addresses);
 DDS_EXPORT int ddsi_delete_proxy_participant_by_guid(ddsi_domaingv* gv, const ddsi_guid* guid, ddsrt_wctime_t timestamp,
                                                      int isimplicit);
 DDS_EXPORT bool ddsi_new_proxy_participant(ddsi_domaingv* gv, const ddsi_guid* guid, std::uint32_t bes,
@@ -86,6 +87,13 @@ Shield::~Shield() {
   all.erase(std::find(all.begin(), all.end(), trust_.get()));
 }
 
+bool Shield::is_first() {
+  Dl_info found{}, own{};
+  const auto* first = ::dlsym(RTLD_DEFAULT, "ddsi_delete_proxy_participant_by_guid");
+  return ::dladdr(first, &found) != 0 && ::dladdr(reinterpret_cast<const void*>(&Shield::is_first), &own) != 0 &&
+         found.dli_fbase == own.dli_fbase;
+}
+
 }  // namespace rubicon::tuples::dds
 
 extern "C" {
@@ -100,7 +108,7 @@ int ddsi_delete_proxy_participant_by_guid(ddsi_domaingv* gv, const ddsi_guid* gu
   return real(gv, guid, timestamp, isimplicit);
 }
 
-/// With trust there are no services that others depend on.
+/// With trust there are no services that others depend on. It owns both sets of addresses.
 bool ddsi_new_proxy_participant(ddsi_domaingv* gv, const ddsi_guid* guid, std::uint32_t bes,
                                 const ddsi_guid* privileged_pp_guid, addrset* as_default, addrset* as_meta,
                                 const ddsi_plist* plist, dds_duration_t tlease_dur, nn_vendorid_t vendor,
@@ -110,7 +118,11 @@ bool ddsi_new_proxy_participant(ddsi_domaingv* gv, const ddsi_guid* guid, std::u
   const auto& service = privileged_pp_guid->prefix.u;
   const bool has_service = (custom_flags & dds::kIsService) != 0 ||
                            std::any_of(std::begin(service), std::end(service), [](auto word) { return word != 0; });
-  if (has_service && dds::has_shields()) return false;
+  if (has_service && dds::has_shields()) {
+    unref_addrset(as_default);
+    unref_addrset(as_meta);
+    return false;
+  }
   return real(gv, guid, bes, privileged_pp_guid, as_default, as_meta, plist, tlease_dur, vendor, custom_flags,
               timestamp, seq);
 }

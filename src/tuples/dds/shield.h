@@ -19,6 +19,9 @@ class Shield {
   Shield(const Shield&) = delete;
   Shield& operator=(const Shield&) = delete;
 
+  /// False: a program loaded libddsc before this library, so that Cyclone calls its own functions.
+  static bool is_first();
+
  private:
   std::shared_ptr<const DdsTrust> trust_;
 };

@@ -232,5 +232,28 @@ TEST_F(TrustedMembers, WhoAreRevokedReadNoMoreEvenIfTheyNeverShowedThemselves) {
   EXPECT_TRUE(until(*desk(), "peer 7 home")) << "the island is there again, without her";
 }
 
+TEST_F(TrustedMembers, ObeyAListThatAReloadFinds) {
+  const auto island = home(), thief = member(kMallory, kMalloryId);
+  ASSERT_TRUE(until(*thief, "peer 7 home"));
+  ASSERT_TRUE(until(*island, fmt::format("peer {} mallory", kMalloryId)));
+  thief->write("send 7 1\n");
+  ASSERT_TRUE(until(*thief, "answered 1"));
+  island->write("lay 1:BA:signed\n");
+  EXPECT_EQ(ask(*island, "reload"), "done");
+  thief->write("send 7 20\n");
+  ASSERT_TRUE(until(*thief, "answered 21"));
+  EXPECT_EQ(ask(*thief, "replies"), "1 of 21");
+  EXPECT_TRUE(until(*thief, "alone"));
+}
+
+TEST_F(TrustedMembers, LeaveWhenTheyAreRevokedThemselves) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  island->write("revoke 1:home:signed\n");
+  EXPECT_TRUE(until(*island, "log the certificate of home was revoked"));
+  EXPECT_TRUE(until(*island, "alone"));
+  EXPECT_TRUE(until(*tool, "alone"));
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::dds

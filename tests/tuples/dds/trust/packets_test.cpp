@@ -10,6 +10,7 @@
 #include "base/bytes.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
+#include "tuples/dds/shield.h"
 #include "tuples/dds/silent_participants.h"
 #include "tuples/dds/trust/trusted_members.h"
 
@@ -17,6 +18,7 @@ namespace rubicon::tuples::dds {
 namespace {
 
 constexpr int kProcesses = 8;  ///< that listen on this host at most
+constexpr int kLocators = 1000;
 
 /// The discovery of an endpoint: who writes, and who reads (DDS Security 1.1, 7.4.7.1; DDSI-RTPS 2.5, table 9.5).
 struct Endpoints {
@@ -48,6 +50,60 @@ Bytes end_of(const GuidPrefix& participant, const Endpoints& endpoints) {
   return packet;
 }
 
+void append_parameter(Bytes& out, std::uint8_t id, std::initializer_list<std::uint8_t> value) {
+  append(out, {id, 0, static_cast<std::uint8_t>(value.size()), 0});
+  append(out, value);
+}
+
+/// A participant of another GUID prefix announces itself without endpoints for discovery: Cyclone ties it to the sender
+/// (DDSI-RTPS 2.5, 8.5.3.2, 9.6.3; tables 9.12 to 9.18).
+Bytes dependent_participant(std::string_view tag) {
+  Bytes packet{'R', 'T', 'P', 'S', 2, 1, 1, 0x10};
+  append(packet, {1, 0x10, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6});
+  append(packet, {0x15, 0x05, 0, 0, 0, 0, 16, 0});  // DATA to the end of the packet: little endian, with data
+  append(packet, {0, 1, 0, 0xc7, 0, 1, 0, 0xc2, 0, 0, 0, 0, 1, 0, 0, 0});
+  append(packet, {0, 3, 0, 0});  // PL_CDR_LE
+  append_parameter(packet, 0x15, {2, 1, 0, 0});
+  append_parameter(packet, 0x16, {1, 0x10, 0, 0});
+  append_parameter(packet, 0x50, {1, 0x10, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 0, 0, 1, 0xc1});
+  append_parameter(packet, 0x58, {0, 0x0c, 0, 0});  // built-in endpoints: liveliness only
+  const auto size = static_cast<std::uint8_t>(tag.size() + 1);
+  append(packet, {0x14, 0x40, static_cast<std::uint8_t>(4 + (size + 3) / 4 * 4), 0, size, 0, 0, 0});  // domain tag
+  packet.insert(packet.end(), tag.begin(), tag.end());
+  packet.insert(packet.end(), static_cast<std::size_t>((size + 3) / 4 * 4) - tag.size(), 0);
+  for (int i = 0; i < kLocators; ++i) {
+    for (const auto kind : {std::uint8_t{0x31}, std::uint8_t{0x32}}) {  // of the data, of discovery: UDP on IPv4
+      append_parameter(packet, kind,
+                       {1,
+                        0,
+                        0,
+                        0,
+                        0x10,
+                        0x27,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        127,
+                        1,
+                        static_cast<std::uint8_t>(i / 250),
+                        static_cast<std::uint8_t>(1 + i % 250)});
+    }
+  }
+  append(packet, {1, 0, 0, 0});
+  return packet;
+}
+
 /// A process without a certificate, which sees who takes part, and sends packets to all of them.
 class Stranger {
  public:
@@ -69,6 +125,12 @@ class Stranger {
     }
     return all;
   }
+  /// Of the domain: with that of this host.
+  std::string tag() const {
+    const auto xml = domain_xml(options_);
+    const auto begin = xml.find("<Tag>") + 5;
+    return xml.substr(begin, xml.find("</Tag>") - begin);
+  }
   void send(const Bytes& packet) const {
     for (unsigned index = 0; index < kProcesses; ++index) {
       sockaddr_in to{};
@@ -84,6 +146,10 @@ class Stranger {
   int socket_;
   Entity domain_, participant_;
 };
+
+TEST(Shield, IsCalledByCyclone) {
+  EXPECT_TRUE(Shield::is_first());
+}
 
 class Packets : public TrustedMembers {};
 
@@ -108,6 +174,23 @@ TEST_F(Packets, OfAStrangerEndNoMember) {
   EXPECT_TRUE(until(*tool, "value 7 a 2"));
   EXPECT_EQ(ask(*tool, "losses"), "0");
   EXPECT_EQ(ask(*island, "losses"), "0");
+}
+
+/// Each one would keep some 100 KB.
+TEST_F(Packets, OfAStrangerTakeNoMemory) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  const Stranger stranger;
+  const auto packet = dependent_participant(stranger.tag());
+  const auto grow = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      stranger.send(packet);
+      EXPECT_EQ(ask(*island, "losses"), "0");  // so that it is not lost in a full socket
+    }
+    return island->resident_kilobytes();
+  };
+  const auto before = grow(20);
+  EXPECT_LT(grow(300) - before, 15'000);
 }
 
 TEST_F(Packets, DoNotKeepAMemberThatLeft) {

@@ -41,8 +41,10 @@ Result<DdsTrust::Documents> GuardTrust::documents() {
   if (!std::filesystem::exists(folder_ + "/certificate.pem"))
     return fail(ErrorCode::kNotFound, folder_ + "/certificate.pem: there is no such file, expected a certificate");
   if (::dlopen(guard_.c_str(), RTLD_NOW) != nullptr) begin_watch();
-  return Documents{file("identity-ca.pem"),    file("certificate.pem"), file("key.pem"),
-                   file("permissions-ca.pem"), file("governance.p7s"),  file("permissions.p7s")};
+  take_revoked(laid_, {});
+  if (is_revoked()) return fail(ErrorCode::kRefused, "the certificate of " + own_.name + " was revoked");
+  return Documents{file("identity-ca.pem"), file("certificate.pem"), file("key.pem"),        file("permissions-ca.pem"),
+                   file("governance.p7s"),  file("permissions.p7s"), std::to_string(papers_)};
 }
 
 void GuardTrust::begin_watch() {
@@ -88,6 +90,12 @@ std::optional<Member> GuardTrust::who(const GuidPrefix& participant) const {
 bool GuardTrust::meets_revoked() const {
   const auto ask = reinterpret_cast<decltype(&rubicon_guard_meets_revoked)>(symbol("rubicon_guard_meets_revoked"));
   return ask != nullptr && ask() == 1;
+}
+
+bool GuardTrust::is_revoked() const {
+  const auto parts = split(list_, ':');
+  const auto serials = split(parts.size() < 2 ? "" : parts[1], ',');
+  return std::find(serials.begin(), serials.end(), own_.name) != serials.end();
 }
 
 bool GuardTrust::take_revoked(std::string_view signed_list, std::string_view) {

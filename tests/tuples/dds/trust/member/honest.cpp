@@ -80,13 +80,16 @@ void Honest::obey(const Words& words) {
   const auto& verb = words.at(0);
   if (verb == "set") std::ignore = space_->set(words.at(1), words.at(2));
   if (verb == "send") send(id_of(words.at(1)), std::stoi(words.at(2)), 0);
-  if (verb == "renew") {
+  if (verb == "renew") trust_->replace_papers();
+  if (verb == "lay") trust_->lay_revoked(words.at(1));
+  if (verb == "renew" || verb == "reload") {
     const auto done = ecology_->renew();
-    std::cout << "renew " << (done ? "done" : done.error().text) << std::endl;
+    std::cout << verb << ' ' << (done ? "done" : done.error().text) << std::endl;
   }
   if (verb == "revoke") trust_->find_revoked(words.at(1));
   if (verb == "end-in" || verb == "ends-in")
     trust_->end_at(loop_.wall_now() + std::chrono::milliseconds(std::stoi(words.at(1))));
+  if (verb == "end-in") trust_->replace_papers();
   if (verb == "end-in") std::cout << "renewed " << ecology_->renew().has_value() << std::endl;
   if (verb == "see") {
     trust_->see(words.at(1) == "others");
