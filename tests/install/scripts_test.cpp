@@ -113,5 +113,17 @@ TEST(Scripts, PackagesOfAnArchiveHaveTheVersionOfItsCommit) {
   EXPECT_EQ(version_of_archive("$Format:%H %ct$"), RUBICON_VERSION "\n") << "neither git nor an archive of it";
 }
 
+/// The number that the package would give the group may be that of another group of the host.
+TEST(Scripts, TheContainerHasTheGroupOfPeopleOnlyWithItsNumberOnTheHost) {
+  std::ifstream file(RUBICON_SOURCE_DIR "/packaging/container/Containerfile");
+  const std::string recipe{std::istreambuf_iterator<char>(file), {}};
+  const auto made = recipe.find("[ -z \"$group\" ] || groupadd --system --gid \"$group\" rubicon");
+  const auto installed = recipe.find("apt-get install");
+  const auto removed = recipe.find("[ -n \"$group\" ] || groupdel rubicon");
+  ASSERT_NE(removed, recipe.npos);
+  EXPECT_LT(made, installed) << "before others can get its number";
+  EXPECT_LT(installed, removed);
+}
+
 }  // namespace
 }  // namespace rubicon::install
