@@ -127,6 +127,7 @@ struct Gateway::Impl {
   Places places_of(const Address& to) const;
   bool names_only_a_device(const Message& message) const;
   bool to_device(Message& message, Counters& count);
+  bool may_reach(Message& message, const std::string& network) const;
 
   Scheduler& scheduler;
   IslandId self;
@@ -136,6 +137,7 @@ struct Gateway::Impl {
   NetworksOf networks_of;
   PartsOf parts_of;
   CommandCall handle_command;
+  MayCommand may_command;
   std::uint64_t last_number;  ///< starts at the wall clock, so that numbers are unique over restarts
   std::map<std::string, Inbox> inboxes;
   Inbox* last_inbox = nullptr;
@@ -174,8 +176,9 @@ void Gateway::Impl::turn() {
   }
   for (auto& one : from_islands) {
     relay = std::move(one.relay);
+    const auto to = one.message.destination;  // as it came
     // Who is refused must not use up the numbers of others.
-    if (!gateway_tuple.is_repeated(one.message) && route(one.message, own)) gateway_tuple.note(one.message);
+    if (!gateway_tuple.is_repeated(one.message) && route(one.message, own)) gateway_tuple.note(one.message, to);
   }
   relay.reset();
   for (Message& message : from_components) route(message, own);
@@ -250,8 +253,8 @@ bool Gateway::Impl::route(Message& message, Counters& count) {
   if (to != self) {
     const auto where = fmt::format("island:{}", number(to));
     if (!is_answer(message) && !permits(message, where)) return false;
-    gateway_tuple.send(message);
-    if (!is_answer(message)) rights.record(message, relay, where, {});
+    const auto handed_on = gateway_tuple.send(message);
+    if (!is_answer(message)) rights.record(message, relay, where, handed_on);
     return may_be_noted(message);
   }
   if (names_only_a_device(message)) return to_device(message, count);
@@ -285,29 +288,36 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
   auto& to = message.destination;
   auto found = networks_of(to.device);
   if (found.empty()) return to_listeners(message, count);
-  // The others are not there for its sender.
-  if (found.size() > 1)
-    std::erase_if(found, [&](const auto& network) {
-      return !rights.ask(message, relay, places_of({self, network, to.device}));
-    });
-  if (found.size() == 1) {
-    to.network = std::move(found.front());
-    return to_network(message, count, true);
+  auto first = found.front();
+  // The others are not there for its sender. Without any the first one refuses, for all.
+  if (found.size() > 1) std::erase_if(found, [&](const auto& network) { return !may_reach(message, network); });
+  if (found.size() > 1) {
+    refuse_ambiguous(message, found);
+    return false;
   }
-  refuse_ambiguous(message, found);
-  return false;
+  to.network = std::move(found.empty() ? first : found.front());
+  return to_network(message, count, true);
 }
 
-/// `found`: those where its sender may send.
+/// Whether its sender may do there what it asks for: `send`, or of a command `set`. A question, which is not counted.
+bool Gateway::Impl::may_reach(Message& message, const std::string& network) const {
+  auto& to = message.destination;
+  to.network = network;
+  const auto where = places_of(to);
+  const bool may = is_command(message.kind())
+                       ? rights.is_believed(relay, where) && (!may_command || may_command(message))
+                       : rights.ask(message, relay, where).has_value();
+  to.network.clear();
+  return may;
+}
+
+/// `found`: those that its sender may reach.
 void Gateway::Impl::refuse_ambiguous(Message& message, const std::vector<std::string>& found) {
-  const auto& device = message.destination.device;
-  const bool hide = found.empty();
-  if (hide) ++own.not_permitted;
   Error why{ErrorCode::kRefused,
-            fmt::format("device {} is in {} networks of island {} ({}): name one", model::quoted(device), found.size(),
-                        number(self), fmt::join(found, ", "))};
-  rights.record(message, relay, kOwn, hide ? fail(ErrorCode::kRefused, "it names no network") : fail(why));
-  not_taken(message, std::move(why), hide);
+            fmt::format("device {} is in {} networks of island {} ({}): name one",
+                        model::quoted(message.destination.device), found.size(), number(self), fmt::join(found, ", "))};
+  rights.record(message, relay, kOwn, fail(why));
+  not_taken(message, std::move(why), false);
 }
 
 /// `hide`: the answer is the one for a device that does not exist, because its sender may not know of this one.
@@ -409,8 +419,9 @@ void Gateway::set_device_lookup(NetworksOf networks_of, PartsOf parts_of) {
   impl_->parts_of = std::move(parts_of);
 }
 
-void Gateway::set_command_handler(CommandCall call) {
+void Gateway::set_command_handler(CommandCall call, MayCommand may) {
   impl_->handle_command = std::move(call);
+  impl_->may_command = std::move(may);
 }
 
 void Gateway::connect(network::Supervisor& networks) {

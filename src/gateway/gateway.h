@@ -59,7 +59,10 @@ class Gateway final : public network::MessageSink {
   /// others (devices, other islands, components) for a device of an own network. They never reach a network directly
   /// (docs/decisions/015). `through`: the member that handed it on and names its sender; empty = its sender was here.
   using CommandCall = std::function<Result<void>(const Message&, const std::string& through)>;
-  void set_command_handler(CommandCall call);
+  /// Whether the sender of such a message may set what it amounts to: a question, neither counted nor recorded. Of
+  /// several networks that have its device only those count where it may.
+  using MayCommand = std::function<bool(const Message&)>;
+  void set_command_handler(CommandCall call, MayCommand may = nullptr);
 
   /// A message of an own network. If it cannot be delivered, its Message::source is answered; answers to this island
   /// with an empty network go to the kAcknowledge listeners.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -72,17 +73,23 @@ GatewayTuple::~GatewayTuple() {
   static_cast<void>(space_.erase(kKey));
 }
 
-void GatewayTuple::send(const Message& message) {
+Result<void> GatewayTuple::send(const Message& message) {
   const Envelope envelope(message);
   const IslandId to = message.destination.island;
-  if (under_way_ >= limit_)
-    return failure_(envelope, model::Outcome::kBusy, "too many messages to other islands are under way");
+  if (under_way_ >= limit_) {
+    const std::string why = "too many messages to other islands are under way";
+    failure_(envelope, model::Outcome::kBusy, why);
+    return fail(ErrorCode::kBusy, why);
+  }
   ++under_way_;
   const Bytes bytes = model::to_cbor(message);
   tuples::SetOptions options;
   options.media_type = model::kMessageMediaType;
   auto answer = lifetime_.guard([this, envelope](const tuples::Reply& reply) { answered(envelope, reply); });
   space_.set_remote(to, kKey, base::as_text(bytes), Duration(0), std::move(answer), options);
+  const auto peers = space_.peers();
+  if (std::find(peers.begin(), peers.end(), to) != peers.end()) return {};
+  return fail(ErrorCode::kUnreachable, fmt::format("island {} is not there", number(to)));
 }
 
 void GatewayTuple::answered(const Envelope& envelope, const tuples::Reply& reply) {
@@ -110,13 +117,13 @@ tuples::SetDecision GatewayTuple::forged(OwnerId from, Error why) {
 }
 
 bool GatewayTuple::is_repeated(const Message& message) {
-  const bool repeated = message.number != 0 && seen_.seen(message.origin, message.number);
+  const bool repeated = message.number != 0 && seen_.seen(message.destination, message.origin, message.number);
   if (repeated) ++counters.duplicates;
   return repeated;
 }
 
-void GatewayTuple::note(const Message& message) {
-  if (message.number != 0) seen_.note(message.origin, message.number);
+void GatewayTuple::note(const Message& message, const Address& to) {
+  if (message.number != 0) seen_.note(to, message.origin, message.number);
 }
 
 tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
@@ -141,6 +148,7 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
     ++counters.looped;
     return tuples::SetDecision::consumed();
   }
+  if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
   if (is_repeated(*message)) return tuples::SetDecision::consumed();
   if (message->hops >= model::kMaxHops) {
     ++counters.looped;
@@ -148,7 +156,6 @@ tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
         {ErrorCode::kRefused, fmt::format("hop limit of {} reached", unsigned{model::kMaxHops})});
   }
   ++message->hops;
-  if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
   if (message->source.island == model::kNoOwner) message->source.island = request.from;
   if (auto taken = arrival_(std::move(*message), std::move(*relay), request.value.size()); !taken)
     return tuples::SetDecision::refused(std::move(taken.error()));

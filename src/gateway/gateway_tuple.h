@@ -45,11 +45,14 @@ class GatewayTuple {
   GatewayTuple(const GatewayTuple&) = delete;
   GatewayTuple& operator=(const GatewayTuple&) = delete;
 
-  void send(const Message& message);
-  /// Another message with this origin and number was noted: counts it. Those without a number are never repeated.
+  /// Its failure is told by Failure, now or later. The error says why it is not on its way.
+  Result<void> send(const Message& message);
+  /// Another message with this origin, number and destination was noted: counts it. Those without a number are never
+  /// repeated.
   bool is_repeated(const Message& message);
-  /// The rights allowed this message: later ones with its origin and number count as repeated.
-  void note(const Message& message);
+  /// The rights allowed this message, which came for `to`: later ones with its origin and number for there count as
+  /// repeated.
+  void note(const Message& message, const Address& to);
   void on_accepted(Accepted accepted) { accepted_ = std::move(accepted); }
 
   Gateway::Counters counters;

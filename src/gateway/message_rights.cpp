@@ -6,6 +6,7 @@
 
 #include "base/bytes.h"
 #include "model/json_members.h"
+#include "model/message_types.h"
 #include "rubicon/key.hpp"
 #include "tuples/space_rights.h"
 
@@ -20,8 +21,13 @@ Result<void> may_send_to(const tuples::Judge& judge, const tuples::Member& who, 
   return judge.may_by_names(who, tuples::Act::kSend, where);
 }
 
-/// Longest word of a request that the audit gets.
-constexpr std::size_t kMaxWord = 32;
+/// Longest word of a request that the audit gets, and longest request that is read for it.
+constexpr std::size_t kMaxWord = 32, kMaxRequest = 4096;
+
+/// Requests of tools have types such as `knx.request` and `zigbee.admin`.
+bool may_be_request(const model::Opaque& opaque) {
+  return opaque.bytes.size() <= kMaxRequest && (opaque.type.ends_with(".request") || model::is_admin_type(opaque.type));
+}
 
 /// A word, or a number, of the request of a tool.
 std::string word_of(const nlohmann::json& request, const char* name) {
@@ -35,6 +41,7 @@ std::string word_of(const nlohmann::json& request, const char* name) {
 std::string about(const Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (!opaque) return std::string(to_string(message.kind()));
+  if (!may_be_request(*opaque)) return opaque->type;
   const auto request = model::object_of(base::as_text(opaque->bytes));
   auto text = opaque->type;
   if (!request.contains("do")) return text;
@@ -130,9 +137,14 @@ Result<void> MessageRights::ask(const Message& message, const Relay& relay, cons
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !message.sender) return {};
   if (relay) {
-    if (auto relayed = may_send_to(*judge, member_of(*relay), where); !relayed) return relayed;
+    if (auto relayed = judge->ask(member_of(*relay), tuples::Act::kSend, where); !relayed) return relayed;
   }
-  return may_send_to(*judge, member_of(*message.sender), where);
+  return judge->ask(member_of(*message.sender), tuples::Act::kSend, where);
+}
+
+bool MessageRights::is_believed(const Relay& relay, const Places& where) const {
+  auto* judge = tuples::SpaceRights::judge(space_);
+  return judge == nullptr || !relay || judge->ask(member_of(*relay), tuples::Act::kSend, where);
 }
 
 Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, const Places& where) const {

@@ -43,8 +43,10 @@ class MessageRights {
   /// line in the audit; of what is permitted record() writes it. A sender with more roles than a message may name sends
   /// nothing to other islands: a role that is left out might be one that a rule denies something.
   Result<void> may_send(const Message& message, const Relay& relay, const Places& where) const;
-  /// The same, without a line in the audit.
+  /// The same as a question: it leaves no line in the audit, and a refusal is not counted.
   Result<void> ask(const Message& message, const Relay& relay, const Places& where) const;
+  /// may_relay() as a question.
+  bool is_believed(const Relay& relay, const Places& where) const;
   /// Whether the island that handed it on may send there itself: only then it is believed about its sender. A refusal
   /// leaves a line in the audit.
   Result<void> may_relay(const Message& message, const Relay& relay, const Places& where) const;

@@ -29,6 +29,8 @@ class CommandDesk {
   /// had set the tuple. Answered with one Acknowledge once the network acknowledged it, or the command ended.
   /// `through`: Gateway::CommandCall.
   Result<void> on_message(const Message& message, const std::string& through = {});
+  /// Gateway::MayCommand. Where the device has no such point: whether the sender may know of the device.
+  bool may_command(const Message& message);
   /// Device or line is unavailable, or for another reason than before: publishes why commands wait.
   void delayed(Device& device);
   /// The device or its line is back: sends the waiting commands, in order.

@@ -53,6 +53,17 @@ Result<void> CommandDesk::on_message(const Message& message, const std::string& 
   return {};
 }
 
+bool CommandDesk::may_command(const Message& message) {
+  const auto* judge = tuples::SpaceRights::judge(context_.space);
+  const auto* id = point_of(message);
+  if (!judge || !message.sender || !id) return true;
+  Device* device = nullptr;
+  const auto point = resolve_target(message, *id, device);
+  if (!point) return device && knows(message, device->key);
+  const std::vector key{point_key(*device, **point).command()};
+  return judge->ask(gateway::member_of(*message.sender), tuples::Act::kSet, key).has_value();
+}
+
 /// No tuple belongs to the message: the audit names the device that was meant. The answer does not say whether that
 /// device exists, unless the sender may read its description.
 Result<void> CommandDesk::refuse_unresolved(const Message& message, const std::string& through, const Device* device,

@@ -64,7 +64,8 @@ void Proxy::Impl::listen() {
   handles.push_back(
       context.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
   context.gateway.set_command_handler(
-      [this](const Message& message, const std::string& through) { return desk.on_message(message, through); });
+      [this](const Message& message, const std::string& through) { return desk.on_message(message, through); },
+      [this](const Message& message) { return desk.may_command(message); });
   context.gateway.set_device_lookup(
       [this](const std::string& address) { return directory.networks_of(address); },
       [this](const std::string& network, const std::string& address) { return directory.parts_of(network, address); });

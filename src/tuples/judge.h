@@ -48,6 +48,10 @@ class Judge {
   /// The same of what has several names, at least one: what is denied by one of them is denied, else what is allowed by
   /// one is allowed.
   virtual Result<void> may_by_names(const Member& who, Act act, std::span<const std::string> names) const = 0;
+  /// The same as a question: judges that count what they refuse do not count it.
+  virtual Result<void> ask(const Member& who, Act act, std::span<const std::string> names) const {
+    return may_by_names(who, act, names);
+  }
   /// The remote set with this number of a component of this process is the wish of that member, as long as the handle
   /// lives.
   [[nodiscard]] virtual Handle speak_for(const Member& who, OwnerId component, std::uint64_t request) = 0;

@@ -1,78 +1,13 @@
-#include <gmock/gmock.h>
+#include "scenarios/rights_of_messages.h"
 
 #include <array>
-
-#include "model/message_cbor.h"
-#include "scenarios/roaming.h"
-#include "support/rights.h"
 
 namespace rubicon::scenarios {
 namespace {
 
-using support::Right;
-using support::rule;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-constexpr std::uint32_t kRobotId = 70001;
-constexpr const char* kLampCommand = "proxy.scripted-1.7.actuator.switch-1.command";
-
-/// Islands that know who asks, each with rights and an audit of its own.
-class RightsOfMessages : public Ecology {
- protected:
-  void start(std::uint32_t id, std::vector<trust::rights::Rule> rules, const std::string& more = "") {
-    audits[id] = std::make_shared<support::CollectingAudit>();
-    ecology.certify(OwnerId(id), support::island_member(id));
-    ecology.judge(OwnerId(id), support::judge_of(std::move(rules), audits[id]));
-    start_island(id, more);
-    devices_of(id).say("7", lamp());
-    scheduler.run_ready();
-  }
-  TupleSpace& member(std::uint32_t id, const std::string& name) {
-    ecology.certify(OwnerId(id), support::tool_member(name, id));
-    return component(id);
-  }
-  TupleSpace& robot() { return member(kRobotId, "robot"); }
-
-  Message switch_on(std::uint32_t island) {
-    Message message;
-    message.destination = {OwnerId(island), "scripted-1", "7"};
-    message.body = model::Actuate{1, actuator("switch"), true};
-    return message;
-  }
-  Message note(std::uint32_t island, const std::string& network = "", const std::string& device = "") {
-    Message message;
-    message.destination = {OwnerId(island), network, device};
-    message.body = model::Opaque{"note", {'h', 'i'}};
-    return message;
-  }
-  /// A component without a gateway posts a message. What the island replied.
-  tuples::Reply post(TupleSpace& from, std::uint32_t to, const Message& message) {
-    tuples::Reply answer;
-    const auto bytes = model::to_cbor(message);
-    tuples::SetOptions options;
-    options.media_type = model::kMessageMediaType;
-    from.set_remote(
-        OwnerId(to), "GATEWAY", base::as_text(bytes), 1s, [&](const tuples::Reply& reply) { answer = reply; }, options);
-    scheduler.run_for(1s);
-    return answer;
-  }
-  /// The texts of what the robot is answered go to `answers`.
-  Handle hear_answers() {
-    std::ignore = robot().declare("GATEWAY");
-    return robot().add_policy({OwnerId(kRobotId), "GATEWAY"}, [this](const tuples::RemoteSet& set) {
-      const auto message = model::from_cbor(base::as_bytes(set.value));
-      answers.push_back(std::get<model::Acknowledge>(message->body).text + " from " + to_string(message->source));
-      return tuples::SetDecision::consumed();
-    });
-  }
-  std::vector<std::string>& audit(std::uint32_t id) { return audits[id]->lines; }
-  std::size_t commands(std::uint32_t island) { return devices_of(island).commands.size(); }
-
-  std::map<std::uint32_t, std::shared_ptr<support::CollectingAudit>> audits;
-  std::vector<std::string> answers;
-};
 
 TEST_F(RightsOfMessages, AMessageCannotCommandWhatASetMayNot) {
   start(1, {rule("robot", {Right::kSend})});
@@ -146,7 +81,7 @@ TEST_F(RightsOfMessages, OfSeveralNetworksWithADeviceItsSenderIsToldOfThoseThatI
   start(1,
         {rule("maid", {Right::kSend}, {"scripted-2.*"}),
          rule("gardener", {Right::kSend}, {"scripted-1.7", "scripted-2.7"})},
-        "}\n  scripted-2: {type: scripted");
+        kSecondNetwork);
   ScriptedNetwork::of(1, "scripted-2").say("7", lamp());
   scheduler.run_ready();
   const auto policy = hear_answers();
@@ -155,9 +90,35 @@ TEST_F(RightsOfMessages, OfSeveralNetworksWithADeviceItsSenderIsToldOfThoseThatI
   post(member(70200, "maid"), 1, note(1, "", "7"));
   EXPECT_EQ(ScriptedNetwork::of(1, "scripted-2").sent.size(), 1U);
   post(member(70300, "gardener"), 1, note(1, "", "7"));
-  EXPECT_THAT(audit(1),
-              ElementsAre("robot send own: refused", "maid send scripted-2.7: accepted", "gardener send own: refused"));
+  EXPECT_THAT(audit(1), ElementsAre("robot send scripted-1.7: refused", "maid send scripted-2.7: accepted",
+                                    "gardener send own: refused"));
   EXPECT_THAT(audits[1]->whys.back(), HasSubstr("is in 2 networks of island 1 (scripted-1, scripted-2): name one"));
+  EXPECT_EQ(judges[1]->refused(), 1U) << "the answer to the robot, and no network that was left out";
+}
+
+TEST_F(RightsOfMessages, OfSeveralNetworksWithADeviceACommanderIsToldOfThoseThatItMayCommand) {
+  start(1,
+        {rule("maid", {Right::kSet}, {"proxy.scripted-2.**"}), rule("gardener", {Right::kSet}, {"proxy.scripted-*.**"}),
+         rule("sender", {Right::kSend})},
+        kSecondNetwork);
+  ScriptedNetwork::of(1, "scripted-2").say("7", lamp());
+  scheduler.run_ready();
+  const auto policy = hear_answers();
+  auto message = switch_on(1);
+  message.destination.network.clear();
+  post(robot(), 1, message);
+  post(member(70200, "maid"), 1, message);
+  post(member(70300, "gardener"), 1, message);
+  post(member(70400, "sender"), 1, message);
+  EXPECT_THAT(answers, ElementsAre("robot may not send to own: no rule allows it from 1/7"));
+  EXPECT_EQ(commands(1), 0U);
+  EXPECT_EQ(ScriptedNetwork::of(1, "scripted-2").commands.size(), 1U);
+  EXPECT_THAT(audit(1),
+              ElementsAre("robot set " + std::string(kLampCommand) + ": refused",
+                          "maid set proxy.scripted-2.7.actuator.switch-1.command: accepted",
+                          "gardener send own: refused", "sender set " + std::string(kLampCommand) + ": refused"));
+  EXPECT_THAT(audits[1]->whys[2], HasSubstr("is in 2 networks of island 1 (scripted-1, scripted-2): name one"));
+  EXPECT_EQ(judges[1]->refused(), 2U) << "of the robot and the sender";
 }
 
 TEST_F(RightsOfMessages, WhoMayReadOfADeviceIsToldWhyItIsNotCommanded) {
@@ -208,6 +169,20 @@ TEST_F(RightsOfMessages, TheAuditSaysWhatARequestOfAToolDoesAndWhere) {
                                              "knx.request", "knx.request", "note"));
 }
 
+TEST_F(RightsOfMessages, TheAuditReadsNoOtherMessagesAndNoLongOnes) {
+  start(1, {rule("robot", {Right::kSend})});
+  const auto ask = [&](const char* type, std::size_t padding) {
+    const auto text = R"({"do": "write"})" + std::string(padding, ' ');
+    auto message = note(1, "scripted-1");
+    message.body = model::Opaque{type, {text.begin(), text.end()}};
+    post(robot(), 1, message);
+  };
+  ask("zigbee.admin", 4096 - 15);
+  ask("zigbee.admin", 4096 - 14);
+  ask("letter", 0);
+  EXPECT_THAT(audits[1]->values, ElementsAre("zigbee.admin write", "zigbee.admin", "letter"));
+}
+
 TEST_F(RightsOfMessages, WhatCannotBeDeliveredIsNotAccepted) {
   start(1, {rule("robot", {Right::kSend})});
   post(robot(), 1, note(1));
@@ -230,6 +205,18 @@ TEST_F(RightsOfMessages, ARelayedCommandIsJudgedByItsFirstSender) {
   EXPECT_THAT(audits[2]->throughs, ElementsAre("island-1", "island-1"));
   EXPECT_THAT(audits[2]->hosts, ElementsAre("", "")) << "island 1 says who sent it, and not from where";
   EXPECT_THAT(audits[1]->hosts, ElementsAre("memory", "memory"));
+}
+
+TEST_F(RightsOfMessages, WhatIsNotHandedOnIsNotAccepted) {
+  start(1, {rule("robot", {Right::kSend}, {"island:2"})}, "}\nlimits: {queue: 100");
+  post(robot(), 1, note(2));
+  start(2, {});
+  for (int i = 0; i < 100; ++i) islands[1]->gateway().send(note(2));
+  post(robot(), 1, note(2));
+  post(robot(), 1, note(2));
+  EXPECT_THAT(audit(1), ElementsAre("robot send island:2: refused", "robot send island:2: refused",
+                                    "robot send island:2: accepted"));
+  EXPECT_THAT(audits[1]->whys, ElementsAre("island 2 is not there", HasSubstr("are under way"), ""));
 }
 
 TEST_F(RightsOfMessages, AnIslandRelaysOnlyForWhoMaySendToTheOther) {
@@ -321,6 +308,37 @@ TEST_F(RightsOfMessages, WhatIsRefusedDoesNotUseUpTheNumbersOfOthers) {
   EXPECT_EQ(devices_of(1).sent.size(), 2U);
   for (const auto& message : genuine) post(component(3), 1, message);
   EXPECT_EQ(devices_of(1).sent.size(), 2U) << "of those that were let in, later ones are repeated";
+  EXPECT_EQ(islands[1]->gateway().counters().duplicates, 2U);
+}
+
+/// Island 2 may relay to device 8 only, island 4 to device 7 too.
+TEST_F(RightsOfMessages, WhatIsRelayedToOnePlaceDoesNotUseUpTheNumbersOfOthersForAnother) {
+  start(1, {rule("island:2", {Right::kSend}, {"scripted-1.8"}), rule("island:4", {Right::kSend}, {"scripted-1.*"}),
+            rule("island:3", {Right::kSend}, {"scripted-1.*"}), rule("island:3", {Right::kSet}, {kLampCommand})});
+  for (const std::uint32_t id : {2U, 3U, 4U}) ecology.certify(OwnerId(id), support::island_member(id));
+  auto message = note(1, "scripted-1", "7"), command = switch_on(1);
+  message.number = 100;
+  command.number = 101;
+  const auto relay_by = [&](std::uint32_t island, Message one, const std::string& device) {
+    one.hops = 1;
+    one.destination.device = device;
+    one.sender = model::Sender{"island-3", {}, OwnerId(3), "13"};
+    post(component(island), 1, one);
+  };
+  for (auto* genuine : {&message, &command}) {
+    genuine->origin = OwnerId(3);
+    auto forged = note(1, "scripted-1", "8");
+    forged.origin = OwnerId(3);
+    forged.number = genuine->number;
+    relay_by(2, forged, "8");
+  }
+  EXPECT_EQ(devices_of(1).sent.size(), 2U);
+  post(component(3), 1, message);
+  relay_by(4, command, "7");
+  EXPECT_EQ(devices_of(1).sent.size(), 4U);
+  relay_by(4, message, "7");
+  post(component(3), 1, command);
+  EXPECT_EQ(devices_of(1).sent.size(), 4U) << "each arrives once by two ways, whichever is first";
   EXPECT_EQ(islands[1]->gateway().counters().duplicates, 2U);
 }
 
@@ -429,6 +447,7 @@ TEST_F(RightsOfFollowers, AnExceptionForTheCommandItselfHolds) {
   follow({kLampCommand});
   EXPECT_EQ(commands(2), 0U);
   EXPECT_THAT(audit(2), ElementsAre("island-1 set " + std::string(kLampCommand) + ": refused"));
+  EXPECT_THAT(audits[2]->quotes, ElementsAre(false));
 }
 
 TEST_F(RightsOfMessages, AClaimOfOneDeviceTakesNoOtherAway) {

@@ -22,8 +22,10 @@ class CollectingAudit final : public trust::rights::Audit {
     throughs.push_back(line.who.through);
     serials.push_back(line.who.serial);
     whys.emplace_back(line.why);
+    quotes.push_back(line.quotes);
   }
   std::vector<std::string> lines, values, hosts, throughs, serials, whys;
+  std::vector<bool> quotes;
 };
 
 inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> may,

@@ -64,11 +64,14 @@ Result<MoteTag> parse_tag(std::string_view text) {
                   model::quoted(text)));
 }
 
-std::optional<std::uint16_t> mote_address(std::string_view device, bool broadcast) {
+std::optional<std::uint16_t> mote_address(std::string_view device) {
   std::uint16_t address = 0;
-  if (!read_number(device, address) || address == 0) return std::nullopt;
-  if (address < motes::kBaseMote || (broadcast && address == motes::kBroadcast)) return address;
-  return std::nullopt;
+  if (!read_number(device, address) || address == 0 || address >= motes::kBaseMote) return std::nullopt;
+  return address;
+}
+
+std::optional<std::uint16_t> receiver_address(std::string_view device) {
+  return device.empty() ? motes::kBroadcast : mote_address(device);
 }
 
 }  // namespace rubicon::networks::wsn

@@ -26,8 +26,10 @@ struct MoteTag {
 /// kUnsupported if the tag does not begin with `mote/`, kInvalid if the rest is malformed.
 Result<MoteTag> parse_tag(std::string_view text);
 
-/// The address of a mote, 1 to 65532, from a device name: `7`. With `broadcast` 65535 is accepted too. nullopt for
-/// everything else.
-std::optional<std::uint16_t> mote_address(std::string_view device, bool broadcast = false);
+/// The address of a mote, 1 to 65532, from a device name: `7`. nullopt for everything else.
+std::optional<std::uint16_t> mote_address(std::string_view device);
+/// The same for the receiver of a message, where no device means all motes. Who may send to each mote but some may not
+/// send to all: 65535, their address on the radio, is no device.
+std::optional<std::uint16_t> receiver_address(std::string_view device);
 
 }  // namespace rubicon::networks::wsn

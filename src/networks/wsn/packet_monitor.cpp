@@ -22,6 +22,9 @@ constexpr std::size_t kMostId = 200;
 
 Result<void> PacketMonitor::receive(const model::Message& message) {
   const auto& opaque = std::get<model::Opaque>(message.body);
+  // Who may send to one mote must not see the others.
+  if (!message.destination.device.empty())
+    return fail(ErrorCode::kRefused, "a wsn.request concerns the whole network: address that, not a mote");
   const auto request = json::parse(opaque.bytes.begin(), opaque.bytes.end(), nullptr, false);
   if (!request.is_object()) return fail(ErrorCode::kInvalid, "a wsn.request is a JSON object");
   const auto id = model::text_of(request, "id").substr(0, kMostId);

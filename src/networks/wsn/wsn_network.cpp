@@ -395,8 +395,10 @@ Result<void> WsnNetwork::opaque(const model::Message& message) {
   const auto tag = parse_tag(std::get<model::Opaque>(message.body).type);
   if (!tag) return fail(tag.error());
   if (tag->kind == MoteTag::Kind::kAm) return packet_for_sink(message, *tag);
-  const auto mote = mote_address(message.destination.device, true);
-  if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no mote {}", model::quoted(message.destination.device)));
+  const auto mote = receiver_address(message.destination.device);
+  if (!mote)
+    return fail(ErrorCode::kNotFound, fmt::format("no mote {} (a message to all motes is addressed to the network)",
+                                                  model::quoted(message.destination.device)));
   auto to_mote = opaque_request(island_, *mote, message, *tag);
   if (!to_mote) return fail(to_mote.error());
   return request(std::move(*to_mote), message.number, message);

@@ -94,6 +94,9 @@ Result<void> ToolRequests::receive(const Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (!opaque || (opaque->type != kRequestTag && opaque->type != kAdminTag))
     return fail(ErrorCode::kUnsupported, fmt::format("ZigBee does not support {}", to_string(message.kind())));
+  if (!message.destination.device.empty())
+    return fail(ErrorCode::kRefused,
+                fmt::format("a {} concerns the whole network: address that, not a device", opaque->type));
   if (opaque->bytes.size() > kMaxRequestBytes) return fail(ErrorCode::kInvalid, "the zigbee.request is too long");
   const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
   if (!request.is_object()) return fail(ErrorCode::kInvalid, "a zigbee.request is a JSON object");

@@ -42,7 +42,8 @@ class ToolRequests {
 
   /// Whether the bridge is there, or why not: requests that wait are then refused.
   void use(bool up, const std::string& why);
-  /// kUnsupported if the message is not a request of a tool, kInvalid if it cannot be read.
+  /// kUnsupported if the message is not a request of a tool, kRefused if it names a device, kInvalid if it cannot be
+  /// read. Who may send to one device must not reach the others.
   Result<void> receive(const Message& message);
 
   // What the bridge publishes.

@@ -46,16 +46,22 @@ bool RightsJudge::sees_all(const Member& who) const {
 Result<void> RightsJudge::answer(const Member& who, Right right, std::string_view key) const {
   const auto decision = explain(who, right, key);
   if (decision.allowed) return {};
+  ++refused_;
   return fail(refusal(who, right, key, decision));
 }
 
 Error RightsJudge::refusal(const Member& who, Right right, std::string_view key, const Decision& decision) const {
-  ++refused_;
   const auto needed = right == Right::kSet ? needed_to_set(key) : right;
   return {ErrorCode::kRefused, fmt::format("{} may not {} {}: {}", who.name, doing(needed), key, decision.text)};
 }
 
 Result<void> RightsJudge::may_by_names(const Member& who, tuples::Act act, std::span<const std::string> names) const {
+  auto answer = ask(who, act, names);
+  if (!answer) ++refused_;
+  return answer;
+}
+
+Result<void> RightsJudge::ask(const Member& who, tuples::Act act, std::span<const std::string> names) const {
   const auto right = act == tuples::Act::kSet ? Right::kSet : Right::kSend;
   bool allowed = false;
   for (const auto& name : names) {
@@ -63,7 +69,8 @@ Result<void> RightsJudge::may_by_names(const Member& who, tuples::Act act, std::
     if (!decision.allowed && decision.rule) return fail(refusal(who, right, name, decision));
     allowed |= decision.allowed;
   }
-  return allowed ? Result<void>() : answer(who, right, names.front());
+  if (allowed) return {};
+  return fail(refusal(who, right, names.front(), explain(who, right, names.front())));
 }
 
 tuples::Handle RightsJudge::speak_for(const Member& who, OwnerId component, std::uint64_t request) {
@@ -91,6 +98,13 @@ Decision RightsJudge::explain(const Member& who, Right right, std::string_view k
   return rights_.decide(who, needed_to_set(key), kept_key(key));
 }
 
+/// By its words: those of an owner may quote the value. Of a command that follows its device the rules were asked about
+/// the claim, so it is no matter whether they allow the set of the key.
+bool RightsJudge::refused_by_rules(const Member& who, std::string_view key, const tuples::Reply& reply) const {
+  const auto decision = explain(who, Right::kSet, key);
+  return !decision.allowed && reply.text == refusal(who, Right::kSet, key, decision).text;
+}
+
 void RightsJudge::answered(const Member& who, std::string_view host, const tuples::RemoteSet& set,
                            const tuples::Reply& reply) {
   const bool accepted = reply.verdict == tuples::Verdict::kApplied;
@@ -103,7 +117,7 @@ void RightsJudge::answered(const Member& who, std::string_view host, const tuple
   const auto key = kept_key(set.key);
   audit_->write(
       {who, set.from, host, verb, key, value, accepted, accepted ? std::string_view() : std::string_view(reply.text),
-       accepted ? std::string_view() : to_string(reply.code), !accepted && explain(who, Right::kSet, set.key).allowed});
+       accepted ? std::string_view() : to_string(reply.code), !accepted && !refused_by_rules(who, set.key, reply)});
 }
 
 void RightsJudge::record(const Member& who, const tuples::Wish& wish, const Result<void>& answer) {

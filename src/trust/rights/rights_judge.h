@@ -27,6 +27,7 @@ class RightsJudge final : public tuples::Judge {
   Result<void> may_send(const tuples::Member& who, std::string_view where) const override;
   Result<void> may_by_names(const tuples::Member& who, tuples::Act act,
                             std::span<const std::string> names) const override;
+  Result<void> ask(const tuples::Member& who, tuples::Act act, std::span<const std::string> names) const override;
   tuples::Handle speak_for(const tuples::Member& who, OwnerId component, std::uint64_t request) override;
   const tuples::Member* spoken_for(OwnerId component, std::uint64_t request) const override;
   void answered(const tuples::Member& who, std::string_view host, const tuples::RemoteSet& set,
@@ -44,6 +45,7 @@ class RightsJudge final : public tuples::Judge {
   Right needed_to_set(std::string_view key) const { return is_of_inbox(key) ? Right::kApprove : Right::kSet; }
   Result<void> answer(const tuples::Member& who, Right right, std::string_view key) const;
   Error refusal(const tuples::Member& who, Right right, std::string_view key, const Decision& decision) const;
+  bool refused_by_rules(const tuples::Member& who, std::string_view key, const tuples::Reply& reply) const;
 
   Rights rights_;
   std::shared_ptr<Audit> audit_;

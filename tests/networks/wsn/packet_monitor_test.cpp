@@ -79,6 +79,18 @@ TEST_F(WatchedPackets, ALeaseIsRenewedAndEnded) {
   EXPECT_THAT(messages(kPacketTag), IsEmpty());
 }
 
+TEST_F(WatchedPackets, AreNotShownToWhoAddressesOneMote) {
+  start(2);
+  host.delivered.clear();
+  const std::string text = R"({"do": "monitor", "id": "m"})";
+  const auto answer = send("2", model::Opaque{std::string(kRequestTag), {text.begin(), text.end()}}, kViewer);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, ErrorCode::kRefused);
+  ASSERT_TRUE(demand("2", {"light"}));
+  run(5s);
+  EXPECT_THAT(messages(kPacketTag), IsEmpty());
+}
+
 TEST_F(WatchedPackets, RequestsAreAnsweredOnceAndBounded) {
   start(1);
   EXPECT_THAT(ask({{"do", "dance"}, {"id", "x"}})["why"].get<std::string>(), HasSubstr("expected monitor"));

@@ -282,7 +282,7 @@ TEST_F(MoteNetwork, NoMessageCommandsAnActuatorPastTheCommandDesk) {
                                           motes::kTransportConnectionless, motes::kApplicationMockup, relay});
   const auto sent = happened.size();
   for (const auto& answer :
-       {send("2", model::Opaque{"mote/3/5/2/reliable", relay}), send("65535", model::Opaque{"mote/3/5/2", relay}),
+       {send("2", model::Opaque{"mote/3/5/2/reliable", relay}), send("", model::Opaque{"mote/3/5/2", relay}),
         send("2", model::Opaque{"mote/3/5/2", {0x02, 0, 2}}),
         send("2", model::Opaque{"mote/3/5/2/reliable/9", relay}, {IslandId{77}, "wsn-1", "3"}),
         send("", model::Opaque{"mote/am/28", carried})}) {
@@ -317,12 +317,20 @@ TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
 
 TEST_F(MoteNetwork, ABroadcastCannotBeAcknowledged) {
   start(2);
-  EXPECT_EQ(send("65535", model::Opaque{"mote/3/6/1/reliable", {1, 1, 0x2c, 0, 7}}).error().code,
-            ErrorCode::kUnsupported);
-  ASSERT_TRUE(send("65535", model::Opaque{"mote/3/6/1", {1, 1, 0x2c, 0, 7}}));
+  EXPECT_EQ(send("", model::Opaque{"mote/3/6/1/reliable", {1, 1, 0x2c, 0, 7}}).error().code, ErrorCode::kUnsupported);
+  ASSERT_TRUE(send("", model::Opaque{"mote/3/6/1", {1, 1, 0x2c, 0, 7}}));
   run(2s);
   EXPECT_EQ(answer(last_number).outcome, Outcome::kSent);
   EXPECT_GE(events("ignored"), 1u);
+}
+
+TEST_F(MoteNetwork, ABroadcastIsNoMessageToADevice) {
+  start(2);
+  const auto answer = send("65535", model::Opaque{"mote/3/6/1", {1, 1, 0x2c, 0, 7}});
+  ASSERT_FALSE(answer);
+  EXPECT_THAT(answer.error().text, HasSubstr("is addressed to the network"));
+  run(2s);
+  EXPECT_EQ(events("ignored"), 0u);
 }
 
 TEST_F(MoteNetwork, AMoteOfAnotherIslandInReachIsNotOurs) {

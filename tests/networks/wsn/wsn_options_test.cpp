@@ -127,10 +127,13 @@ TEST(MoteTags, AreReadAsTheyAreWritten) {
 TEST(MoteAddresses, AreNumbersOfMotes) {
   EXPECT_EQ(mote_address("7"), 7);
   EXPECT_EQ(mote_address("65532"), 65532);
-  EXPECT_EQ(mote_address("65535"), std::nullopt);
-  EXPECT_EQ(mote_address("65535", true), 65535);
-  for (const auto* wrong : {"", "0", "65533", "65534", "-1", "7 ", "07", "x", "65536"})
-    EXPECT_EQ(mote_address(wrong, true), std::nullopt) << wrong;
+  EXPECT_EQ(receiver_address("7"), 7);
+  EXPECT_EQ(receiver_address(""), 65535);
+  EXPECT_EQ(mote_address(""), std::nullopt);
+  for (const auto* wrong : {"0", "65533", "65534", "65535", "-1", "7 ", "07", "x", "65536"}) {
+    EXPECT_EQ(mote_address(wrong), std::nullopt) << wrong;
+    EXPECT_EQ(receiver_address(wrong), std::nullopt) << wrong;
+  }
 }
 
 }  // namespace

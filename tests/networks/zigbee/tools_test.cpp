@@ -348,6 +348,19 @@ TEST_F(ZigbeeTools, WhatIsNoRequestIsRefusedAtOnce) {
   EXPECT_FALSE(send({}, model::Opaque{"knx.request", Bytes{'{', '}'}}));
 }
 
+TEST_F(ZigbeeTools, ARequestToOneDeviceIsRefused) {
+  const std::string bytes = R"({"id": "q", "do": "remove", "device": "air"})";
+  for (const auto* tag : {"zigbee.admin", "zigbee.request"}) {
+    const auto answer = send(kPlug, model::Opaque{tag, Bytes(bytes.begin(), bytes.end())});
+    ASSERT_FALSE(answer) << tag;
+    EXPECT_EQ(answer.error().code, ErrorCode::kRefused);
+    EXPECT_THAT(answer.error().text, HasSubstr("concerns the whole network"));
+  }
+  host.time.run_for(10ms);
+  EXPECT_EQ(requested("device/remove"), json());
+  EXPECT_THAT(to_tools("zigbee.reply"), IsEmpty());
+}
+
 TEST_F(ZigbeeTools, TheStateHasTheBridgeAndTheSettingsToChange) {
   host.time.run_for(1s);
   const auto texts = state().texts;

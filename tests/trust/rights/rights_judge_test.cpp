@@ -130,11 +130,23 @@ TEST_F(JudgeOfHome, WritesALineOfEachAnswer) {
 
 TEST_F(JudgeOfHome, OnlyTheOwnerOfATupleQuotesItsValue) {
   judge.replace(Rights(rules_in("rights:\n  - {who: robot, may: set, keys: [proxy.a]}\n")));
-  const tuples::Reply refused{.verdict = tuples::Verdict::kRefused, .text = "no"};
-  judge.answered(all["robot"], "", set_of("proxy.a"), refused);
-  judge.answered(all["robot"], "", set_of("proxy.b"), refused);
+  const tuples::Reply by_owner{.verdict = tuples::Verdict::kRefused, .text = "'on' is not a number"};
+  const tuples::Reply by_rules{.verdict = tuples::Verdict::kRefused,
+                               .text = judge.may_set(all["robot"], set_of("proxy.b")).error().text};
+  judge.answered(all["robot"], "", set_of("proxy.a"), by_owner);
+  judge.answered(all["robot"], "", set_of("proxy.b"), by_rules);
   judge.answered(all["robot"], "", set_of("proxy.a"), {});
-  EXPECT_THAT(audit->quotes, ElementsAre(true, false, false));
+  // What follows its device needs the right to set the claim only.
+  judge.answered(all["robot"], "", set_of("proxy.b"), by_owner);
+  EXPECT_THAT(audit->quotes, ElementsAre(true, false, false, true));
+}
+
+TEST_F(JudgeOfHome, AQuestionCountsAsNoRefusal) {
+  const std::vector<std::string> names{"own"};
+  const auto asked = judge.ask(all["robot"], tuples::Act::kSend, names);
+  EXPECT_EQ(judge.refused(), 0U);
+  EXPECT_EQ(asked.error().text, judge.may_by_names(all["robot"], tuples::Act::kSend, names).error().text);
+  EXPECT_EQ(judge.refused(), 1U);
 }
 
 /// The table once more, over the memory engine: an island and one member at a time.
