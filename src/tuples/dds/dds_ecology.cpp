@@ -32,6 +32,7 @@ struct DdsEcology::Impl {
           "before libddsc");
     shared.known_later = [this] { enter_again(Duration(0)); };
     shared.identities = std::make_shared<Identities>(shared.options.trust);
+    shared.catch_up = std::make_shared<CatchUp>(scheduler, shared.options.lease);
     shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
     shared.options.trust->watch_revoked([this] { renounce(); });
     shared.options.trust->watch_refused([this](const DdsTrust::Refusal& refusal) { refusals.take(refusal); });

@@ -239,6 +239,8 @@ void DdsLink::forget_others() {
   writers_.clear();
   early_frames_.clear();
   early_timer_.cancel();
+  early_sets_.clear();
+  early_sets_timer_.cancel();
 }
 
 void DdsLink::forget_own() {

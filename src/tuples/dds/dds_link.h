@@ -7,8 +7,10 @@
 #include "base/deadline.h"
 #include "base/lifetime.h"
 #include "base/limited_log.h"
+#include "tuples/dds/catch_up.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/dds/early_frames.h"
+#include "tuples/dds/early_sets.h"
 #include "tuples/dds/guarded_store.h"
 #include "tuples/dds/id_conflicts.h"
 #include "tuples/dds/identities.h"
@@ -31,6 +33,7 @@ class DdsLink final : public Link, private FrameReader {
     base::LogSink& log;
     std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
     std::shared_ptr<Identities> identities = nullptr;  ///< null: without trust
+    std::shared_ptr<CatchUp> catch_up = nullptr;       ///< the same
     /// Receives the list of revoked certificates that another member publishes, with its name. It may call renounce().
     std::function<void(const std::string& member, std::string_view signed_list)> heard_revoked = {};
     /// One that was refused because it was not known is known now: the domain has to be made again to hear what it
@@ -80,7 +83,7 @@ class DdsLink final : public Link, private FrameReader {
  private:
   DdsLink(StandIn who, Entity participant, Shared& shared);
 
-  // FrameReader: the entries of the present frame
+  // FrameReader: the entries of the present frame; on_set() and what follows in dds_link_sets.cpp
   void on_changes(std::span<const Change> changes) override;
   void on_set(RemoteSet&& set) override;
   void on_reply(Reply&& reply) override;
@@ -134,6 +137,12 @@ class DdsLink final : public Link, private FrameReader {
   void buffer(const EarlyFrames::Sender& sender, ByteView content);
   void drop_expired_frames();
   void deliver(OwnerId id, ByteView content);
+
+  // -- remote sets of others (dds_link_sets.cpp)
+  void take_set(Peer& peer, RemoteSet&& set);
+  bool is_early();
+  void hold_early(const Peer& peer, RemoteSet&& set);
+  void take_early();
 
   // -- trust (dds_link_trust.cpp)
   /// The slot of the interests that has the signed list.
@@ -207,7 +216,8 @@ class DdsLink final : public Link, private FrameReader {
   Participants participants_;
   Interests interests_{participants_};
   EarlyFrames early_frames_;
-  Timer early_timer_, waiting_timer_;
+  EarlySets early_sets_;
+  Timer early_timer_, early_sets_timer_, waiting_timer_;
   IdConflicts id_conflicts_;
   OwnerId reading_from_{};
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};  ///< so that the changes of a turn are sent together

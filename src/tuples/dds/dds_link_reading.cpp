@@ -145,15 +145,6 @@ void DdsLink::on_changes(std::span<const Change> changes) {
   if (listener_) listener_->on_changes(reading_from_, changes);
 }
 
-void DdsLink::on_set(RemoteSet&& set) {
-  auto* peer = find_up(reading_from_);
-  if (!listener_ || !peer) return;
-  if (set.request <= peer->last_request) return repeat_reply(*peer, set.request);
-  peer->last_request = set.request;
-  if (identities_) replies_.asked(reading_from_, set.request);
-  listener_->on_remote_set(set);
-}
-
 void DdsLink::on_reply(Reply&& reply) {
   if (const auto peer = peers_.find(reading_from_); peer != peers_.end())
     peer->second.unanswered.answered(reply.request);

@@ -85,6 +85,39 @@ TEST_F(TrustedMembers, ObeyOnWakingBeforeTheRevokedCommandThem) {
   EXPECT_TRUE(until(*island, "peer 9 roof"));
 }
 
+/// The revoked one is faster than the list.
+TEST_F(TrustedMembers, TakeNoCommandBeforeTheListOnWaking) {
+  const auto island = home(), roof = member(kRoof, 9), thief = member(kMallory, kMalloryId);
+  ASSERT_TRUE(until(*thief, "peer 7 home"));
+  ASSERT_TRUE(until(*roof, "peer 7 home"));
+  ASSERT_TRUE(until(*roof, fmt::format("peer {} mallory", kMalloryId)));
+  thief->write("send 7 1\n");
+  ASSERT_TRUE(until(*thief, "answered 1"));
+  island->signal(SIGSTOP);
+  thief->signal(SIGSTOP);
+  ASSERT_TRUE(until(*roof, "alone"));
+  roof->write("revoke 1:BA:signed\n");
+  ASSERT_TRUE(until(*roof, "revoked 1:BA:signed"));
+  thief->write("send 7 2000\n");
+  thief->signal(SIGCONT);
+  island->signal(SIGCONT);
+  EXPECT_TRUE(until(*island, "revoked 1:BA:signed"));
+  ASSERT_TRUE(until(*thief, "answered 2001"));
+  EXPECT_EQ(ask(*island, "executed"), "1 doubled 0");
+}
+
+TEST_F(TrustedMembers, TakeNoCommandBeforeTheListAfterTheirStart) {
+  const auto roof = member(kRoof, 9), thief = member(kMallory, kMalloryId);
+  ASSERT_TRUE(until(*roof, fmt::format("peer {} mallory", kMalloryId)));
+  roof->write("revoke 1:BA:signed\n");
+  ASSERT_TRUE(until(*thief, "alone"));
+  thief->write("send 7 3000\n");
+  const auto island = home();
+  EXPECT_TRUE(until(*island, "revoked 1:BA:signed"));
+  ASSERT_TRUE(until(*thief, "answered 3000"));
+  EXPECT_EQ(ask(*island, "executed"), "0 doubled 0");
+}
+
 TEST_F(TrustedMembers, DoNotCheckAllTheListsThatOneOfThemWrites) {
   const auto island = home(), tool = desk();
   meet(*island, *tool);

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <deque>
+#include <map>
+
+#include "rubicon/tuple.hpp"
+
+namespace rubicon::tuples::dds {
+
+/// Remote sets that arrived while this process catches up (catch_up.h), in order; bounded for each component and in
+/// all.
+class EarlySets {
+ public:
+  static constexpr std::size_t kMaxOfOne = 2UL << 20, kMaxOfAll = 16UL << 20;
+
+  struct One {
+    RemoteSet set;
+    std::uint64_t incarnation = 0;  ///< of its sender
+    SteadyTime since{};
+  };
+
+  /// False: the bound is reached.
+  bool add(One one);
+  /// All of them; those whose time to live ended are left out, of the others the rest of it remains.
+  std::deque<One> take(SteadyTime now);
+  bool empty() const { return all_.empty(); }
+  void clear() { *this = {}; }
+
+ private:
+  std::deque<One> all_;
+  std::map<OwnerId, std::size_t> bytes_of_;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace rubicon::tuples::dds
