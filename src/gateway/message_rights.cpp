@@ -21,8 +21,9 @@ Result<void> may_send_to(const tuples::Judge& judge, const tuples::Member& who, 
   return judge.may_by_names(who, tuples::Act::kSend, where);
 }
 
-/// Longest word of a request that the audit gets, and longest request that is read for it.
-constexpr std::size_t kMaxWord = 32, kMaxRequest = 4096;
+/// Longest word of a request that the audit gets, and longest request that is read for it: networks refuse
+/// longer ones.
+constexpr std::size_t kMaxWord = 32, kMaxRequest = 64UL * 1024;
 
 /// Requests of tools have types such as `knx.request` and `zigbee.admin`.
 bool may_be_request(const model::Opaque& opaque) {

@@ -72,7 +72,7 @@ struct Trust::Impl {
 };
 
 Result<Trust::Documents> Trust::Impl::documents() {
-  revoked_mark = mark_of(folder.files().path(kRevokedFile));
+  const auto mark = mark_of(folder.files().path(kRevokedFile));
   const auto papers = folder.papers(place.member);
   if (!papers) return fail(papers.error());
   auto checked = check_papers(*papers, scheduler.wall_now());
@@ -88,6 +88,7 @@ Result<Trust::Documents> Trust::Impl::documents() {
   }
   const auto before = own;
   take_papers(std::move(*checked), papers->revoked.text);
+  revoked_mark = mark;
   read_state();
   guard.revoke(revoked);
   if (auto good = check_own(papers->certificate.where); !good) {

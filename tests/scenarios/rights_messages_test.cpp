@@ -177,8 +177,8 @@ TEST_F(RightsOfMessages, TheAuditReadsNoOtherMessagesAndNoLongOnes) {
     message.body = model::Opaque{type, {text.begin(), text.end()}};
     post(robot(), 1, message);
   };
-  ask("zigbee.admin", 4096 - 15);
-  ask("zigbee.admin", 4096 - 14);
+  ask("zigbee.admin", 65536 - 15);
+  ask("zigbee.admin", 65536 - 14);
   ask("letter", 0);
   EXPECT_THAT(audits[1]->values, ElementsAre("zigbee.admin write", "zigbee.admin", "letter"));
 }

@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Longest id of a request that a reply repeats.
-constexpr std::size_t kMostId = 200;
+/// Longest id of a request that a reply repeats, and longest request; the audit reads as many bytes.
+constexpr std::size_t kMostId = 200, kMostBytes = 64UL * 1024;
 
 }  // namespace
 
@@ -25,6 +25,7 @@ Result<void> PacketMonitor::receive(const model::Message& message) {
   // Who may send to one mote must not see the others.
   if (!message.destination.device.empty())
     return fail(ErrorCode::kRefused, "a wsn.request concerns the whole network: address that, not a mote");
+  if (opaque.bytes.size() > kMostBytes) return fail(ErrorCode::kInvalid, "the wsn.request is too long");
   const auto request = json::parse(opaque.bytes.begin(), opaque.bytes.end(), nullptr, false);
   if (!request.is_object()) return fail(ErrorCode::kInvalid, "a wsn.request is a JSON object");
   const auto id = model::text_of(request, "id").substr(0, kMostId);

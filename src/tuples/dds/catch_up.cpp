@@ -13,6 +13,10 @@ CatchUp::CatchUp(Scheduler& scheduler, Duration lease)
   tick();
 }
 
+void CatchUp::begin() {
+  until_ = std::max(until_, scheduler_.now() + kAfterStart);
+}
+
 Duration CatchUp::left() {
   look();
   return std::max(until_ - scheduler_.now(), Duration(0));

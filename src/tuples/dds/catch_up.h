@@ -14,6 +14,8 @@ class CatchUp {
   /// The scheduler must outlive the object. `lease`: after which others lose this process.
   CatchUp(Scheduler& scheduler, Duration lease);
 
+  /// This process was outside of the ecology.
+  void begin();
   /// How long it still lasts; zero = it is over.
   Duration left();
 

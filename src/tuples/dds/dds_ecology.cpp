@@ -222,6 +222,7 @@ Result<void> DdsEcology::Impl::come_back() {
 void DdsEcology::Impl::retry() {
   retry_timer = shared.scheduler.after(kRetryPause, [this] {
     const auto done = come_back();
+    if (done && shared.catch_up) shared.catch_up->begin();
     if (done) return log.info("this process is in the ecology again");
     limited_log.error("outside", done.error().text);
     retry();

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "tuples/dds/dds_link.h"
 
 namespace rubicon::tuples::dds {
@@ -24,10 +22,11 @@ bool DdsLink::is_early() {
 }
 
 void DdsLink::hold_early(const Peer& peer, RemoteSet&& set) {
-  if (!early_sets_.add({std::move(set), peer.incarnation, scheduler_.now()}))
-    return warn("early", fmt::format("component {} sends too many requests while this process catches up after its "
-                                     "start or sleep: some are dropped",
-                                     number(reading_from_)));
+  const auto from = set.from;
+  const auto request = set.request;
+  if (!early_sets_.add({std::move(set), peer.participant, peer.incarnation, scheduler_.now()}))
+    return reply({from, request, Verdict::kRefused, ErrorCode::kBusy,
+                  "too many requests wait while this process catches up after its start or sleep"});
   if (!early_sets_timer_.pending())
     early_sets_timer_ = scheduler_.after(shared_.catch_up->left(), [this] { take_early(); });
 }
@@ -42,7 +41,8 @@ void DdsLink::take_early() {
   for (auto& one : early_sets_.take(scheduler_.now())) {
     reading_from_ = one.set.from;
     auto* peer = listener_ ? find_up(reading_from_) : nullptr;
-    if (peer && peer->incarnation == one.incarnation) take_set(*peer, std::move(one.set));
+    if (peer && peer->participant == one.sender && peer->incarnation == one.incarnation)
+      take_set(*peer, std::move(one.set));
   }
 }
 

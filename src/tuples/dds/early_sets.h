@@ -3,7 +3,7 @@
 #include <deque>
 #include <map>
 
-#include "rubicon/tuple.hpp"
+#include "tuples/dds/writers.h"
 
 namespace rubicon::tuples::dds {
 
@@ -15,11 +15,13 @@ class EarlySets {
 
   struct One {
     RemoteSet set;
+    Participant sender{};
     std::uint64_t incarnation = 0;  ///< of its sender
     SteadyTime since{};
   };
 
-  /// False: the bound is reached.
+  /// False: the bound is reached. Then nothing of that component is added until all are taken, so that what remains is
+  /// what was sent first.
   bool add(One one);
   /// All of them; those whose time to live ended are left out, of the others the rest of it remains.
   std::deque<One> take(SteadyTime now);
@@ -28,7 +30,7 @@ class EarlySets {
 
  private:
   std::deque<One> all_;
-  std::map<OwnerId, std::size_t> bytes_of_;
+  std::map<OwnerId, std::size_t> bytes_of_;  ///< SIZE_MAX: it has no room any more
   std::size_t bytes_ = 0;
 };
 

@@ -55,8 +55,8 @@ TEST(CatchUp, LastsAWhileAfterTheHostSlept) {
 TEST(EarlySets, ComeInOrderWithTheRestOfTheirTime) {
   EarlySets sets;
   const SteadyTime begin{};
-  for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_TRUE(sets.add({set_of(1, i, i == 2 ? 1s : 5s), 7, begin}));
-  EXPECT_TRUE(sets.add({set_of(2, 1, 0s), 7, begin}));
+  for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_TRUE(sets.add({set_of(1, i, i == 2 ? 1s : 5s), {}, 7, begin}));
+  EXPECT_TRUE(sets.add({set_of(2, 1, 0s), {}, 7, begin}));
   const auto taken = sets.take(begin + 2s);
   ASSERT_EQ(taken.size(), 3U) << "the time of one ended";
   EXPECT_EQ(taken[0].set.request, 1U);
@@ -66,14 +66,30 @@ TEST(EarlySets, ComeInOrderWithTheRestOfTheirTime) {
   EXPECT_TRUE(sets.empty());
 }
 
+TEST(EarlySets, CountAllThatASetHas) {
+  EarlySets sets;
+  auto set = set_of(1, 1, 0s);
+  set.media_type.assign(EarlySets::kMaxOfOne, 'a');
+  EXPECT_FALSE(sets.add({set, {}, 7, {}}));
+}
+
+TEST(CatchUp, LastsAWhileAfterTheProcessWasOutside) {
+  base::VirtualScheduler scheduler;
+  CatchUp catch_up(scheduler, 2s);
+  scheduler.run_for(1min);
+  catch_up.begin();
+  EXPECT_EQ(catch_up.left(), Duration(CatchUp::kAfterStart));
+}
+
 TEST(EarlySets, OfOneComponentTakeNotTheRoomOfAnother) {
   EarlySets sets;
   std::uint64_t count = 0;
-  while (count < 1000 && sets.add({set_of(1, count, 0s, 100'000), 7, {}})) ++count;
+  while (count < 1000 && sets.add({set_of(1, count, 0s, 100'000), {}, 7, {}})) ++count;
   EXPECT_EQ(count, EarlySets::kMaxOfOne / 100'000);
-  EXPECT_TRUE(sets.add({set_of(2, 1, 0s, 100'000), 7, {}}));
+  EXPECT_FALSE(sets.add({set_of(1, count, 0s), {}, 7, {}})) << "a small one does not overtake it";
+  EXPECT_TRUE(sets.add({set_of(2, 1, 0s, 100'000), {}, 7, {}}));
   EXPECT_EQ(sets.take({}).size(), count + 1);
-  EXPECT_TRUE(sets.add({set_of(1, 1, 0s, 100'000), 7, {}})) << "the room is free again";
+  EXPECT_TRUE(sets.add({set_of(1, 1, 0s, 100'000), {}, 7, {}})) << "the room is free again";
 }
 
 }  // namespace
