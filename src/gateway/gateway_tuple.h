@@ -45,7 +45,7 @@ class GatewayTuple {
   GatewayTuple(const GatewayTuple&) = delete;
   GatewayTuple& operator=(const GatewayTuple&) = delete;
 
-  /// Its failure is told by Failure, now or later. The error says why it is not on its way.
+  /// If the message cannot be delivered, Failure is called, now or later. The error is the reason why it was not sent.
   Result<void> send(const Message& message);
   /// Another message with this origin, number and destination was noted: counts it. Those without a number are never
   /// repeated.

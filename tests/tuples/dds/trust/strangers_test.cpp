@@ -65,19 +65,27 @@ TEST_F(TrustedMembers, RefuseWhoWasRevokedBeforeItStarted) {
   EXPECT_EQ(ask(*island, "refused"), "1") << "it tried again, but is one peer";
 }
 
+/// The island executed one command of the thief; then both sleep, and the roof revokes the thief.
+class SleepingMembers : public TrustedMembers {
+ protected:
+  static void revoke_during_sleep(Process& island, Process& roof, Process& thief) {
+    ASSERT_TRUE(until(thief, "peer 7 home"));
+    ASSERT_TRUE(until(roof, "peer 7 home"));
+    ASSERT_TRUE(until(roof, fmt::format("peer {} mallory", kMalloryId)));
+    thief.write("send 7 1\n");
+    ASSERT_TRUE(until(thief, "answered 1"));
+    island.signal(SIGSTOP);
+    thief.signal(SIGSTOP);
+    ASSERT_TRUE(until(roof, "alone"));
+    roof.write("revoke 1:BA:signed\n");
+    ASSERT_TRUE(until(roof, "revoked 1:BA:signed"));
+  }
+};
+
 /// It sleeps while another is revoked, and hears of it from the first member that it meets.
-TEST_F(TrustedMembers, ObeyOnWakingBeforeTheRevokedCommandThem) {
+TEST_F(SleepingMembers, ObeyOnWakingBeforeTheRevokedCommandThem) {
   const auto island = home(), roof = member(kRoof, 9), thief = member(kMallory, kMalloryId);
-  ASSERT_TRUE(until(*thief, "peer 7 home"));
-  ASSERT_TRUE(until(*roof, "peer 7 home"));
-  ASSERT_TRUE(until(*roof, fmt::format("peer {} mallory", kMalloryId)));
-  thief->write("send 7 1\n");
-  ASSERT_TRUE(until(*thief, "answered 1"));
-  island->signal(SIGSTOP);
-  thief->signal(SIGSTOP);
-  ASSERT_TRUE(until(*roof, "alone"));
-  roof->write("revoke 1:BA:signed\n");
-  ASSERT_TRUE(until(*roof, "revoked 1:BA:signed"));
+  ASSERT_NO_FATAL_FAILURE(revoke_during_sleep(*island, *roof, *thief));
   island->signal(SIGCONT);
   ASSERT_TRUE(until(*island, "revoked 1:BA:signed"));
   thief->signal(SIGCONT);
@@ -89,18 +97,9 @@ TEST_F(TrustedMembers, ObeyOnWakingBeforeTheRevokedCommandThem) {
 }
 
 /// The revoked one is faster than the list.
-TEST_F(TrustedMembers, TakeNoCommandBeforeTheListOnWaking) {
+TEST_F(SleepingMembers, TakeNoCommandBeforeTheListOnWaking) {
   const auto island = home(), roof = member(kRoof, 9), thief = member(kMallory, kMalloryId);
-  ASSERT_TRUE(until(*thief, "peer 7 home"));
-  ASSERT_TRUE(until(*roof, "peer 7 home"));
-  ASSERT_TRUE(until(*roof, fmt::format("peer {} mallory", kMalloryId)));
-  thief->write("send 7 1\n");
-  ASSERT_TRUE(until(*thief, "answered 1"));
-  island->signal(SIGSTOP);
-  thief->signal(SIGSTOP);
-  ASSERT_TRUE(until(*roof, "alone"));
-  roof->write("revoke 1:BA:signed\n");
-  ASSERT_TRUE(until(*roof, "revoked 1:BA:signed"));
+  ASSERT_NO_FATAL_FAILURE(revoke_during_sleep(*island, *roof, *thief));
   thief->write("send 7 2000\n");
   thief->signal(SIGCONT);
   island->signal(SIGCONT);
