@@ -210,7 +210,8 @@ using SentCall = std::function<void(const std::string& error)>;
 /// The loop runs during blocking calls: run(), run_until() and those marked "Blocks". A program with an event loop of
 /// its own calls poll() instead whenever descriptor() is readable.
 ///
-/// `timeout` bounds how long a call waits for components that do not answer.
+/// `timeout` bounds how long a call waits for components that do not answer. Time in which this process or its host was
+/// stopped counts little: nobody could be heard.
 class Client final {
  public:
   /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network
@@ -255,7 +256,7 @@ class Client final {
 
   // -- tuples, points, networks and devices
   /// Reads all present tuples that match, without creating demand. `call` receives them all at once; owners that do not
-  /// answer within the timeout are left out.
+  /// answer within the timeout are left out, which `warn` says.
   void read(const Pattern& pattern, TuplesCall call, Duration timeout = std::chrono::seconds(3));
   /// The same. Blocks.
   std::vector<Tuple> read(const Pattern& pattern, Duration timeout = std::chrono::seconds(3));

@@ -8,6 +8,7 @@
 #include <list>
 #include <utility>
 
+#include "base/limited_log.h"
 #include "client/device_watch.h"
 #include "client/ecology_options.h"
 #include "client/message_client.h"
@@ -26,6 +27,8 @@ namespace {
 
 /// How long a waiting call sleeps at most between two checks.
 constexpr Duration kMaxSleep = std::chrono::seconds(1);
+/// A turn of the loop that lasts longer than it should by more than this was stopped, or its host was.
+constexpr Duration kStop = std::chrono::milliseconds(100);
 
 class CallSink final : public base::LogSink {
  public:
@@ -92,6 +95,15 @@ struct Client::Impl {
     return *message_client;
   }
 
+  TupleQuery::UnansweredCall warns_of_unanswered(Duration patience) {
+    return [this, patience](const std::vector<OwnerId>& owners) {
+      limited_log.warning(
+          "unanswered", fmt::format("component {} has not answered within {} s: the result lacks its tuples{}",
+                                    number(owners.front()), std::chrono::duration<double>(patience).count(),
+                                    owners.size() > 1 ? fmt::format(", and those of {} more", owners.size() - 1) : ""));
+    };
+  }
+
   /// Owns a thing until it reports its end. It may do so while it runs, so it is destroyed in a later turn.
   template <class Thing, class Make>
   void keep(std::list<std::unique_ptr<Thing>>& things, Make make) {
@@ -105,6 +117,7 @@ struct Client::Impl {
   Options options;
   CallSink log{options.warn};
   std::unique_ptr<transport::PollLoop> loop;
+  base::LimitedLog limited_log{{log, "client"}, *loop};
   NoSockets no_sockets;
   std::unique_ptr<transport::PollSockets> sockets;
   std::shared_ptr<trust::Trust> trusted;  ///< null: without
@@ -162,13 +175,15 @@ void Client::stop() {
 
 bool Client::run_until(const std::function<bool()>& done, Duration timeout) {
   auto& loop = *impl_->loop;
-  const auto start = loop.now();
+  auto start = loop.now(), due = start;
   while (true) {
     loop.poll();
     if (done()) return true;
-    const auto gone = loop.now() - start;
-    if (gone >= timeout) return false;
-    loop.wait(std::min(timeout - gone, kMaxSleep));
+    const auto now = loop.now();
+    if (now - due > kStop) start += now - due;
+    if (now - start >= timeout) return false;
+    due = now + std::min(timeout - (now - start), kMaxSleep);
+    loop.wait(due - now);
   }
 }
 
@@ -193,7 +208,7 @@ std::vector<Component> Client::islands() const {
 }
 
 void Client::discover() {
-  const auto& discovery = *impl_->peer_discovery;
+  auto& discovery = *impl_->peer_discovery;
   const auto complete = [&discovery] { return discovery.complete({}); };
   while (!run_until(complete, discovery.complete_at({}) - impl_->loop->now())) {
   }
@@ -231,7 +246,7 @@ void Client::read(const Pattern& pattern, TuplesCall call, Duration timeout) {
       call(std::move(tuples));
     };
     return std::make_unique<TupleQuery>(*impl.loop, *impl.space, *impl.peer_discovery, pattern, std::move(finished),
-                                        timeout);
+                                        timeout, impl.warns_of_unanswered(timeout));
   });
 }
 
@@ -239,7 +254,7 @@ std::vector<Tuple> Client::read(const Pattern& pattern, Duration timeout) {
   std::optional<std::vector<Tuple>> found;
   const TupleQuery query(
       *impl_->loop, *impl_->space, *impl_->peer_discovery, pattern,
-      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, timeout);
+      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, timeout, impl_->warns_of_unanswered(timeout));
   run_until([&] { return found.has_value(); }, Duration::max());
   return std::move(*found);
 }

@@ -1,6 +1,7 @@
 #include "client/peer_discovery.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace rubicon::client {
 
@@ -8,6 +9,8 @@ namespace {
 
 /// While components are expected.
 constexpr Duration kLookAgain = std::chrono::milliseconds(20);
+/// Between two observations; more than twice that is a stop.
+constexpr Duration kObserve = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -17,10 +20,29 @@ PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const Disc
       pace_(pace),
       expects_(std::move(expects)),
       started_(scheduler.now()),
-      last_came_(started_) {
+      last_came_(started_),
+      noticed_(started_) {
   peers_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
-    if (event == tuples::PeerEvent::kUp) last_came_ = scheduler_.now();
+    if (event != tuples::PeerEvent::kUp) return;
+    notice_stop();
+    last_came_ = scheduler_.now();
+    if (!observes_) observe();
   });
+  observe();
+}
+
+/// Goes on until the time of all bounds has passed.
+void PeerDiscovery::observe() {
+  notice_stop();
+  observes_ = noticed_ < std::max(last_came_ + pace_.quiet, started_ + std::max(pace_.search, pace_.named_owner));
+  if (observes_) again_ = scheduler_.after(kObserve, [this] { observe(); });
+}
+
+void PeerDiscovery::notice_stop() {
+  const auto now = scheduler_.now(), before = std::exchange(noticed_, now);
+  if (!observes_ || now - before <= 2 * kObserve) return;
+  started_ += now - before;
+  last_came_ += now - before;
 }
 
 bool PeerDiscovery::present(OwnerId id) const {
@@ -28,7 +50,8 @@ bool PeerDiscovery::present(OwnerId id) const {
   return id == space_.self() || std::find(there.begin(), there.end(), id) != there.end();
 }
 
-SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) const {
+SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) {
+  notice_stop();
   if (owner) return present(*owner) ? started_ : started_ + pace_.named_owner;
   const auto usual = std::max(last_came_ + pace_.quiet, started_ + pace_.search);
   const auto now = scheduler_.now(), longest = started_ + pace_.named_owner;

@@ -23,7 +23,8 @@ inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::ch
                                          std::chrono::seconds(3)};
 
 /// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides, and
-/// what the engine knows of components that are on their way.
+/// what the engine knows of components that are on their way. Time in which this process or its host was stopped does
+/// not count: nobody could be heard.
 class PeerDiscovery {
  public:
   /// Whether the engine has found a component that is no peer yet. It is waited for as long as for a named owner.
@@ -33,18 +34,22 @@ class PeerDiscovery {
 
   /// When the discovery of `owner` (nullopt: of all) is complete if no further peer comes up. Later than that while one
   /// is expected: ask again then.
-  SteadyTime complete_at(std::optional<OwnerId> owner) const;
+  SteadyTime complete_at(std::optional<OwnerId> owner);
   const DiscoveryPace& pace() const { return pace_; }
-  bool complete(std::optional<OwnerId> owner) const { return scheduler_.now() >= complete_at(owner); }
+  bool complete(std::optional<OwnerId> owner) { return scheduler_.now() >= complete_at(owner); }
 
  private:
   bool present(OwnerId id) const;
+  void observe();
+  void notice_stop();
 
   Scheduler& scheduler_;
   TupleSpace& space_;
   DiscoveryPace pace_;
   Expects expects_;
-  SteadyTime started_, last_came_;
+  SteadyTime started_, last_came_, noticed_;
+  bool observes_ = false;  ///< whether this process runs
+  Timer again_;
   tuples::Handle peers_;
 };
 

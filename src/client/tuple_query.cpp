@@ -17,13 +17,21 @@ Tuple::Tuple(const tuples::TupleView& view)
       expire_time(view.expire_time),
       owner_present(view.owner_present) {}
 
-TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, const PeerDiscovery& peer_discovery, Pattern pattern,
-                       TuplesCall call, Duration patience)
+namespace {
+
+/// A stop of the process counts as one step of the patience.
+constexpr Duration kStep = std::chrono::milliseconds(100);
+
+}  // namespace
+
+TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& peer_discovery, Pattern pattern,
+                       TuplesCall call, Duration patience, UnansweredCall unanswered)
     : scheduler_(scheduler),
       space_(space),
       peer_discovery_(peer_discovery),
       pattern_(std::move(pattern)),
-      call_(std::move(call)) {
+      call_(std::move(call)),
+      unanswered_call_(std::move(unanswered)) {
   subscription_ = space_.subscribe(
       pattern_, {{}, {}, 0, true}, [](const tuples::Event&) {},
       [this](OwnerId owner) {
@@ -34,22 +42,24 @@ TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, const PeerDiscov
     answered_.erase(peer);
     check();
   });
-  patience_ = scheduler_.after(patience, [this] { end(); });
+  wait(patience);
   again_ = scheduler_.after(Duration(0), [this] { check(); });
 }
 
-bool TupleQuery::complete() const {
-  const auto has_answered = [this](OwnerId id) { return answered_.contains(id); };
-  const auto there = space_.peers();
-  if (pattern_.owner) {
-    const bool present = std::find(there.begin(), there.end(), *pattern_.owner) != there.end();
-    return !present || has_answered(*pattern_.owner);
-  }
-  return std::all_of(there.begin(), there.end(), has_answered);
+void TupleQuery::wait(Duration patience) {
+  const auto step = std::min(patience, kStep);
+  patience_ = scheduler_.after(step, [this, left = patience - step] { left > Duration(0) ? wait(left) : end(); });
+}
+
+/// Those who are present.
+std::vector<OwnerId> TupleQuery::unanswered() const {
+  auto them = space_.peers();
+  std::erase_if(them, [this](OwnerId id) { return answered_.contains(id) || id != pattern_.owner.value_or(id); });
+  return them;
 }
 
 void TupleQuery::check() {
-  if (over_ || !complete()) return;
+  if (over_ || !unanswered().empty()) return;
   const auto complete_at = peer_discovery_.complete_at(pattern_.owner);
   if (scheduler_.now() >= complete_at) return end();
   again_ = scheduler_.at(complete_at, [this] { check(); });
@@ -61,6 +71,7 @@ void TupleQuery::end() {
   space_.list(pattern_, [&](const tuples::TupleView& tuple) { found.emplace_back(tuple); });
   subscription_.reset();
   peers_.reset();
+  if (const auto left_out = unanswered(); unanswered_call_ && !left_out.empty()) unanswered_call_(left_out);
   const auto call = std::move(call_);
   call(std::move(found));  // may destroy this
 }

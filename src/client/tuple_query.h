@@ -8,23 +8,29 @@
 
 namespace rubicon::client {
 
-/// Collects all present tuples that match, once every owner has sent its snapshot. Destruction cancels it without a
+/// Collects all present tuples that match, once every owner has sent its snapshot. Owners that have sent none within
+/// the patience are left out; a stop of this process counts as a moment of it. Destruction cancels the query without a
 /// call.
 class TupleQuery {
  public:
-  TupleQuery(Scheduler& scheduler, TupleSpace& space, const PeerDiscovery& peer_discovery, Pattern pattern,
-             TuplesCall call, Duration patience);
+  /// Receives the owners that are left out, before the call with the tuples.
+  using UnansweredCall = std::function<void(const std::vector<OwnerId>&)>;
+
+  TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& peer_discovery, Pattern pattern, TuplesCall call,
+             Duration patience, UnansweredCall unanswered = {});
 
  private:
   void check();
-  bool complete() const;
+  void wait(Duration patience);
+  std::vector<OwnerId> unanswered() const;
   void end();
 
   Scheduler& scheduler_;
   TupleSpace& space_;
-  const PeerDiscovery& peer_discovery_;
+  PeerDiscovery& peer_discovery_;
   Pattern pattern_;
   TuplesCall call_;
+  UnansweredCall unanswered_call_;
   std::set<OwnerId> answered_;
   bool over_ = false;
   tuples::Handle subscription_, peers_;

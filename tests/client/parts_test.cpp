@@ -94,6 +94,62 @@ TEST_F(ClientParts, AReadingDoesNotWaitForeverForThem) {
   EXPECT_EQ(times, 1);
 }
 
+/// As in a virtual machine that gets no processor for a while: what others sent meanwhile is taken afterwards.
+TEST_F(ClientParts, AStopOfThisProcessIsNoTimeInWhichNobodyCame) {
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
+  time.run_for(100ms);
+  time.stop_for(20s);
+  time.run_for(100ms);
+  EXPECT_EQ(times, 0);
+  Member late(ecology, time, 2);
+  ASSERT_TRUE(late.space.set("a", "late"));
+  time.run_for(kDdsPace.quiet + 1ms);
+  EXPECT_EQ(times, 1);
+  EXPECT_EQ(found.size(), 1U);
+}
+
+TEST_F(ClientParts, AStopBeforeAReadingIsNone) {
+  time.stop_for(20s);
+  EXPECT_FALSE(peer_discovery.complete({}));
+  EXPECT_FALSE(peer_discovery.complete(OwnerId(7)));
+  time.run_for(kDdsPace.quiet + 1ms);
+  EXPECT_TRUE(peer_discovery.complete({}));
+  EXPECT_FALSE(peer_discovery.complete(OwnerId(7)));
+  time.run_for(kDdsPace.named_owner);
+  EXPECT_TRUE(peer_discovery.complete(OwnerId(7)));
+  time.stop_for(20s);
+  EXPECT_TRUE(peer_discovery.complete(OwnerId(7)));
+}
+
+/// Is present and answers nothing.
+struct Mute final : tuples::LinkListener {
+  void on_changes(OwnerId, std::span<const tuples::Change>) override {}
+  void on_subscribe(OwnerId, const tuples::SubscriptionSpec&) override {}
+  void on_unsubscribe(OwnerId, std::uint32_t) override {}
+  void on_remote_set(const tuples::RemoteSet&) override {}
+  bool on_reply(OwnerId, const tuples::Reply&) override { return true; }
+  void on_peer(const tuples::PeerIdentity&, tuples::PeerEvent) override {}
+  void on_summary(OwnerId, std::string_view) override {}
+};
+
+TEST_F(ClientParts, AReadingEndsWithoutThoseWhoDoNotAnswerAndSaysSo) {
+  ASSERT_TRUE(island->space.set("a", "x"));
+  Mute mute;
+  const auto link = std::move(*ecology.join(OwnerId(2)));
+  link->attach(mute, 1);
+  std::vector<OwnerId> left_out;
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s,
+                         [&](const std::vector<OwnerId>& owners) { left_out = owners; });
+  time.run_for(1s);
+  time.stop_for(20s);
+  time.run_for(1800ms);
+  EXPECT_EQ(times, 0) << "a stop of this process is a moment of the patience";
+  time.run_for(300ms);
+  EXPECT_EQ(times, 1);
+  EXPECT_EQ(found.size(), 1U);
+  EXPECT_THAT(left_out, ElementsAre(OwnerId(2)));
+}
+
 TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
   ASSERT_TRUE(island->space.set("a", "x"));
   time.run_ready();

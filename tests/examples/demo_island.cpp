@@ -157,6 +157,7 @@ std::vector<std::string> DemoIsland::command(const std::string& line, int second
   return {"env",
           "PATH=" + kPrograms + ":" + ::getenv("PATH"),
           "HOME=" + folder_.string(),
+          "RUBICON_PATIENCE=30s",  // an island that gets no processor answers late
           "timeout",
           "--preserve-status",
           "--signal=INT",

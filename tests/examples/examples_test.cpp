@@ -56,6 +56,8 @@ TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon knx monitor", 130), "shows nothing");
   EXPECT_EQ(of("rubicon recorder all stop", 130), "ended with 130");
   EXPECT_EQ(of("rubicon log --follow", 130), "");
+  EXPECT_EQ(of("rubicon zigbee permit --for 2min", 130), "");
+  EXPECT_EQ(of("rubicon zigbee permit --for 0s", 130), "ended with 130");
   EXPECT_EQ(of("rubicon watch x y", 0, "a line\n", "rubicon: nothing fits y yet"), "names what is not there");
   EXPECT_EQ(of("curl http://x", 0, "{}"), "");
   EXPECT_EQ(of("curl http://x", 22, "{}"), "ended with 22");

@@ -59,8 +59,8 @@ bool found_losses_only(const std::string& output) {
 }  // namespace
 
 bool is_endless(const std::string& line) {
-  if (begins(line, std::array{"rubicon recorder"})) return false;
-  if (begins(line, std::array{"rubicon --engine peis watch"})) return true;
+  if (begins(line, std::array{"rubicon recorder"}) || has(line, " --for 0s")) return false;
+  if (begins(line, std::array{"rubicon --engine peis watch", "rubicon zigbee permit"})) return true;
   constexpr std::array kPrograms{
       "rubicon record", "rubicon receive",        "rubicon publish",  "rubicon log --follow", "rubicon-proxy run",
       "rubicon web",    "motes-simulator --port", "salad-simulator ", "knx-simulator ",       "zigbee-simulator "};

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <csignal>
+#include <thread>
 
 #include "apps/rubicon/live_island.h"
 #include "base/printable.h"
@@ -215,6 +217,33 @@ TEST_F(Reading, AScreenOfEightyColumnsShowsValuesAndNoColumnIsLost) {
   for (const auto* word : {"ACTUATORS", "dimmer-1", "blindPosition-1", "humidity-1", "unreachable"})
     EXPECT_THAT(devices, HasSubstr(word)) << devices;
   EXPECT_THAT(on_screen("describe living-10"), HasSubstr("COMMAND"));
+}
+
+/// As on a machine that gives a program no processor for a while, at whatever moment.
+TEST_F(Reading, AProgramThatIsStoppedForAWhileFindsWhatIsThere) {
+  std::vector<std::unique_ptr<Process>> stopped;
+  for (const auto moment : {10ms, 20ms, 30ms, 40ms, 60ms, 90ms, 150ms, 250ms}) {
+    stopped.push_back(std::make_unique<Process>(std::vector<std::string>{kProgram, "recorder"}));
+    std::this_thread::sleep_for(moment);
+    stopped.back()->signal(SIGSTOP);
+  }
+  std::this_thread::sleep_for(2s);  // longer than a tool waits for the first component
+  for (const auto& one : stopped) one->signal(SIGCONT);
+  for (const auto& one : stopped) EXPECT_EQ(one->exit_code(), 0) << one->errors();
+}
+
+TEST_F(Reading, WhoDoesNotAnswerIsNamed) {
+  client::Options options;
+  options.id = OwnerId(70001);
+  auto mute = Client::open(options);
+  ASSERT_TRUE(mute) << mute.error().text;
+  ASSERT_TRUE((*mute)->tuples().set("a", "x"));
+  (*mute)->run_until([] { return false; }, 100ms);  // from here on its loop stands still
+  const auto ls = rubicon({"ls", "--patience", "1500ms", "proxy.dummy-rooms.status"});
+  EXPECT_EQ(ls.code, 0);
+  EXPECT_THAT(ls.output, HasSubstr("proxy.dummy-rooms.status"));
+  EXPECT_THAT(ls.errors, HasSubstr("component 70001 has not answered within 1.5 s: the result lacks its tuples"));
+  EXPECT_THAT(rubicon({"ls", "6541:proxy.dummy-rooms.status"}).errors, Not(HasSubstr("answered")));
 }
 
 TEST_F(Reading, APipeShowsEverythingAsItIs) {
