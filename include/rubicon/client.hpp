@@ -211,7 +211,7 @@ using SentCall = std::function<void(const std::string& error)>;
 /// its own calls poll() instead whenever descriptor() is readable.
 ///
 /// `timeout` bounds how long a call waits for components that do not answer. Time in which this process or its host was
-/// stopped counts little: nobody could be heard.
+/// stopped counts as a moment: nobody could be heard.
 class Client final {
  public:
   /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network

@@ -25,10 +25,12 @@ namespace rubicon::client {
 
 namespace {
 
-/// How long a waiting call sleeps at most between two checks.
-constexpr Duration kMaxSleep = std::chrono::seconds(1);
-/// A turn of the loop that lasts longer than it should by more than this was stopped, or its host was.
-constexpr Duration kStop = std::chrono::milliseconds(100);
+/// How long a waiting call sleeps between two checks: a part of its timeout, of which a turn counts at most two, so
+/// that a stop of this process or its host takes little of it.
+Duration sleep_of(Duration timeout) {
+  using namespace std::chrono_literals;
+  return std::clamp<Duration>(timeout / 20, 10ms, 1s);
+}
 
 class CallSink final : public base::LogSink {
  public:
@@ -175,15 +177,15 @@ void Client::stop() {
 
 bool Client::run_until(const std::function<bool()>& done, Duration timeout) {
   auto& loop = *impl_->loop;
-  auto start = loop.now(), due = start;
-  while (true) {
+  const auto sleep = sleep_of(timeout);
+  Duration gone{};
+  for (auto before = loop.now();;) {
     loop.poll();
     if (done()) return true;
     const auto now = loop.now();
-    if (now - due > kStop) start += now - due;
-    if (now - start >= timeout) return false;
-    due = now + std::min(timeout - (now - start), kMaxSleep);
-    loop.wait(due - now);
+    gone += std::min(now - std::exchange(before, now), 2 * sleep);
+    if (gone >= timeout) return false;
+    loop.wait(std::min(timeout - gone, sleep));
   }
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 /// While components are expected.
 constexpr Duration kLookAgain = std::chrono::milliseconds(20);
-/// Between two observations; more than twice that is a stop.
+/// Between two observations; more than twice that is a stop, which counts as one.
 constexpr Duration kObserve = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -41,8 +41,9 @@ void PeerDiscovery::observe() {
 void PeerDiscovery::notice_stop() {
   const auto now = scheduler_.now(), before = std::exchange(noticed_, now);
   if (!observes_ || now - before <= 2 * kObserve) return;
-  started_ += now - before;
-  last_came_ += now - before;
+  const auto lost = now - before - kObserve;
+  started_ += lost;
+  last_came_ += lost;
 }
 
 bool PeerDiscovery::present(OwnerId id) const {

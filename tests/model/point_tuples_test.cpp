@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <ctime>
 
 namespace rubicon::model {
 namespace {
@@ -32,14 +33,14 @@ TEST(PointTuples, TextsWithManyMembersAreReadQuickly) {
   std::string text = "{";
   for (int i = 0; i < 30'000; ++i) text += fmt::format("\"{:x}\":0,", i);
   text += R"("type":"light","address":"7","quality":"good","status":"ok","line":"up","command":{"state":"sent"}})";
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = std::clock();  // of this process, whatever else the machine does
   EXPECT_EQ(point_description_from_json(text)->type, "light");
   EXPECT_EQ(device_description_from_json(text)->address, "7");
   EXPECT_EQ(point_status_from_json(text).quality, "good");
   EXPECT_EQ(command_status_from_json(text)->state, "sent");
   EXPECT_EQ(device_condition_from_json(text).status, "ok");
   EXPECT_EQ(line_status_from_json(text).line, "up");
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  EXPECT_LT(std::clock() - start, 5 * CLOCKS_PER_SEC) << "it needs half a second";
 }
 
 TEST(PointTuples, TheStatusOfALineSurvivesItsText) {
