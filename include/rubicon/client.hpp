@@ -211,7 +211,7 @@ using SentCall = std::function<void(const std::string& error)>;
 /// its own calls poll() instead whenever descriptor() is readable.
 ///
 /// `timeout` bounds how long a call waits for components that do not answer. Time in which this process or its host was
-/// stopped counts as a moment: nobody could be heard.
+/// stopped counts little, because this process could hear no component then.
 class Client final {
  public:
   /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network
@@ -256,7 +256,7 @@ class Client final {
 
   // -- tuples, points, networks and devices
   /// Reads all present tuples that match, without creating demand. `call` receives them all at once; owners that do not
-  /// answer within the timeout are left out, which `warn` says.
+  /// answer within the timeout are left out; `warn` receives a line that names one of them.
   void read(const Pattern& pattern, TuplesCall call, Duration timeout = std::chrono::seconds(3));
   /// The same. Blocks.
   std::vector<Tuple> read(const Pattern& pattern, Duration timeout = std::chrono::seconds(3));

@@ -25,8 +25,8 @@ namespace rubicon::client {
 
 namespace {
 
-/// How long a waiting call sleeps between two checks: a part of its timeout, of which a turn counts at most two, so
-/// that a stop of this process or its host takes little of it.
+/// How long a waiting call sleeps between two checks. A turn of the loop counts as two sleeps at most, so a stop of
+/// this process or its host uses up little of the timeout.
 Duration sleep_of(Duration timeout) {
   using namespace std::chrono_literals;
   return std::clamp<Duration>(timeout / 20, 10ms, 1s);

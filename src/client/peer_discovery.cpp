@@ -9,7 +9,8 @@ namespace {
 
 /// While components are expected.
 constexpr Duration kLookAgain = std::chrono::milliseconds(20);
-/// Between two observations; more than twice that is a stop, which counts as one.
+/// Pause between two observations. A pause of more than twice that means that the process was stopped; it counts as
+/// one.
 constexpr Duration kObserve = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -31,7 +32,7 @@ PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const Disc
   observe();
 }
 
-/// Goes on until the time of all bounds has passed.
+/// Repeats itself until all bounds of the pace have passed.
 void PeerDiscovery::observe() {
   notice_stop();
   observes_ = noticed_ < std::max(last_came_ + pace_.quiet, started_ + std::max(pace_.search, pace_.named_owner));

@@ -23,8 +23,8 @@ inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::ch
                                          std::chrono::seconds(3)};
 
 /// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides, and
-/// what the engine knows of components that are on their way. Time in which this process or its host was stopped does
-/// not count: nobody could be heard.
+/// what the engine knows of components that are on their way. Time in which this process or its host was stopped counts
+/// as one short observation, because this process could hear no component then.
 class PeerDiscovery {
  public:
   /// Whether the engine has found a component that is no peer yet. It is waited for as long as for a named owner.
@@ -48,7 +48,7 @@ class PeerDiscovery {
   DiscoveryPace pace_;
   Expects expects_;
   SteadyTime started_, last_came_, noticed_;
-  bool observes_ = false;  ///< whether this process runs
+  bool observes_ = false;  ///< whether `again_` measures stops
   Timer again_;
   tuples::Handle peers_;
 };

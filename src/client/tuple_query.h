@@ -9,8 +9,8 @@
 namespace rubicon::client {
 
 /// Collects all present tuples that match, once every owner has sent its snapshot. Owners that have sent none within
-/// the patience are left out; a stop of this process counts as a moment of it. Destruction cancels the query without a
-/// call.
+/// the patience are left out. A stop of this process uses up little of the patience. Destruction cancels the query
+/// without a call.
 class TupleQuery {
  public:
   /// Receives the owners that are left out, before the call with the tuples.

@@ -7,6 +7,7 @@
 #include "base/bytes.h"
 #include "model/json_members.h"
 #include "model/message_types.h"
+#include "model/tool_request.h"
 #include "rubicon/key.hpp"
 #include "tuples/space_rights.h"
 
@@ -21,13 +22,13 @@ Result<void> may_send_to(const tuples::Judge& judge, const tuples::Member& who, 
   return judge.may_by_names(who, tuples::Act::kSend, where);
 }
 
-/// Longest word of a request that the audit gets, and longest request that is read for it: networks refuse
-/// longer ones.
-constexpr std::size_t kMaxWord = 32, kMaxRequest = 64UL * 1024;
+/// Longest word of a request that the audit gets.
+constexpr std::size_t kMaxWord = 32;
 
 /// Requests of tools have types such as `knx.request` and `zigbee.admin`.
 bool may_be_request(const model::Opaque& opaque) {
-  return opaque.bytes.size() <= kMaxRequest && (opaque.type.ends_with(".request") || model::is_admin_type(opaque.type));
+  return opaque.bytes.size() <= model::kMaxToolRequest &&
+         (opaque.type.ends_with(".request") || model::is_admin_type(opaque.type));
 }
 
 /// A word, or a number, of the request of a tool.

@@ -36,7 +36,7 @@ class SeenMessages {
   Window& window(IslandId origin);
   std::uint64_t place_of(const Address& to) const;
 
-  std::uint64_t secret_;  ///< without it nobody can construct two destinations with the same place_of()
+  std::uint64_t secret_;  ///< a stranger who does not know it cannot choose two destinations with the same place_of()
   std::unordered_map<IslandId, Window> windows_;
   std::list<IslandId> by_age_;  ///< latest first
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/json_members.h"
+#include "model/tool_request.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
@@ -22,8 +23,6 @@ constexpr Duration kToolTelegramLifetime = 5s;
 constexpr std::size_t kMaxReplyFrames = 500, kMaxReplyBytes = 50'000;
 /// Bound of a field of a request: enough for the JSON of any data point type.
 constexpr std::size_t kMaxRequestText = 2000;
-/// Bytes of a request; the audit reads as many.
-constexpr std::size_t kMaxRequestBytes = 64UL * 1024;
 
 std::string field_text(const json& request, const char* key) {
   const auto found = request.find(key);
@@ -91,9 +90,9 @@ Result<void> ToolRequests::receive(const model::Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (!opaque || opaque->type != kRequestTag)
     return fail(ErrorCode::kUnsupported, fmt::format("KNX does not support {}", to_string(message.kind())));
-  if (opaque->bytes.size() > kMaxRequestBytes) return fail(ErrorCode::kInvalid, "the knx.request is too long");
-  const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
-  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a knx.request is a JSON object");
+  const auto object = model::read_tool_request(*opaque);
+  if (!object) return fail(object.error());
+  const auto& request = *object;
   Requester requester{message.source, field_text(request, "id"), message.sender.has_value()};
   const auto what = field_text(request, "do");
   if (what == "capture") {

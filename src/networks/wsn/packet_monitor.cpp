@@ -6,6 +6,7 @@
 
 #include "base/bytes.h"
 #include "model/json_members.h"
+#include "model/tool_request.h"
 #include "motes/packet_text.h"
 #include "rubicon/key.hpp"
 
@@ -15,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Longest id of a request that a reply repeats, and longest request; the audit reads as many bytes.
-constexpr std::size_t kMostId = 200, kMostBytes = 64UL * 1024;
+/// Longest id of a request that a reply repeats.
+constexpr std::size_t kMostId = 200;
 
 }  // namespace
 
@@ -25,9 +26,9 @@ Result<void> PacketMonitor::receive(const model::Message& message) {
   // Who may send to one mote must not see the others.
   if (!message.destination.device.empty())
     return fail(ErrorCode::kRefused, "a wsn.request concerns the whole network: address that, not a mote");
-  if (opaque.bytes.size() > kMostBytes) return fail(ErrorCode::kInvalid, "the wsn.request is too long");
-  const auto request = json::parse(opaque.bytes.begin(), opaque.bytes.end(), nullptr, false);
-  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a wsn.request is a JSON object");
+  const auto object = model::read_tool_request(opaque);
+  if (!object) return fail(object.error());
+  const auto& request = *object;
   const auto id = model::text_of(request, "id").substr(0, kMostId);
   const auto what = model::text_of(request, "do");
   json answer{{"id", id}, {"ok", true}, {"line", up_()}};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/json_members.h"
+#include "model/tool_request.h"
 #include "networks/zigbee/bridge/recommended.h"
 #include "networks/zigbee/device_options.h"
 #include "rubicon/key.hpp"
@@ -20,7 +21,7 @@ using nlohmann::json;
 
 /// Bound of the list in a reply, so that it fits one message.
 constexpr std::size_t kMaxReplyBytes = 100'000;
-constexpr std::size_t kMaxRequestBytes = 64UL * 1024, kMaxRequestText = 512;
+constexpr std::size_t kMaxRequestText = 512;
 /// Zigbee2MQTT's longest time (zigbee.md, section 8).
 constexpr std::int64_t kMaxPermit = 254;
 constexpr std::string_view kTooManyWatch = "too many tools watch devices join";
@@ -97,9 +98,9 @@ Result<void> ToolRequests::receive(const Message& message) {
   if (!message.destination.device.empty())
     return fail(ErrorCode::kRefused,
                 fmt::format("a {} concerns the whole network: address that, not a device", opaque->type));
-  if (opaque->bytes.size() > kMaxRequestBytes) return fail(ErrorCode::kInvalid, "the zigbee.request is too long");
-  const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
-  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a zigbee.request is a JSON object");
+  const auto object = model::read_tool_request(*opaque);
+  if (!object) return fail(object.error());
+  const auto& request = *object;
   Requester requester{message.source, request_text(request, "id")};
   if (opaque->type != kAdminTag && tag_of(request) == kAdminTag) {
     refuse(requester, fmt::format("this request needs a message of the type {}", kAdminTag));

@@ -1,0 +1,16 @@
+#include "model/tool_request.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::model {
+
+Result<nlohmann::json> read_tool_request(const Opaque& request) {
+  if (request.bytes.size() > kMaxToolRequest)
+    return fail(ErrorCode::kInvalid, fmt::format("a {} of {} bytes, expected at most {}", request.type,
+                                                 request.bytes.size(), kMaxToolRequest));
+  auto object = nlohmann::json::parse(request.bytes.begin(), request.bytes.end(), nullptr, false);
+  if (!object.is_object()) return fail(ErrorCode::kInvalid, fmt::format("a {} is a JSON object", request.type));
+  return object;
+}
+
+}  // namespace rubicon::model
