@@ -12,7 +12,7 @@
 #include "ets_export.h"
 #include "island/island.h"
 #include "island/network_types.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 // What a point of a large KNX list takes in memory, beside its tuples in the store alone.

@@ -6,7 +6,7 @@ set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/../scripts/common.sh"
 
 starts=${1:-100}
-programs=$root/build/${2:-release}/bin
+programs=$root/build/${2:-install}/bin
 flat=$root/examples/salad.yaml
 wanted=55
 

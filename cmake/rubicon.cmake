@@ -11,13 +11,15 @@ if(RUBICON_LLD)
   add_link_options(-fuse-ld=lld)
 endif()
 
-# Compiles the files of a target in batches of twelve: most of the time is spent in the headers of libraries, not in our
-# own lines. OFF compiles each file separately, which clang-tidy and the check for missing includes need.
-option(RUBICON_UNITY "Compile files of a target in batches" ON)
+# The compiler sees blocks (rubicon_block): most of its time goes into headers and templates, which each file would repeat.
+# OFF compiles each file separately, which clang-tidy and the check for missing includes need.
+option(RUBICON_UNITY "Compile rooms in blocks, and the files of other targets in batches" ON)
 if(RUBICON_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
 endif()
+set(RUBICON_HOT "" CACHE STRING "More options of the compiler for the blocks that each value passes; the preset demo optimises only these")
+include(${CMAKE_CURRENT_LIST_DIR}/alone.cmake)
 
 option(RUBICON_WERROR "Treat compiler warnings as errors" ON)
 
@@ -41,6 +43,13 @@ endif()
 if(RUBICON_UNITY AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   target_compile_options(rubicon_options INTERFACE -Wno-shadow)  # clang has no -Wshadow=local
 endif()
+# g++ collects its garbage whenever its heap has doubled, a tenth of the time of a block. Where each processor has 4 GB, it need not.
+cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
+cmake_host_system_information(RESULT megabytes QUERY TOTAL_PHYSICAL_MEMORY)
+math(EXPR megabytes_each "${megabytes} / ${processors}")
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND megabytes_each GREATER_EQUAL 4000)
+  target_compile_options(rubicon_options INTERFACE "SHELL:--param ggc-min-heapsize=1500000")
+endif()
 if(RUBICON_SANITIZE)
   target_compile_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE})
@@ -55,8 +64,57 @@ if(RUBICON_FUZZ)
   target_compile_options(rubicon_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# rubicon_block(space HOT): rooms with BLOCK space are compiled as one file. A block may need only blocks that were declared
+# before it. HOT: each value passes it.
+function(rubicon_block name)
+  cmake_parse_arguments(ARG "HOT" "" "" ${ARGN})
+  if(NOT RUBICON_UNITY)
+    return()
+  endif()
+  add_library(rubicon_block_${name} STATIC)
+  set_target_properties(rubicon_block_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
+  target_link_libraries(rubicon_block_${name} PUBLIC rubicon_options)
+  if(ARG_HOT AND RUBICON_HOT)
+    separate_arguments(hot UNIX_COMMAND "${RUBICON_HOT}")
+    target_compile_options(rubicon_block_${name} PRIVATE ${hot})
+  endif()
+endfunction()
+
+# rubicon_room(TARGET [BLOCK space] SOURCES ... LINKS ... PRIVATE_LINKS ... INCLUDES ... DEFINES ...): a library of these files. With a
+# block, the files are the block's, and who links the room links the block.
+function(rubicon_room target)
+  cmake_parse_arguments(ARG "" "BLOCK" "SOURCES;LINKS;PRIVATE_LINKS;INCLUDES;DEFINES" ${ARGN})
+  if(NOT ARG_BLOCK OR NOT RUBICON_UNITY)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC ${ARG_INCLUDES})
+    target_compile_definitions(${target} PRIVATE ${ARG_DEFINES})
+    target_link_libraries(${target} PUBLIC rubicon_options ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS})
+    rubicon_compile_changed_alone(${target})
+    return()
+  endif()
+  set(block rubicon_block_${ARG_BLOCK})
+  target_sources(${block} PRIVATE ${ARG_SOURCES})
+  target_include_directories(${block} PUBLIC ${ARG_INCLUDES})
+  target_compile_definitions(${block} PRIVATE ${ARG_DEFINES})
+  target_link_libraries(${block} PRIVATE ${ARG_PRIVATE_LINKS})
+  foreach(link ${ARG_LINKS})
+    if(TARGET ${link})
+      get_target_property(in ${link} RUBICON_BLOCK)
+      if(in STREQUAL block)
+        continue()
+      endif()
+    endif()
+    target_link_libraries(${block} PUBLIC ${link})
+  endforeach()
+  add_library(${target} INTERFACE)
+  set_target_properties(${target} PROPERTIES RUBICON_BLOCK ${block})
+  target_link_libraries(${target} INTERFACE ${block})
+  rubicon_compile_changed_alone(${block})
+endfunction()
+
+# The room of a folder of src/: its sources and those of the folders below.
 function(rubicon_library name)
-  cmake_parse_arguments(ARG "" "TARGET" "LINKS;EXCLUDE;EXCLUDE_FILES" ${ARGN})
+  cmake_parse_arguments(ARG "" "TARGET;BLOCK" "LINKS;PRIVATE_LINKS;DEFINES;EXCLUDE;EXCLUDE_FILES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
   foreach(file ${ARG_EXCLUDE_FILES})
     list(FILTER sources EXCLUDE REGEX "/${name}/${file}\\.cpp$")
@@ -68,26 +126,14 @@ function(rubicon_library name)
   if(ARG_TARGET)
     set(target ${ARG_TARGET})
   endif()
-  if(NOT sources)
-    add_library(${target} INTERFACE)
-    target_link_libraries(${target} INTERFACE rubicon_options ${ARG_LINKS})
-    return()
-  endif()
-  add_library(${target} STATIC ${sources})
-  target_link_libraries(${target} PUBLIC rubicon_options ${ARG_LINKS})
-endfunction()
-
-# For what runs once or seldom: -O2 would cost a third more time to compile in the build of ./run.
-function(rubicon_quick_to_compile)
-  foreach(target ${ARGN})
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  endforeach()
+  rubicon_room(${target} BLOCK ${ARG_BLOCK} SOURCES ${sources} LINKS ${ARG_LINKS} PRIVATE_LINKS ${ARG_PRIVATE_LINKS}
+               DEFINES ${ARG_DEFINES})
 endfunction()
 
 # A network plug-in: src/networks/<name>, with its sample.yaml compiled in as kSample (<name>_sample.h). It is part of
 # rubicon-proxy, unless it lies in another FOLDER.
 function(rubicon_network name)
-  cmake_parse_arguments(ARG "" "FOLDER;NAMESPACE" "LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "FOLDER;NAMESPACE;BLOCK" "LINKS" ${ARGN})
   if(NOT ARG_FOLDER)
     set_property(GLOBAL APPEND PROPERTY RUBICON_NETWORKS ${name})
   endif()
@@ -103,10 +149,6 @@ function(rubicon_network name)
     set(ARG_FOLDER ${CMAKE_CURRENT_SOURCE_DIR}/networks/${name})
   endif()
   file(GLOB sources CONFIGURE_DEPENDS ${ARG_FOLDER}/*.cpp)
-  if(NOT sources)
-    add_library(rubicon_networks_${name} INTERFACE)
-    return()
-  endif()
   set(header ${CMAKE_BINARY_DIR}/generated/networks/${name}/${name}_sample.h)
   file(READ ${ARG_FOLDER}/sample.yaml sample)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARG_FOLDER}/sample.yaml)
@@ -117,9 +159,8 @@ namespace rubicon::networks::${ARG_NAMESPACE} {
 inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
 }
 " @ONLY)
-  add_library(rubicon_networks_${name} STATIC ${sources})
-  target_include_directories(rubicon_networks_${name} PUBLIC ${CMAKE_BINARY_DIR}/generated ${elsewhere})
-  target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
+  rubicon_room(rubicon_networks_${name} BLOCK ${ARG_BLOCK} SOURCES ${sources} LINKS rubicon_network ${ARG_LINKS}
+               INCLUDES ${CMAKE_BINARY_DIR}/generated ${elsewhere})
 endfunction()
 
 # rubicon_all_networks: all networks of rubicon-proxy, and networks/all_networks.h with their types.
@@ -148,15 +189,13 @@ endfunction()
 
 # The files of a folder of apps/ but its main.cpp, as a library rubicon_<folder> (or TARGET).
 function(rubicon_program_parts folder)
-  cmake_parse_arguments(ARG "" "TARGET" "LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TARGET;BLOCK" "LINKS" ${ARGN})
   if(NOT ARG_TARGET)
     set(ARG_TARGET rubicon_${folder})
   endif()
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main.cpp$")
-  add_library(${ARG_TARGET} STATIC ${sources})
-  target_include_directories(${ARG_TARGET} PUBLIC ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${ARG_TARGET} PUBLIC ${ARG_LINKS})
+  rubicon_room(${ARG_TARGET} BLOCK ${ARG_BLOCK} SOURCES ${sources} LINKS ${ARG_LINKS} INCLUDES ${CMAKE_SOURCE_DIR})
 endfunction()
 
 # tests/<folder>/*.cpp, and those of its sub-folders ROOMS -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
@@ -176,6 +215,7 @@ function(rubicon_test folder)
   target_compile_definitions(${target} PRIVATE
     RUBICON_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RUBICON_BINARY_DIR="${CMAKE_BINARY_DIR}")
   target_link_libraries(${target} PRIVATE ${ARG_LINKS} rubicon_test_support GTest::gtest_main)
+  rubicon_compile_changed_alone(${target})
   add_test(NAME ${target} COMMAND ${target} --gtest_brief=1)
   set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT RUBICON_TRUST=no)  # whatever this host has
   if(ARG_COST)
@@ -185,6 +225,10 @@ endfunction()
 
 # The files of a folder as a part of the target: rubicon::web::files::embedded_files().
 function(rubicon_embedded_page target folder)
+  get_target_property(block ${target} RUBICON_BLOCK)
+  if(block)
+    set(target ${block})
+  endif()
   file(GLOB files CONFIGURE_DEPENDS ${folder}/*)
   set(source ${CMAKE_BINARY_DIR}/generated/web/page.cpp)
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/generated/web)

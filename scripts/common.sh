@@ -70,37 +70,75 @@ install_without_starting() (
   fi
 )
 
+# How many compilers run at a time: one for each processor, and each may take 2 GB of memory.
+jobs() {
+  local megabytes jobs
+  megabytes=$(awk '/^MemTotal:/ {print int($2 / 1024)}' /proc/meminfo)
+  jobs=$(nproc)
+  [ $((jobs * 2000)) -le "$megabytes" ] || jobs=$((megabytes / 2000))
+  echo $((jobs > 0 ? jobs : 1))
+}
+
+# yardstick: processor time in milliseconds that one fixed file takes to compile here and now; nothing where it does not compile.
+yardstick() {
+  local TIMEFORMAT='%U %S'
+  mkdir -p "$root/build"
+  { time g++ -std=c++20 -Og -c "$root/bench/build/yardstick.cpp" -o "$root/build/yardstick.o" 2>/dev/null; } 2>&1 |
+    awk '{print int(($1 + $2) * 1000)}'
+}
+
+# expect_minutes: says how long the first build of the demo takes here, and sets $expected to the time in seconds since 1970 when it
+# ends: the compilation of one file tells how fast this machine is now. Does nothing where there is a build already.
+demo_yardsticks=220
+expect_minutes() {
+  [ ! -f "$root/build/release/build.ninja" ] || return 0
+  local seconds
+  seconds=$(($(yardstick) * demo_yardsticks / 1000 / $(jobs)))
+  expected=$(($(date +%s) + seconds))
+  say "the first build takes about $(((seconds + 59) / 60)) min on this machine; later ones take seconds"
+}
+
+# time_left: `, about 3 min left`, or nothing where no time is expected.
+time_left() {
+  local left=$((${expected:-0} - $(date +%s)))
+  [ -n "${expected:-}" ] || return 0
+  if [ "$left" -gt 90 ]; then printf ', about %d min left' $(((left + 59) / 60))
+  elif [ "$left" -gt 0 ]; then printf ', about %d s left' "$left"
+  fi
+}
+
 # show_progress FILE PATTERN PID: while the process runs, shows `n of m` from the last line of the file that matches the
-# pattern: on a terminal in one line that changes, otherwise as a line every 30 seconds.
+# pattern, and the time left: on a terminal in one line that changes, otherwise as a line every 30 seconds.
 show_progress() {
   local file=$1 pattern=$2 pid=$3 now= shown= turns=0
   while kill -0 "$pid" 2>/dev/null; do
     sleep 0.2
     turns=$((turns + 1))
     now=$(tail -c 4000 "$file" 2>/dev/null | grep -E "$pattern" | tail -n 1 | grep -oE '[0-9]+/[0-9]+' | head -n 1) || true
-    [ -n "$now" ] && [ "$now" != "$shown" ] || continue
+    [ -n "$now" ] || continue
     if [ -t 2 ]; then
-      printf '\r[%s] %s of %s ' "$(basename "$0")" "${now%/*}" "${now#*/}" >&2
-      shown=$now
-    elif [ $((turns % 150)) -eq 0 ]; then
-      say "${now%/*} of ${now#*/}"
+      [ "$now$(time_left)" != "$shown" ] || continue
+      shown=$now$(time_left)
+      printf '\r\033[K[%s] %s of %s%s ' "$(basename "$0")" "${now%/*}" "${now#*/}" "$(time_left)" >&2
+    elif [ $((turns % 150)) -eq 0 ] && [ "$now" != "$shown" ]; then
+      say "${now%/*} of ${now#*/}$(time_left)"
       shown=$now
     fi
   done
   [ ! -t 2 ] || [ -z "$shown" ] || printf '\r\033[K' >&2
 }
 
-# build PRESET [TARGET...]
+# build PRESET [TARGET...]: what the preset demo builds lies in build/release.
 build() {
-  local preset=$1 directory=$root/build/$1
+  local preset=$1 directory=$root/build/${1/#demo/release}
   shift
   if [ ! -f "$directory/build.ninja" ]; then
-    say "configuring build/$preset"
+    say "configuring ${directory#"$root"/}"
     (cd "$root" && cmake --preset "$preset" >"$root/build-$preset.log" 2>&1) || { cat "$root/build-$preset.log" >&2; exit 1; }
     mv "$root/build-$preset.log" "$directory/configure.log"
   fi
-  say "building build/$preset"
-  cmake --build "$directory" --target "${@:-all}" >"$directory/build.log" 2>&1 &
+  say "building ${directory#"$root"/}"
+  cmake --build "$directory" --parallel "$(jobs)" --target "${@:-all}" >"$directory/build.log" 2>&1 &
   show_progress "$directory/build.log" '^\[[0-9]+/[0-9]+\]' $!
-  wait $! || { tail -n 60 "$directory/build.log" >&2; say "building build/$preset failed: build/$preset/build.log"; exit 1; }
+  wait $! || { tail -n 60 "$directory/build.log" >&2; say "building failed: ${directory#"$root"/}/build.log"; exit 1; }
 }

@@ -4,6 +4,7 @@
 
 #include "apps/program/usage_error.h"
 #include "apps/program/version.h"
+#include "apps/rubicon/program.h"
 #include "trust/place.h"
 #include "trust/private_memory.h"
 
@@ -95,6 +96,11 @@ int Cli::dispatch() {
     return run(*settings);
   }
   return kUsage;
+}
+
+int run_program(int argc, char** argv) {
+  Cli cli;
+  return cli.run(argc, argv);
 }
 
 }  // namespace rubicon::cli

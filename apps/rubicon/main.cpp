@@ -1,6 +1,5 @@
-#include "apps/rubicon/cli.h"
+#include "apps/rubicon/program.h"
 
 int main(int argc, char** argv) {
-  rubicon::cli::Cli cli;
-  return cli.run(argc, argv);
+  return rubicon::cli::run_program(argc, argv);
 }

@@ -8,8 +8,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
 
 #include "components/roles.h"
+#include "frame/program.h"
 #include "support/private_network.h"
 
 namespace rubicon::bench {
@@ -95,10 +97,11 @@ int measure(const ComponentProgram& program, const Options& options) {
 }  // namespace
 
 int run_components(int count, char** values, const ComponentProgram& program) {
-  CLI::App app(program.purpose);
+  CLI::App app(program.purpose, std::filesystem::path(values[0]).filename().string());
   Options options;
   describe(app, program, options);
   CLI11_PARSE(app, count, values);
+  if (options.role.empty() && !options.quick && refuses_to_measure(app.get_name().c_str())) return 2;
   return options.role.empty() ? measure(program, options) : play(program, options);
 }
 

@@ -27,9 +27,19 @@ std::optional<int> read_request(int argc, char** argv, const ProgramText& text, 
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   }
+  if (!request.quick && refuses_to_measure(text.name)) return 2;
   std::signal(SIGPIPE, SIG_IGN);
   if (::geteuid() != 0) ::unshare(CLONE_NEWUSER);
   return std::nullopt;
+}
+
+bool refuses_to_measure(const char* program) {
+  if (RUBICON_OPTIMISED) return false;
+  fmt::print(stderr,
+             "{}: this build is not optimised (-O2), so its figures would say nothing; measure with the preset "
+             "`install`: cmake --preset install && cmake --build --preset install --target {}\n",
+             program, program);
+  return true;
 }
 
 void print_figures(const Json& figures) {

@@ -28,6 +28,9 @@ struct ProgramText {
 std::optional<int> read_request(int argc, char** argv, const ProgramText& text, const std::vector<std::string>& names,
                                 Request& request);
 void print_figures(const Json& figures);
+/// Whether figures of this build would say nothing, because the preset does not optimise what is measured (-O2); then
+/// says so on standard error. Callers end with exit code 2.
+bool refuses_to_measure(const char* program);
 
 /// By name; each adds its figures.
 template <class Plan>

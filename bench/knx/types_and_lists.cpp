@@ -15,7 +15,7 @@
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
 #include "networks/knx/knx_network.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace {
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "support/memory/memory_sinks.h"
+
 namespace rubicon::bench::motes {
 
 std::string island_of(const std::vector<std::uint16_t>& ports, const std::string& options) {

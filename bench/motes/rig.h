@@ -9,7 +9,7 @@
 #include "base/virtual_scheduler.h"
 #include "frame/running_island.h"
 #include "motes/measurements.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::bench::motes {

@@ -20,6 +20,7 @@
 
 #include "transport/asio_traffic.h"
 #include "transport/baud_rates.h"
+#include "transport/own_descriptor.h"
 
 namespace rubicon::transport {
 
@@ -32,22 +33,6 @@ using Line = AsioTraffic<stream_descriptor>;
 auto cannot(const std::string& path, std::string_view doing, int error, ErrorCode code = ErrorCode::kIo) {
   return fail(code, fmt::format("{}: cannot {}: {}", path, doing, std::generic_category().message(error)));
 }
-
-/// Closed when destroyed, unless it was taken.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  int get() const { return number_; }
-  int take() { return std::exchange(number_, -1); }
-
- private:
-  int number_;
-};
 
 /// The slave of a Unix98 pseudo-terminal (Linux, Documentation/admin-guide/devices.txt: character devices 136 to 143).
 bool is_pseudo(const struct stat& status) {
@@ -78,7 +63,7 @@ Result<void> claim(const std::string& path, int descriptor, bool pseudo) {
   return {};
 }
 
-Result<Descriptor> open_line(const SerialOptions& options, bool& pseudo) {
+Result<OwnDescriptor> open_line(const SerialOptions& options, bool& pseudo) {
   const auto& path = options.path;
   const auto speed = speed_of(options.baud);
   if (!speed)
@@ -91,7 +76,7 @@ Result<Descriptor> open_line(const SerialOptions& options, bool& pseudo) {
     return cannot(path, "open", errno, errno == ENOENT || errno == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kIo);
   if (!S_ISCHR(status.st_mode)) return fail(ErrorCode::kInvalid, path + ": is no serial line");
   pseudo = is_pseudo(status);
-  Descriptor line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  OwnDescriptor line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (line.get() < 0) {
     const bool gone = errno == ENOENT || errno == ENXIO || errno == ENODEV;
     const auto code = errno == EBUSY ? ErrorCode::kBusy : gone ? ErrorCode::kNotFound : ErrorCode::kIo;
@@ -105,7 +90,7 @@ Result<Descriptor> open_line(const SerialOptions& options, bool& pseudo) {
 }
 
 /// Starts reading; `connected` is called in a later turn.
-Result<void> start(const std::shared_ptr<Line>& line, Descriptor descriptor) {
+Result<void> start(const std::shared_ptr<Line>& line, OwnDescriptor descriptor) {
   boost::system::error_code error;
   line->socket.assign(descriptor.get(), error);
   if (!error) descriptor.take();
@@ -147,7 +132,7 @@ bool mark(int slave) {
 
 /// Whether the program that made the slave runs; false for terminals made by other programs.
 bool is_marked(const std::string& slave) {
-  const Descriptor line(::open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  const OwnDescriptor line(::open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (line.get() < 0) return errno == EBUSY;
   struct flock lock {};
   lock.l_type = F_WRLCK;
@@ -193,7 +178,7 @@ class Link {
 
 class AsioPty final : public ByteStream {
  public:
-  AsioPty(std::shared_ptr<Line> line, Descriptor other_end, std::unique_ptr<Link> link)
+  AsioPty(std::shared_ptr<Line> line, OwnDescriptor other_end, std::unique_ptr<Link> link)
       : line_(std::move(line)), other_end_(std::move(other_end)), link_(std::move(link)) {}
   ~AsioPty() override { line_->leave(); }
   AsioPty(const AsioPty&) = delete;
@@ -205,7 +190,7 @@ class AsioPty final : public ByteStream {
 
  private:
   std::shared_ptr<Line> line_;
-  Descriptor other_end_;  ///< kept open, because reading from the master fails while no slave is open
+  OwnDescriptor other_end_;  ///< kept open, because reading from the master fails while no slave is open
   std::unique_ptr<Link> link_;
 };
 
@@ -224,13 +209,13 @@ Result<std::unique_ptr<ByteStream>> open_asio_serial(const asio::any_io_executor
 
 Result<std::unique_ptr<ByteStream>> make_asio_pty(const asio::any_io_executor& executor, const std::string& link,
                                                   StreamCalls calls) {
-  Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  OwnDescriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> name{};
   if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0)
     return cannot(link, "make a pseudo-terminal", errno);
   if (const int error = ::ptsname_r(master.get(), name.data(), name.size()); error != 0)
     return cannot(link, "make a pseudo-terminal", error);
-  Descriptor slave(::open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  OwnDescriptor slave(::open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (slave.get() < 0 || !make_raw(slave.get(), std::nullopt) || !mark(slave.get()))
     return cannot(link, "make a pseudo-terminal", errno);
   auto named = std::make_unique<Link>(link, name.data());

@@ -19,31 +19,14 @@
 #include "base/assert.h"
 #include "base/timer_heap.h"
 #include "rubicon/result.hpp"
+#include "transport/own_descriptor.h"
 
 namespace rubicon::transport {
 
-namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return number_; }
-
- private:
-  int number_;
-};
-
-}  // namespace
-
 struct PollLoop::Impl {
-  Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
-  Descriptor alarm{::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)};
-  Descriptor all{::epoll_create1(EPOLL_CLOEXEC)};
+  OwnDescriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  OwnDescriptor alarm{::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)};
+  OwnDescriptor all{::epoll_create1(EPOLL_CLOEXEC)};
   std::mutex mutex;
   std::vector<std::function<void()>> posted;  ///< guarded by the mutex
   bool woken = false;                         ///< guarded by the mutex: `wake` was written for the posted calls

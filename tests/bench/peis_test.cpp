@@ -34,6 +34,16 @@ TEST_P(BenchOfPeis, ShortRunMeasuresAllAndLosesNothing) {
   for (const auto& fault : GetParam().faults) EXPECT_EQ(out.value(fault, -1), 0) << fault;
 }
 
+TEST(BenchOfPeisAlone, RefusesToMeasureABuildThatIsNotOptimised) {
+#ifdef NDEBUG
+  GTEST_SKIP() << "this build is optimised";
+#endif
+  const auto run = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon-bench-peis", "--only", "latency"});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.errors, testing::HasSubstr("cmake --build --preset install --target rubicon-bench-peis"));
+  EXPECT_EQ(run.output, "");
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, BenchOfPeis,
     testing::Values(

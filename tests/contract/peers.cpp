@@ -6,7 +6,7 @@
 #include "apps/simulators/salad/simulator.h"
 #include "apps/simulators/zigbee/broker_line.h"
 #include "support/knx_server.h"
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/mqtt_broker.h"
 
 namespace rubicon::contract {
 

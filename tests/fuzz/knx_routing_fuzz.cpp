@@ -5,7 +5,7 @@
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/line/routing.h"
 #include "networks/knx/wire/cemi.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 /// Input: datagrams on the routing socket, each behind its length (one byte); all of it once as an answer to a search.
 /// A telegram that is under way meanwhile leaves, or expires; a router may hold it up.

@@ -3,7 +3,7 @@
 #include "apps/simulators/salad/script.h"
 #include "networks/salad/properties_reader.h"
 #include "networks/salad/salad_options.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 /// A properties file, read to the end; the same text as a simulator's script.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

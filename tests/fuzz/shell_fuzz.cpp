@@ -11,7 +11,7 @@
 #include "console/shell.h"
 #include "island/island.h"
 #include "island/network_types.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace {

@@ -19,7 +19,7 @@
 #include "island/network_types.h"
 #include "model/point_keys.h"
 #include "model/point_tuples.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/api/api.h"
 #include "web/server/target.h"

@@ -8,7 +8,7 @@
 #include "config/yaml.h"
 #include "island/island.h"
 #include "island/network_types.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace {

@@ -12,7 +12,7 @@
 #include "base/virtual_scheduler.h"
 #include "gateway/gateway.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::gateway {

@@ -11,7 +11,7 @@
 #include "history/history_support.h"
 #include "history/status_tuple.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_worker.h"
+#include "support/memory/memory_worker.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::history {

@@ -204,7 +204,7 @@ TEST_F(Package, WhatRunBuildsIsAllThatInstallingNeeds) {
 TEST_F(Package, WhatWasInstalledIsTakenAwayAgainByItsList) {
   const auto prefix = all_.workshop() / "again";
   const auto page = read_text(all_.prefix() / "share/doc/rubicon/docs/service.md");
-  EXPECT_THAT(page, HasSubstr("xargs -d '\\n' rm -f <build/release/install_manifest.txt"));
+  EXPECT_THAT(page, HasSubstr("xargs -d '\\n' rm -f <build/install/install_manifest.txt"));
   const auto gone =
       all_.shell(RUBICON_CMAKE " --install " RUBICON_BINARY_DIR " --prefix " + prefix.string() + " >/dev/null; find " +
                  prefix.string() + " -type f | wc -l; xargs -d '\\n' rm -f <" +

@@ -13,8 +13,8 @@
 #include "island/island.h"
 #include "island/network_types.h"
 #include "networks/salad/salad_options.h"
+#include "support/memory/memory_transports.h"
 #include "transport/local_transports.h"
-#include "transport/memory/memory_transports.h"
 
 namespace rubicon::island {
 namespace {

@@ -5,7 +5,7 @@
 #include "island/island.h"
 #include "island/network_types.h"
 #include "island/rights_checks.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::island {

@@ -5,7 +5,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "island/island.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::island {

@@ -5,7 +5,7 @@
 #include "base/virtual_scheduler.h"
 #include "recording/recording_reader.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::recorder {

@@ -11,7 +11,7 @@
 #include "config/yaml.h"
 #include "island/island.h"
 #include "scenarios/scripted_network.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::scenarios {

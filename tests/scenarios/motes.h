@@ -14,6 +14,7 @@
 #include "island/network_types.h"
 #include "scenarios/ecology.h"
 #include "state/state_store.h"
+#include "support/memory/memory_sinks.h"
 
 namespace rubicon::scenarios {
 

@@ -8,7 +8,7 @@
 #include "island/island.h"
 #include "island/network_types.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::scenarios {

@@ -11,7 +11,7 @@
 #include "island/network_types.h"
 #include "scenarios/ecology.h"
 #include "state/state_store.h"
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/mqtt_broker.h"
 
 namespace rubicon::scenarios {
 

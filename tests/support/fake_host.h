@@ -10,7 +10,7 @@
 #include "network/network.h"
 #include "network/supervisor.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::support {
 

@@ -9,7 +9,7 @@
 #include "apps/simulators/knx/server.h"
 #include "base/bytes.h"
 #include "base/scheduler.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::support {
 

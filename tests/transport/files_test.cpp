@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/memory/memory_transports.h"
 #include "transport/local_transports.h"
-#include "transport/memory/memory_transports.h"
 
 namespace rubicon::transport {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "base/virtual_scheduler.h"
-#include "transport/memory/memory_transports.h"
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/memory_transports.h"
+#include "support/memory/mqtt_broker.h"
 #include "transport/mqtt_client.h"
 #include "transport/mqtt_queue.h"
 #include "transport/mqtt_topics.h"

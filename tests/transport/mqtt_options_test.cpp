@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "support/config_text.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "transport/mqtt_options.h"
 
 namespace rubicon::transport {

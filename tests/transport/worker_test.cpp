@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "base/virtual_scheduler.h"
+#include "support/memory/memory_transports.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
-#include "transport/memory/memory_transports.h"
 
 namespace rubicon::transport {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "base/virtual_scheduler.h"
+#include "support/memory/memory_transports.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
-#include "transport/memory/memory_transports.h"
 #include "transport/poll_sockets.h"
 
 namespace rubicon::transport {

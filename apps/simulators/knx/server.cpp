@@ -151,7 +151,7 @@ void Server::transmit_wire(const Peer& to, const Bytes& frame, bool data) {
   });
 }
 
-void Server::send(const Peer& to, const Message& message, bool data) {
+void Server::send(const Peer& to, const networks::knx::wire::Message& message, bool data) {
   transmit(to, write(message), data);
 }
 

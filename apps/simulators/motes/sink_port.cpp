@@ -87,13 +87,6 @@ SinkPort::Opener on_tcp(transport::Transports& transports, transport::Endpoint a
   };
 }
 
-SinkPort::Opener on_memory(transport::MemoryTcp& net, transport::Endpoint at) {
-  return [&net, at = std::move(at)](SinkPort& port) -> Result<std::shared_ptr<void>> {
-    return std::shared_ptr<transport::MemoryListener>(
-        net.listen(at, [&port](auto stream) { return port.take(std::move(stream)); }));
-  };
-}
-
 SinkPort::Opener on_pty(transport::Transports& transports, std::string link) {
   return [&transports, link = std::move(link)](SinkPort& port) -> Result<std::shared_ptr<void>> {
     auto calls = port.calls();

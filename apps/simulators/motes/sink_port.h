@@ -6,7 +6,7 @@
 
 #include "apps/simulators/motes/event.h"
 #include "apps/simulators/motes/sink_firmware.h"
-#include "transport/memory/memory_tcp.h"
+#include "transport/tcp.h"
 #include "transport/transports.h"
 
 namespace rubicon::motes_simulator {
@@ -59,8 +59,6 @@ class SinkPort {
 /// Listens on TCP. `bound` gets the real address, for port 0.
 SinkPort::Opener on_tcp(transport::Transports& transports, transport::Endpoint at,
                         std::function<void(const transport::Endpoint&)> bound = {});
-/// Listens on an in-memory network.
-SinkPort::Opener on_memory(transport::MemoryTcp& net, transport::Endpoint at);
 /// Makes a pseudo-terminal with this name.
 SinkPort::Opener on_pty(transport::Transports& transports, std::string link);
 

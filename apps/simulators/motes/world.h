@@ -47,7 +47,7 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Makes a sink's line reachable: `world.open(1, on_memory(net.tcp, {"127.0.0.1", 19202}))`.
+  /// Makes a sink's line reachable: `world.open(1, on_tcp(transports, {"127.0.0.1", 19202}))`.
   Result<void> open(std::uint16_t sink, SinkPort::Opener opener);
 
   std::uint16_t sinks() const { return static_cast<std::uint16_t>(places_.size()); }

@@ -16,7 +16,7 @@ namespace rubicon::tuples::dds {
 namespace {
 
 /// Bytes that may wait for one component; beyond them publish() and remote_set() refuse.
-constexpr std::size_t kMaxWaiting = 512 * 1024;
+constexpr std::size_t kMaxWaitingBytes = 512 * 1024;
 constexpr std::size_t kMaxSetsWaiting = 32 * 1024 * 1024;
 /// Pause before writing again to a component that accepts nothing.
 constexpr Duration kRetry = std::chrono::milliseconds(1);
@@ -271,7 +271,7 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   auto* peer = find_up(subscriber);
   if (!peer) return true;  // no receiver: dropped
   auto* channel = channel_to(subscriber, *peer);
-  if (!channel || channel->waiting() > kMaxWaiting) return false;
+  if (!channel || channel->waiting() > kMaxWaitingBytes) return false;
   FrameWriter entries;
   for (const auto& change : changes) {
     if (entries.size() > 0 && entries.size() + size_of(change) > Channel::kFrameBytes) channel->add(entries.take());

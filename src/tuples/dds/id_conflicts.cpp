@@ -17,7 +17,7 @@ std::uint64_t random_number() {
 }
 
 /// Bytes that may wait for a rival that accepts nothing; the question is repeated anyway.
-constexpr std::size_t kMaxWaiting = 256;
+constexpr std::size_t kMaxWaitingChecks = 256;
 
 std::string time_text(std::uint64_t incarnation) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(incarnation / 1'000'000)));
@@ -94,7 +94,7 @@ void IdConflicts::send(std::uint64_t incarnation, Rival& rival, const IdentityCh
     if (!channel) return log_.warning(channel.error().text);
     rival.channel = std::move(*channel);
   }
-  if (rival.channel->waiting() < kMaxWaiting) rival.channel->add(check);
+  if (rival.channel->waiting() < kMaxWaitingChecks) rival.channel->add(check);
   rival.channel->flush(scheduler_.now());  // lost questions are repeated
 }
 

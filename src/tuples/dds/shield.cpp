@@ -43,7 +43,7 @@ Shields& shields() {
   return one;
 }
 
-GuidPrefix prefix_of(const ddsi_guid& guid) {
+GuidPrefix prefix_on_wire(const ddsi_guid& guid) {
   GuidPrefix prefix{};
   for (std::size_t i = 0; i < std::size(guid.prefix.u); ++i) {
     const auto word = htonl(guid.prefix.u[i]);
@@ -55,7 +55,7 @@ GuidPrefix prefix_of(const ddsi_guid& guid) {
 bool is_member(const ddsi_guid& guid) {
   auto& [mutex, all] = shields();
   const std::lock_guard lock(mutex);
-  const auto prefix = prefix_of(guid);
+  const auto prefix = prefix_on_wire(guid);
   return std::any_of(all.begin(), all.end(), [&](const DdsTrust* trust) { return trust->who(prefix).has_value(); });
 }
 

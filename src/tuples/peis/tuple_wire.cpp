@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kAnnexAt = 48, kKeyAt = 84, kKeyField = kMaxPeisKey + 1;
 constexpr std::size_t kForceSize = 4, kDifferenceSize = 4;
 constexpr std::uint32_t kOpen = 0xffffffff;
-constexpr std::uint8_t kNoMediaType = 255;
+constexpr std::uint8_t kMediaTypeAbsent = 255;
 constexpr std::int64_t kSecond = 1000000;
 
 /// The 224 bytes, and what they say about the bytes behind them.
@@ -99,7 +99,7 @@ Result<FixedPart> read_fixed(std::string_view body, ByteView bytes) {
   if (const auto sequence = u32_at(bytes, 216); sequence != kOpen) tuple.sequence = sequence;
   tuple.appends = u32_at(bytes, 220);
   tuple.annex = annex_at(bytes);
-  part.media_type_length = bytes[36] == kNoMediaType ? 0 : bytes[36];
+  part.media_type_length = bytes[36] == kMediaTypeAbsent ? 0 : bytes[36];
   part.has_data = u32_at(bytes, 40) != 0;
   part.data_length = u32_at(bytes, 44);
   return part;

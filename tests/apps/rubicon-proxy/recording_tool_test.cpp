@@ -10,7 +10,7 @@
 #include "recording/block_builder.h"
 #include "recording/file_head.h"
 #include "recording/recording_text.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::daemon {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "networks/knx/secure/password_file.h"
 #include "networks/knx/secure_bench.h"
-#include "transport/memory/memory_worker.h"
+#include "support/memory/memory_worker.h"
 
 namespace rubicon::networks::knx {
 namespace {

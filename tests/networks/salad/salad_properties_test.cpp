@@ -6,7 +6,7 @@
 #include "networks/salad/properties_reader.h"
 #include "networks/salad/salad_options.h"
 #include "support/config_text.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::salad {
 namespace {

@@ -16,6 +16,7 @@
 #include "networks/wsn/wsn_network.h"
 #include "support/config_text.h"
 #include "support/fake_host.h"
+#include "support/memory/memory_sinks.h"
 
 namespace rubicon::networks::wsn {
 

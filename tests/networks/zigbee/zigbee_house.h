@@ -16,7 +16,7 @@
 #include "networks/zigbee/zigbee_network.h"
 #include "support/config_text.h"
 #include "support/fake_host.h"
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/mqtt_broker.h"
 
 namespace rubicon::networks::zigbee {
 

@@ -6,7 +6,7 @@
 #include "base/virtual_scheduler.h"
 #include "networks/knx/line/tunnel_line.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::knx_simulator {
 namespace {

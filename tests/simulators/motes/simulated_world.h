@@ -1,7 +1,8 @@
 #pragma once
 
 #include "simulators/motes/simulated_sink.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_sinks.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::motes_simulator {
 

@@ -5,8 +5,8 @@
 
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/memory_transports.h"
+#include "support/memory/mqtt_broker.h"
 
 namespace rubicon::zigbee_simulator {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/cuttable_link.h"
 #include "tuples/peis/peis_ecology.h"
 

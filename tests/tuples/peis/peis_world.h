@@ -9,7 +9,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 #include "tuples/peis/node.h"
 
 namespace rubicon::tuples::peis {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/memory/memory_transports.h"
 #include "support/rights.h"
-#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/server/certificate.h"
 #include "web/server/served.h"

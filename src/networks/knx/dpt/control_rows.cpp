@@ -10,7 +10,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kControlRows[] = {
     row(1, 1, "DPT_Switch", "switch", "", 1, 0, 1, 1, kSwitch, kSwitch, Form::kBit, kSwitchWords),
     row(1, 2, "DPT_Bool", "boolean", "", 1, 0, 1, 1, kBinaryState, kBinaryState, Form::kBit, kBoolWords),
     row(1, 3, "DPT_Enable", "enable", "", 1, 0, 1, 1, kEnable, kEnable, Form::kBit, kEnableWords),
@@ -115,7 +115,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> control_rows() {
-  return kRows;
+  return kControlRows;
 }
 
 }  // namespace rubicon::networks::knx::dpt

@@ -10,7 +10,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kRecordRows[] = {
     row(206, 100, "DPT_HVACModeNext", "delay + HVAC mode", "", 24, 0, 0, 0, kRecord, kRecord, Form::kRecord, {},
         &kHvacModeNextRecord),
     row(206, 102, "DPT_DHWModeNext", "delay + DHW mode", "", 24, 0, 0, 0, kRecord, kRecord, Form::kRecord, {},
@@ -99,7 +99,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> record_rows() {
-  return kRows;
+  return kRecordRows;
 }
 
 }  // namespace rubicon::networks::knx::dpt

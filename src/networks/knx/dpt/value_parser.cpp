@@ -19,7 +19,7 @@ std::optional<Number> number_in(std::string_view text) {
 }
 
 /// `learn 5` -> `5` where the text begins with the word.
-bool drop_word(std::string_view& text, std::string_view word) {
+bool drop_leading_word(std::string_view& text, std::string_view word) {
   if (text.size() <= word.size() || !same_word(text.substr(0, word.size()), word)) return false;
   if (text[word.size()] != ' ' && text[word.size()] != ',') return false;
   text.remove_prefix(word.size() + 1);
@@ -61,9 +61,9 @@ struct StepText {
 std::optional<StepText> step_in(std::string_view text) {
   if (same_word(text, "stop")) return StepText{};
   StepText step;
-  if (drop_word(text, "increase")) {
+  if (drop_leading_word(text, "increase")) {
     step.direction = true;
-  } else if (!drop_word(text, "decrease")) {
+  } else if (!drop_leading_word(text, "decrease")) {
     return std::nullopt;
   }
   const auto code = number_in<std::uint8_t>(text);
@@ -97,21 +97,21 @@ Result<wire::Payload> encode_figure(const Dpt& type, std::string_view text) {
 /// Short spellings of records: `control, on`, `down 1`, `learn 5`, `1.2.3`.
 std::string json_of(const Dpt& type, std::string_view text) {
   if (type.id.main == 2) {
-    const bool free = drop_word(text, "no control");
-    const bool control = !free && drop_word(text, "control");
+    const bool free = drop_leading_word(text, "no control");
+    const bool control = !free && drop_leading_word(text, "control");
     const auto on = bit_in(type, text);
     if (on && (free || control)) return fmt::format(R"({{"control":{},"value":{}}})", control, *on);
   }
   if (type.id.main == 3) {
     if (same_word(text, "stop")) return R"({"direction":"up","code":0})";
-    const bool down = drop_word(text, "down");
-    if (!down && !drop_word(text, "up")) return {};
+    const bool down = drop_leading_word(text, "down");
+    if (!down && !drop_leading_word(text, "up")) return {};
     if (const auto code = number_in<std::uint8_t>(text)) {
       return fmt::format(R"({{"direction":"{}","code":{}}})", down ? "down" : "up", *code);
     }
   }
   if (type.id.main == 18) {
-    const bool learn = drop_word(text, "learn");
+    const bool learn = drop_leading_word(text, "learn");
     if (const auto scene = number_in<std::uint8_t>(text)) {
       return fmt::format(R"({{"learn":{},"scene":{}}})", learn, *scene);
     }

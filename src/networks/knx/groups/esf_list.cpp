@@ -146,7 +146,7 @@ void each_line(std::string_view text, Take take) {
   }
 }
 
-wire::Notation notation_of(std::string_view text) {
+wire::Notation esf_notation(std::string_view text) {
   NotationDetector vote;
   each_line(text, [&](const Line& line) {
     const auto first = line.text.substr(0, line.text.find('\t'));
@@ -163,7 +163,7 @@ GroupList read_esf(std::string_view text) {
   list.report.form = "ESF";
   const auto encoding = encoding_of(text);
   if (text.starts_with(kUtf8Mark)) text.remove_prefix(kUtf8Mark.size());
-  EsfList lines(list, notation_of(text));
+  EsfList lines(list, esf_notation(text));
   each_line(text, [&](const Line& line) {
     if (line.text.find_first_not_of(" \t") == line.text.npos) return true;
     if (lines.full(line.number)) return false;

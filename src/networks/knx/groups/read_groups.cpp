@@ -12,12 +12,12 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-using GroupNames = std::map<std::string, std::string>;
+using NamesByGroup = std::map<std::string, std::string>;
 
 /// One entry of `groups`.
 class PointReader {
  public:
-  PointReader(ConfigErrors& errors, const GroupNames& names, std::string path)
+  PointReader(ConfigErrors& errors, const NamesByGroup& names, std::string path)
       : errors_(errors), names_(names), path_(std::move(path)) {}
 
   std::optional<GroupPoint> read(std::string_view key, const ConfigPlace& place, const ConfigNode& node) {
@@ -106,7 +106,7 @@ class PointReader {
   }
 
   ConfigErrors& errors_;
-  const GroupNames& names_;
+  const NamesByGroup& names_;
   std::string path_;
 };
 
@@ -146,8 +146,8 @@ class Claims {
   std::map<Key, wire::GroupAddress> keys_;
 };
 
-GroupNames read_group_names(ConfigReader& reader) {
-  GroupNames names;
+NamesByGroup read_group_names(ConfigReader& reader) {
+  NamesByGroup names;
   auto map = reader.map("group-names");
   for (const auto& key : map.keys()) names.emplace(key, map.text(key, ""));
   return names;

@@ -48,7 +48,7 @@ bool is_plain(std::string_view text) {
   });
 }
 
-std::string quoted(std::string_view text) {
+std::string yaml_quoted(std::string_view text) {
   std::string out = "\"";
   while (!text.empty()) {
     const auto byte = static_cast<unsigned char>(text.front());
@@ -76,7 +76,7 @@ std::string quoted(std::string_view text) {
 
 std::string scalar(std::string_view text) {
   const auto utf8 = base::is_utf8(text) ? std::string(text) : from_windows_1252(text);
-  return is_plain(utf8) && !needs_escape(utf8) ? utf8 : quoted(utf8);
+  return is_plain(utf8) && !needs_escape(utf8) ? utf8 : yaml_quoted(utf8);
 }
 
 /// Names of groups that all or most of their points share: written once, not at each point.

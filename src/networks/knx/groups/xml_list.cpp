@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kRefused = ": file refused, nothing imported";
 
 /// The notation of a document, from its first addresses.
-wire::Notation notation_of(std::string_view text) {
+wire::Notation xml_notation(std::string_view text) {
   constexpr std::string_view kAttribute = " Address=\"";
   NotationDetector vote;
   std::size_t at = text.find(kAttribute);
@@ -112,7 +112,7 @@ GroupList read_xml(std::string_view text) {
     list.report.refuse(0, "no memory to read it");
     return list;
   }
-  XmlList reader(list, notation_of(text));
+  XmlList reader(list, xml_notation(text));
   if (const auto read = reader.read(text); !read) {
     list.entries.clear();
     const auto& why = read.error();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::knx::line {
 

@@ -10,7 +10,7 @@
 #include "base/virtual_scheduler.h"
 #include "networks/knx/line/tunnel_line.h"
 #include "support/knx_server.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::knx::line {
 

@@ -4,7 +4,7 @@
 
 #include "networks/knx/project/archive_end.h"
 #include "networks/knx/project/support.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::knx::project {
 namespace {

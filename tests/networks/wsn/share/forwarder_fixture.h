@@ -8,7 +8,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "networks/wsn/share/forwarder.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::wsn::share {
 

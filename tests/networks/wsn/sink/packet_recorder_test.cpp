@@ -5,7 +5,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "motes/mote_vectors.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::wsn::sink {
 namespace {

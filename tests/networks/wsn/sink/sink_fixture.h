@@ -15,8 +15,8 @@
 #include "motes/hdlc.h"
 #include "motes/mote_packet.h"
 #include "networks/wsn/sink/serial_sink.h"
-#include "transport/memory/memory_serial.h"
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_serial.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::wsn::sink {
 

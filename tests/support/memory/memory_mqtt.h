@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/mqtt_broker.h"
 #include "transport/mqtt_queue.h"
 
 namespace rubicon::transport {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 namespace rubicon::transport {
 

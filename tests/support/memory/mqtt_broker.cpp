@@ -1,10 +1,10 @@
-#include "transport/memory/mqtt_broker.h"
+#include "support/memory/mqtt_broker.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "base/assert.h"
-#include "transport/memory/memory_mqtt.h"
+#include "support/memory/memory_mqtt.h"
 #include "transport/mqtt_checks.h"
 #include "transport/mqtt_topics.h"
 

@@ -1,4 +1,4 @@
-#include "transport/memory/memory_transports.h"
+#include "support/memory/memory_transports.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "transport/memory/memory_mqtt.h"
-#include "transport/memory/memory_worker.h"
+#include "support/memory/memory_mqtt.h"
+#include "support/memory/memory_worker.h"
 
 namespace rubicon::transport {
 

@@ -1,4 +1,4 @@
-#include "transport/memory/memory_mqtt.h"
+#include "support/memory/memory_mqtt.h"
 
 #include <fmt/format.h>
 

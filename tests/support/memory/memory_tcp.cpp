@@ -1,4 +1,4 @@
-#include "transport/memory/memory_tcp.h"
+#include "support/memory/memory_tcp.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "transport/memory/memory_arrival.h"
-#include "transport/memory/memory_udp.h"
+#include "support/memory/memory_arrival.h"
+#include "support/memory/memory_udp.h"
 
 namespace rubicon::transport {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "transport/memory/memory_udp.h"
+#include "support/memory/memory_udp.h"
 #include "transport/mqtt.h"
 
 namespace rubicon::transport {

@@ -1,4 +1,4 @@
-#include "transport/memory/memory_serial.h"
+#include "support/memory/memory_serial.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "transport/memory/memory_arrival.h"
+#include "support/memory/memory_arrival.h"
 
 namespace rubicon::transport {
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "base/bytes.h"
-#include "transport/memory/memory_serial.h"
-#include "transport/memory/memory_udp.h"
+#include "support/memory/memory_serial.h"
+#include "support/memory/memory_udp.h"
 #include "transport/transports.h"
 
 namespace rubicon::transport {

@@ -1,4 +1,4 @@
-#include "transport/memory/memory_udp.h"
+#include "support/memory/memory_udp.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "transport/memory/memory_tcp.h"
+#include "support/memory/memory_tcp.h"
 #include "transport/udp.h"
 
 namespace rubicon::transport {

@@ -1,0 +1,18 @@
+# cmake -D GIT=git -D TREE=folder -D LIST=file -P find_changed.cmake: adds the source files that differ from the commit to the list.
+set(files "")
+if(EXISTS ${LIST})
+  file(STRINGS ${LIST} files)
+endif()
+set(before "${files}")
+execute_process(COMMAND ${GIT} --no-optional-locks -c safe.directory=${TREE} -c core.quotePath=false -C ${TREE}
+  status --porcelain --untracked-files=all --no-renames -- *.cpp OUTPUT_VARIABLE changed ERROR_QUIET)
+string(REGEX MATCHALL "[^\n]+" changed "${changed}")
+foreach(line ${changed})
+  string(SUBSTRING "${line}" 3 -1 file)
+  list(APPEND files ${TREE}/${file})
+endforeach()
+list(REMOVE_DUPLICATES files)
+if(NOT "${files}" STREQUAL "${before}" OR NOT EXISTS ${LIST})
+  string(REPLACE ";" "\n" text "${files}")
+  file(WRITE ${LIST} "${text}\n")
+endif()
