@@ -41,6 +41,7 @@ class NewNetwork : public testing::Test {
     fs::create_directories(tree_);
     for (const auto* folder : {"apps", "bench", "cmake", "docs", "examples", "include", "src", "tests"})
       fs::copy(fs::path(RUBICON_SOURCE_DIR) / folder, tree_ / folder, fs::copy_options::recursive);
+    fs::copy(fs::path(RUBICON_SOURCE_DIR) / "run", tree_ / "run");
   }
   void TearDown() override {
     if (!HasFailure()) fs::remove_all(root_);

@@ -146,9 +146,10 @@ Result<void> Parser::parse(std::string_view piece, bool last) {
   const auto status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), last);
   if (enough_) return {};
   if (!stopped_ && status != XML_STATUS_OK) stopped_ = error();
-  // Expat keeps the beginning of a tag until its end comes.
-  const auto done = XML_GetCurrentByteIndex(parser_.get());
-  if (!stopped_ && done >= 0 && fed_ - static_cast<std::uint64_t>(done) > options_.longest_tag)
+  // Expat keeps the beginning of a tag until its end comes. Newer versions look for the end only once as much again has
+  // come, and tell no place until then (-1): it is still the last one.
+  if (const auto done = XML_GetCurrentByteIndex(parser_.get()); done >= 0) done_ = static_cast<std::uint64_t>(done);
+  if (!stopped_ && fed_ - done_ > options_.longest_tag)
     stopped_ = Error{ErrorCode::kInvalid, fmt::format("a tag of more than {} bytes", options_.longest_tag)};
   if (stopped_) return fail(*stopped_);
   return {};

@@ -94,6 +94,7 @@ class Parser {
   std::unique_ptr<XML_ParserStruct, Free> parser_;
   std::size_t depth_ = 0;
   std::uint64_t fed_ = 0;
+  std::uint64_t done_ = 0;  ///< place of the last event in the document
   bool enough_ = false;
   std::optional<Error> stopped_;
 };
