@@ -18,7 +18,6 @@ if(RUBICON_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
 endif()
-set(RUBICON_HOT "" CACHE STRING "More options of the compiler for the blocks that each value passes; the preset demo optimises only these")
 include(${CMAKE_CURRENT_LIST_DIR}/alone.cmake)
 
 option(RUBICON_WERROR "Treat compiler warnings as errors" ON)
@@ -64,20 +63,14 @@ if(RUBICON_FUZZ)
   target_compile_options(rubicon_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# rubicon_block(space HOT): rooms with BLOCK space are compiled as one file. A block may need only blocks that were declared
-# before it. HOT: each value passes it.
+# rubicon_block(space): rooms with BLOCK space are compiled as one file. A block may need only blocks that were declared before it.
 function(rubicon_block name)
-  cmake_parse_arguments(ARG "HOT" "" "" ${ARGN})
   if(NOT RUBICON_UNITY)
     return()
   endif()
   add_library(rubicon_block_${name} STATIC)
   set_target_properties(rubicon_block_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
   target_link_libraries(rubicon_block_${name} PUBLIC rubicon_options)
-  if(ARG_HOT AND RUBICON_HOT)
-    separate_arguments(hot UNIX_COMMAND "${RUBICON_HOT}")
-    target_compile_options(rubicon_block_${name} PRIVATE ${hot})
-  endif()
 endfunction()
 
 # rubicon_room(TARGET [BLOCK space] SOURCES ... LINKS ... PRIVATE_LINKS ... INCLUDES ... DEFINES ...): a library of these files. With a

@@ -1,7 +1,6 @@
 #include "apps/rubicon-proxy/recording_tool.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -1,7 +1,6 @@
 #include "apps/rubicon-proxy/state_tool.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include <map>
 
 #include "apps/rubicon-proxy/daemon.h"
+#include "base/local_time.h"
 #include "base/own_file.h"
 #include "base/printable.h"
 #include "rubicon/key.hpp"
@@ -35,7 +35,7 @@ std::string time_text(WallTime time) {
   // Years of four digits; a damaged row may say anything.
   constexpr WallTime kLast{std::chrono::seconds(253'402'300'799)};
   if (time <= WallTime{} || time > kLast) return "never";
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(std::chrono::floor<std::chrono::seconds>(time)));
+  return base::utc_text(time, "%Y-%m-%d %H:%M:%S");
 }
 
 Result<std::unique_ptr<StateStore>> open_for_reading(const std::string& file) {

@@ -4,6 +4,7 @@
 #include "apps/rubicon/tool_line.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::cli {
 
@@ -23,7 +24,7 @@ int monitor_packets(const Settings& settings, const NetworkChoice& choice) {
   const auto line = open_tool_line(settings, "wsn monitor", choice, kPacketTags, code);
   if (!line) return code;
   line->on_event = [&](const nlohmann::json& packet) {
-    line->out().line(settings.json ? packet.dump() : printable(packet_line(packet)));
+    line->out().line(settings.json ? model::dump(packet) : printable(packet_line(packet)));
   };
   return ended(line->out(), monitor_traffic(*line));
 }

@@ -11,6 +11,7 @@
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::cli {
 
@@ -214,7 +215,7 @@ Findings check_settings(const IslandSeen& seen) {
   for (const auto& network : seen.now) {
     const auto text = network.properties.find("settings");
     const auto list =
-        text == network.properties.end() ? nlohmann::json() : nlohmann::json::parse(text->second, nullptr, false);
+        text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
     if (!list.is_array()) continue;
     for (const auto& one : list) {
       if (!one.is_object()) continue;

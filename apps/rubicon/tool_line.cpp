@@ -5,6 +5,7 @@
 
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/point_keys.h"
 
 namespace rubicon::cli {
@@ -24,7 +25,7 @@ std::vector<NetworkAddress> find_networks(Session& session, const NetworkChoice&
   std::vector<NetworkAddress> found;
   const auto owner = choice.island == 0 ? std::nullopt : std::optional(OwnerId(choice.island));
   for (const auto& tuple : session.read({owner, model::IslandKey{session.settings().prefix}.networks()})) {
-    const auto names = json::parse(tuple.value, nullptr, false);
+    const auto names = model::parse_json(tuple.value);
     if (!names.is_array()) continue;
     for (const auto& name : names) {
       if (!name.is_string()) continue;
@@ -94,7 +95,7 @@ std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_v
 }
 
 void ToolLine::receive(std::string_view tag, std::string_view text) {
-  const auto content = json::parse(text, nullptr, false);
+  const auto content = model::parse_json(text);
   if (!content.is_object()) return;
   if (tag == tags_.event && on_event) on_event(content);
   if (tag == tags_.reply && on_reply) on_reply(content);

@@ -73,4 +73,11 @@ std::string iso_text(WallTime time) {
                      minutes < 0 ? '-' : '+', std::abs(minutes) / 60, std::abs(minutes) % 60);
 }
 
+std::string utc_text(WallTime time, const char* format) {
+  const std::time_t whole = std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
+  std::tm calendar{};
+  if (::gmtime_r(&whole, &calendar) == nullptr) return fmt::format("{} s since 1970", whole);
+  return formatted(format, calendar);
+}
+
 }  // namespace rubicon::base

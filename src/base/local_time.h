@@ -20,4 +20,7 @@ std::string age_text(WallTime then, WallTime now);
 /// For programs: ISO 8601 (RFC 3339) with the offset of the local zone, `2026-01-31T12:00:00.250000+01:00`.
 std::string iso_text(WallTime time);
 
+/// UTC in a format of strftime(3) that writes at most 63 characters, seconds rounded down.
+std::string utc_text(WallTime time, const char* format);
+
 }  // namespace rubicon::base

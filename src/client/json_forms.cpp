@@ -44,8 +44,8 @@ Line place_json(const Device& device, const Place& place, const PlaceTexts& text
   line["id"] = place.id;
   line["key"] = model::DeviceKey{device.key()}.point(place.kind, place.id).text;
   line["value"] = texts.value;
-  line["status"] = model::object_of<nlohmann::json>(texts.status);
-  line["description"] = model::object_of<nlohmann::json>(texts.description);
+  line["status"] = model::object_of(texts.status);
+  line["description"] = model::object_of(texts.description);
   return line;
 }
 

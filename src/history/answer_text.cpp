@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
+#include "base/append.h"
 #include "model/json_members.h"
 #include "recording/recording_text.h"
 #include "rubicon/key.hpp"
@@ -20,7 +20,7 @@ using model::append_seconds;
 
 void append_number(double value, std::string& out) {
   if (std::isfinite(value)) {
-    fmt::format_to(std::back_inserter(out), "{}", value);
+    base::append(out, "{}", value);
   } else {
     out += "null";
   }
@@ -29,7 +29,7 @@ void append_number(double value, std::string& out) {
 /// `"name":[...]` with a comma in front.
 template <class List, class Put>
 void append_list(std::string_view name, const List& list, std::string& out, Put put) {
-  fmt::format_to(std::back_inserter(out), ",\"{}\":[", name);
+  base::append(out, ",\"{}\":[", name);
   bool first = true;
   for (const auto& item : list) {
     if (!std::exchange(first, false)) out += ',';
@@ -47,7 +47,7 @@ void append_buckets(const SeriesAnswer& series, std::string& out) {
   append_list("max", all, out, [&](const Bucket& one) { append_number(one.maximum, out); });
   append_list("mean", all, out, [&](const Bucket& one) { append_number(one.mean, out); });
   append_list("last", all, out, [&](const Bucket& one) { append_number(one.last, out); });
-  append_list("n", all, out, [&](const Bucket& one) { fmt::format_to(std::back_inserter(out), "{}", one.count); });
+  append_list("n", all, out, [&](const Bucket& one) { base::append(out, "{}", one.count); });
 }
 
 void append_words(const std::vector<std::string>& words, std::string& out) {
@@ -57,7 +57,7 @@ void append_words(const std::vector<std::string>& words, std::string& out) {
 void append_head(const SeriesName& name, SeriesKind kind, const std::string& unit, std::string& out) {
   out += "{\"key\":";
   append_json(to_string(name), out);
-  fmt::format_to(std::back_inserter(out), ",\"kind\":\"{}\",\"unit\":", to_string(kind));
+  base::append(out, ",\"kind\":\"{}\",\"unit\":", to_string(kind));
   append_json(unit, out);
 }
 
@@ -105,12 +105,12 @@ std::string word_of(const std::vector<std::string>& words, double value) {
 
 void append_cells(const SeriesAnswer& series, const Bucket& bucket, std::string& out) {
   append_seconds(bucket.time, out);
-  fmt::format_to(std::back_inserter(out), ",{},{},", to_string(series.name), bucket.count);
+  base::append(out, ",{},{},", to_string(series.name), bucket.count);
   if (series.kind == SeriesKind::kWords) {
     out += ",,,";
     recording::append_csv_cell(word_of(series.words, bucket.last), out);
   } else {
-    fmt::format_to(std::back_inserter(out), "{},{},{},{}", bucket.minimum, bucket.maximum, bucket.mean, bucket.last);
+    base::append(out, "{},{},{},{}", bucket.minimum, bucket.maximum, bucket.mean, bucket.last);
   }
   out += '\n';
 }
@@ -144,7 +144,7 @@ std::string to_json(const Answer& answer) {
   append_seconds(answer.from, out);
   out += ",\"to\":";
   append_seconds(answer.to, out);
-  fmt::format_to(std::back_inserter(out), ",\"bucket\":{}", std::chrono::duration<double>(answer.bucket).count());
+  base::append(out, ",\"bucket\":{}", std::chrono::duration<double>(answer.bucket).count());
   append_list("series", answer.series, out, [&](const SeriesAnswer& series) { append_series(series, out); });
   return out + '}';
 }
@@ -171,7 +171,7 @@ std::string to_csv(const Answer& answer) {
     for (const auto& bucket : series.buckets) append_cells(series, bucket, out);
     for (const auto& text : series.texts) {
       append_seconds(text.time, out);
-      fmt::format_to(std::back_inserter(out), ",{},1,,,,", to_string(series.name));
+      base::append(out, ",{},1,,,,", to_string(series.name));
       recording::append_csv_cell(text.text, out);
       out += '\n';
     }
@@ -181,7 +181,7 @@ std::string to_csv(const Answer& answer) {
 
 void append_point_line(const SeriesName& name, WallTime time, std::string_view value, std::string& out) {
   append_seconds(time, out);
-  fmt::format_to(std::back_inserter(out), ",{},{},", number(name.owner), name.key);
+  base::append(out, ",{},{},", number(name.owner), name.key);
   recording::append_csv_cell(value, out);
   out += '\n';
 }

@@ -1,12 +1,12 @@
 #include "history/retention.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 
+#include "base/local_time.h"
 #include "history/buckets.h"
 
 namespace rubicon::history {
@@ -135,8 +135,8 @@ Result<std::string> Retention::shrink(const std::string& why) {
   const auto width = store_.alive() - begin < 2 * kDay ? kHour : kDay;
   auto& before = oldest_part->before;
   before = std::max(before, floor_to(begin, width) + width);
-  return fmt::format("{}: the {} before {:%Y-%m-%d %H:%M} go", why, oldest_part->what,
-                     fmt::gmtime(std::chrono::floor<std::chrono::seconds>(from_milliseconds(before))));
+  return fmt::format("{}: the {} before {} go", why, oldest_part->what,
+                     base::utc_text(from_milliseconds(before), "%Y-%m-%d %H:%M"));
 }
 
 Result<void> Retention::slice() {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::history {
 
@@ -83,7 +84,7 @@ std::string words_to_text(const std::vector<std::string>& words) {
 }
 
 std::vector<std::string> words_from_text(std::string_view text) {
-  const auto tree = nlohmann::json::parse(text, nullptr, false);
+  const auto tree = model::parse_json(text);
   std::vector<std::string> words;
   if (!tree.is_array()) return words;
   for (const auto& word : tree) {

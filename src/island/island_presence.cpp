@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/point_keys.h"
 #include "transport/host_name.h"
 
@@ -55,7 +56,7 @@ std::string IslandPresence::islands() const {
     const auto summary = model::summary_from_json(space_.summary(id)).value_or(Summary{});
     if (!model::is_island(id, summary)) continue;
     nlohmann::ordered_json entry{{"id", number(id)}};
-    entry.update(nlohmann::ordered_json::parse(model::to_json(summary)));
+    entry.update(model::parse_ordered_json(model::to_json(summary)));
     list.push_back(std::move(entry));
   }
   return model::dump(list);

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+
+#include "base/append.h"
 
 namespace rubicon::model {
 
@@ -20,14 +21,19 @@ nlohmann::ordered_json seconds_json(WallTime time) {
   return base::to_seconds(time);
 }
 
+nlohmann::json object_of(std::string_view text) {
+  auto tree = parse_json(text);
+  return tree.is_object() ? tree : nlohmann::json::object();
+}
+
 void append_seconds(WallTime time, std::string& out) {
   const auto micros = time.time_since_epoch().count();
-  fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);
+  base::append(out, "{}", micros / 1000000);
   auto rest = micros % 1000000;
   if (rest <= 0) return;
   int digits = 6;
   for (; rest % 10 == 0; rest /= 10) --digits;
-  fmt::format_to(std::back_inserter(out), ".{:0{}}", rest, digits);
+  base::append(out, ".{:0{}}", rest, digits);
 }
 
 void append_json(std::string_view text, std::string& out) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "model/json_text.h"
 #include "rubicon/time.hpp"
 
 // Members of JSON objects that other programs wrote. A member that is missing or of another kind reads as empty, zero
@@ -23,11 +24,7 @@ void append_seconds(WallTime time, std::string& out);
 void append_json(std::string_view text, std::string& out);
 
 /// The members of the object that the text spells; none where it spells something else.
-template <class Tree = nlohmann::json>
-Tree object_of(std::string_view text) {
-  auto tree = Tree::parse(text, nullptr, false);
-  return tree.is_object() ? tree : Tree::object();
-}
+nlohmann::json object_of(std::string_view text);
 
 template <class Tree>
 std::string text_of(const Tree& tree, const char* name) {
@@ -78,15 +75,6 @@ std::vector<std::string> texts_of(const Tree& tree, const char* name) {
     if (item.is_string()) texts.push_back(item.template get<std::string>());
   }
   return texts;
-}
-
-/// On one line; broken UTF-8 is replaced.
-template <class Tree>
-std::string dump(const Tree& tree) {
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
-}
-inline std::string dump(const nlohmann::ordered_json& tree) {
-  return dump<nlohmann::ordered_json>(tree);
 }
 
 }  // namespace rubicon::model

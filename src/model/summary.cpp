@@ -1,6 +1,7 @@
 #include "rubicon/summary.hpp"
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::model {
@@ -33,7 +34,7 @@ std::string to_json(const Summary& summary) {
 }
 
 Result<Summary> summary_from_json(std::string_view text) {
-  const auto tree = nlohmann::json::parse(text, nullptr, false);  // faster than ordered_json with many members
+  const auto tree = parse_json(text);  // faster than ordered_json with many members
   if (!tree.is_object())
     return fail(ErrorCode::kInvalid, "summary of a component: expected a JSON object, got " + model::quoted(text));
   Summary summary;

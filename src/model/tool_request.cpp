@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "model/json_text.h"
+
 namespace rubicon::model {
 
 Result<nlohmann::json> read_tool_request(const Opaque& request) {
   if (request.bytes.size() > kMaxToolRequest)
     return fail(ErrorCode::kInvalid, fmt::format("a {} of {} bytes, expected at most {}", request.type,
                                                  request.bytes.size(), kMaxToolRequest));
-  auto object = nlohmann::json::parse(request.bytes.begin(), request.bytes.end(), nullptr, false);
+  auto object = parse_json(base::as_text(request.bytes));
   if (!object.is_object()) return fail(ErrorCode::kInvalid, fmt::format("a {} is a JSON object", request.type));
   return object;
 }

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::model {
@@ -55,7 +56,7 @@ Result<std::uint32_t> bit_named(const Words& words, std::string_view text) {
 Result<std::uint32_t> bits_in_number(const Words& words, const Tree& number) {
   if (!number.is_number_unsigned() || (number.get<std::uint64_t>() & ~std::uint64_t{all_bits(words)}) != 0) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{} has bits without a name, expected some of {:#x}",
-                                                    model::quoted(number.dump()), all_bits(words)));
+                                                    model::quoted(dump(number)), all_bits(words)));
   }
   return number.get<std::uint32_t>();
 }
@@ -63,7 +64,7 @@ Result<std::uint32_t> bits_in_number(const Words& words, const Tree& number) {
 Result<std::uint32_t> bits_in_list(const Words& words, const Tree& list) {
   std::uint32_t raw = 0;
   for (const auto& item : list) {
-    if (!item.is_string()) return not_one_of(words, item.dump().substr(0, 40));
+    if (!item.is_string()) return not_one_of(words, dump(item).substr(0, 40));
     const auto one = bit_named(words, item.get_ref<const std::string&>());
     if (!one) return one;
     raw |= *one;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "model/json_text.h"
 #include "proxy/commander.h"
 #include "proxy/naming.h"
 #include "rubicon/key.hpp"
@@ -40,7 +41,7 @@ tuples::SetDecision UserNames::decide_set(const tuples::RemoteSet& request) {
   const auto refused = [](Error why) { return tuples::SetDecision::refused(std::move(why)); };
   if (!device)
     return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(request.key))});
-  const auto tree = json::parse(request.value, nullptr, false);
+  const auto tree = model::parse_json(request.value);
   if (!tree.is_object() || tree.empty())
     return refused({ErrorCode::kInvalid, fmt::format("{}: {}", request.key, kForm)});
   auto name = device->given_name.text(), area = device->given_area.text();

@@ -1,11 +1,11 @@
 #include "recorder/recording_file.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
+#include "base/local_time.h"
 #include "recording/file_tail.h"
 
 namespace rubicon::recorder {
@@ -31,7 +31,7 @@ std::string time_part(WallTime time) {
   constexpr WallTime kLast{std::chrono::microseconds(253'402'300'799'999'999)};
   time = std::clamp(time, WallTime{}, kLast);
   const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  return fmt::format("{:%Y%m%dT%H%M%S}.{:06}Z", fmt::gmtime(seconds.time_since_epoch().count()),
+  return fmt::format("{}.{:06}Z", base::utc_text(time, "%Y%m%dT%H%M%S"),
                      (time - seconds).count());
 }
 

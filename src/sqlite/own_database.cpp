@@ -1,7 +1,6 @@
 #include "sqlite/own_database.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "base/local_time.h"
 #include "base/own_file.h"
 
 namespace rubicon::sqlite {
@@ -168,11 +168,10 @@ Result<std::string> set_aside(const char* noun, const std::string& path, WallTim
   const auto real = real_path(path);
   auto lock = FileLock::take(noun, real);
   if (!lock) return fail(lock.error());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
-  const auto base = fmt::format("{}.damaged-{:%Y%m%dT%H%M%SZ}", real, fmt::gmtime(seconds));
-  auto target = base;
+  const auto stem = fmt::format("{}.damaged-{}", real, base::utc_text(now, "%Y%m%dT%H%M%SZ"));
+  auto target = stem;
   std::error_code error;
-  for (int twin = 2; fs::exists(target, error) && twin < 1000; ++twin) target = fmt::format("{}-{}", base, twin);
+  for (int twin = 2; fs::exists(target, error) && twin < 1000; ++twin) target = fmt::format("{}-{}", stem, twin);
   fs::rename(real, target, error);
   if (error) {
     return fail(error == std::errc::no_such_file_or_directory ? ErrorCode::kNotFound : ErrorCode::kIo,

@@ -7,6 +7,7 @@
 #include "base/json_depth.h"
 #include "base/printable.h"
 #include "model/former_types.h"
+#include "model/json_text.h"
 #include "model/message_cbor.h"
 #include "model/message_fields.h"
 
@@ -176,7 +177,7 @@ std::string export_line(const KnownDevice& device) {
   }
   for (const auto& value : device.values) line["values"].push_back(value_to_json(value));
   encode_bytes(line);
-  return line.dump();
+  return model::dump(line);
 }
 
 std::string export_end(std::uint64_t devices) {
@@ -189,7 +190,7 @@ Error ExportReader::wrong(std::string_view what) const {
 
 Result<void> ExportReader::head(std::string_view text) {
   constexpr std::string_view kExpected = R"(expected {"rubicon-state":1,"island":NUMBER}, the first line of an export)";
-  const auto line = json::parse(text, nullptr, false);
+  const auto line = model::parse_json(text);
   Error error{ErrorCode::kInvalid, {}};
   FieldReader in(line, "", error);
   if (!in.ok() || !in.has("rubicon-state")) return fail(wrong(kExpected));
@@ -215,7 +216,7 @@ Result<std::optional<KnownDevice>> ExportReader::line(std::string_view text) {
     return std::optional<KnownDevice>();
   }
   if (ended_) return fail(wrong("follows the last line of the export"));
-  auto line = json::parse(text, nullptr, false);
+  auto line = model::parse_json(text);
   if (!line.is_object()) return fail(wrong("expected a JSON object"));
   if (line.contains("end")) {
     ended_ = true;

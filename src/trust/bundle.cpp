@@ -8,6 +8,7 @@
 
 #include "base/json_depth.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::trust {
 
@@ -46,7 +47,7 @@ std::string bundle_text(const Bundle& bundle) {
 Result<Bundle> read_bundle(std::string_view text) {
   if (text.size() > kLargestBundle) return no_bundle(fmt::format("has more than {} bytes", kLargestBundle));
   if (base::is_nested_deeper(text, 1)) return no_bundle("is no JSON object of texts");
-  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto json = model::parse_json(text);
   if (!json.is_object() || !json.contains(kFormName)) return no_bundle("is no JSON object of texts");
   if (json[kFormName] != kBundleForm) return no_bundle("has a form that this release does not know");
   Bundle bundle;

@@ -8,6 +8,7 @@
 
 #include "base/json_depth.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "trust/operations.h"
 #include "trust/signed_text.h"
 
@@ -86,7 +87,7 @@ Result<RevokedList> parse_revoked(std::string_view json, std::string_view where)
                 fmt::format("{}: is no list of at most {} revoked certificates", where, RevokedList::kMost));
   };
   if (json.size() > kLargestSigned || base::is_nested_deeper(json, kLevels)) return wrong();
-  const auto parsed = Json::parse(json, nullptr, false);
+  const auto parsed = model::parse_json(json);
   if (parsed.is_discarded()) return wrong();
   auto list = list_of(parsed);
   if (!list) return wrong();

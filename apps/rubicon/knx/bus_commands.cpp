@@ -9,6 +9,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "base/own_file.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/wire/address.h"
 
@@ -42,7 +43,7 @@ int read(ToolLine& bus, const Settings& settings, const Options& options) {
   auto answer = bus.reply_to(request, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
-  bus.out().line(settings.json ? answer.dump() : printable(value_text(answer)));
+  bus.out().line(settings.json ? model::dump(answer) : printable(value_text(answer)));
   return kGood;
 }
 
@@ -52,7 +53,7 @@ int write(ToolLine& bus, const Settings& settings, const Options& options) {
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
   bus.out().line(settings.json
-                     ? answer.dump()
+                     ? model::dump(answer)
                      : fmt::format("sent {} to {}", model::text_of(answer, "hex"), model::text_of(answer, "address")));
   return kGood;
 }
@@ -77,7 +78,7 @@ bool is_shown(const Options& options, const json& telegram) {
 int monitor(ToolLine& bus, const Settings& settings, const Options& options) {
   bus.on_event = [&](const json& telegram) {
     if (!is_shown(options, telegram)) return;
-    bus.out().line(settings.json ? telegram.dump() : printable(telegram_line(telegram)));
+    bus.out().line(settings.json ? model::dump(telegram) : printable(telegram_line(telegram)));
   };
   bus.on_line = [](bool up, const std::string& why) {
     print_error(up ? "the line is back" : printable("the line is lost: " + why));

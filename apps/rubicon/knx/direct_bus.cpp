@@ -10,6 +10,7 @@
 #include "base/config_reader.h"
 #include "base/host_port.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "networks/knx/knx_network.h"
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/secure/password_file.h"
@@ -145,7 +146,7 @@ bool DirectBus::tries_again(const model::State& state) const {
 void DirectBus::send(const json& request) {
   Message message;
   message.source.island = IslandId(1);
-  const auto text = request.dump();
+  const auto text = model::dump(request);
   const auto bytes = base::as_bytes(text);
   message.body = model::Opaque{std::string(networks::knx::kRequestTag), Bytes(bytes.begin(), bytes.end())};
   if (auto accepted = network_->send(message); !accepted && on_reply)

@@ -4,6 +4,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/zigbee/tool.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::cli::zigbee {
 
@@ -18,7 +19,7 @@ struct OptionWords {
 
 /// JSON as it is; other words are text.
 json value_of(const std::string& text) {
-  auto value = json::parse(text, nullptr, false);
+  auto value = model::parse_json(text);
   return value.is_discarded() ? json(text) : value;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::zigbee_simulator {
 
@@ -102,7 +103,7 @@ DeviceModel read_model(std::string_view json) {
   const auto tree = model::object_of(json);
   DeviceModel model;
   auto exposes = list_of(tree, "exposes");
-  exposes.push_back(Json::parse(kLinkQuality));
+  exposes.push_back(model::parse_json(kLinkQuality));
   model.definition = {{"model", tree["model"]},
                       {"vendor", tree["vendor"]},
                       {"description", tree["description"]},

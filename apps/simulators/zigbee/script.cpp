@@ -10,6 +10,7 @@
 #include "apps/simulators/zigbee/device_model.h"
 #include "base/config_reader.h"
 #include "base/text.h"
+#include "model/json_text.h"
 
 namespace rubicon::zigbee_simulator {
 
@@ -146,7 +147,7 @@ Result<void> check_names(const Script& script) {
 }  // namespace
 
 nlohmann::json value_of_word(std::string_view word) {
-  auto value = nlohmann::json::parse(word, nullptr, false);
+  auto value = model::parse_json(word);
   return value.is_discarded() ? nlohmann::json(std::string(word)) : value;
 }
 

@@ -3,6 +3,7 @@
 #include "apps/simulators/zigbee/world.h"
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 // What clients ask of devices and groups: set and get (zigbee.md, sections 5 and 7).
 namespace rubicon::zigbee_simulator {
@@ -20,7 +21,7 @@ constexpr int kTravelStep = 34;
 
 /// A bare word such as `ON` is the state; `NAME/set/PROPERTY` has the bare value of one property.
 Json wanted_json(std::string_view property, std::string_view payload) {
-  auto value = Json::parse(payload, nullptr, false);
+  auto value = model::parse_json(payload);
   if (value.is_discarded()) value = std::string(payload);
   if (!property.empty()) return Json{{property, value}};
   return value.is_object() ? value : Json{{"state", value}};

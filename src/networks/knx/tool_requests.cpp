@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/tool_request.h"
 #include "rubicon/key.hpp"
 
@@ -28,7 +29,7 @@ std::string field_text(const json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end()) return {};
   if (found->is_string()) return found->get<std::string>().substr(0, kMaxRequestText);
-  return found->is_number() || found->is_boolean() ? found->dump() : std::string();
+  return found->is_number() || found->is_boolean() ? model::dump(*found) : std::string();
 }
 
 std::string_view word(wire::Service service) {

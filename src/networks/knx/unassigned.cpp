@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "model/json_text.h"
+
 namespace rubicon::networks::knx {
 
 void UnassignedAddresses::add(const wire::Telegram& telegram, WallTime now) {
@@ -28,7 +30,7 @@ std::string UnassignedAddresses::json() const {
                                {"source", to_string(entry.source)},
                                {"time", base::to_seconds(entry.time)}};
   }
-  return all.dump();
+  return model::dump(all);
 }
 
 }  // namespace rubicon::networks::knx

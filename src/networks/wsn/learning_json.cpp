@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "model/json_text.h"
 #include "motes/learning_records.h"
 
 namespace rubicon::networks::wsn {
@@ -23,7 +24,7 @@ constexpr std::string_view kRecord = "record", kTransport = "transport", kApplic
 std::string shown(const ParsedJson& value) {
   constexpr std::size_t kShown = 40;
   if (value.is_structured()) return value.is_array() ? "an array" : "an object";
-  return value.dump(-1, ' ', true).substr(0, kShown);  // ASCII: the cut cannot split a character
+  return model::dump_ascii(value).substr(0, kShown);  // ASCII: the cut cannot split a character
 }
 
 tl::unexpected<Error> unfit(std::string_view record, std::string_view member, const ParsedJson& value,
@@ -115,7 +116,7 @@ Json json_of(const motes::RecordField& field, const std::vector<double>& numbers
 }  // namespace
 
 Result<LearningMessage> learning_message(std::string_view json) {
-  const auto object = ParsedJson::parse(json, nullptr, false);
+  const auto object = model::parse_json(json);
   if (object.is_discarded()) return fail(ErrorCode::kInvalid, "a message to a mote is not valid JSON");
   const auto record = record_of(object);
   if (!record) return fail(record.error());
@@ -139,7 +140,7 @@ std::optional<std::string> learning_json(const motes::NetMessage& message) {
   object[std::string(kRecord)] = record->name;
   for (const motes::RecordField& field : record->fields)
     object[std::string(field.name)] = json_of(field, fields->find(field.name)->second);
-  return object.dump();
+  return model::dump(object);
 }
 
 }  // namespace rubicon::networks::wsn

@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "networks/zigbee/bridge/json_tree.h"
 #include "rubicon/key.hpp"
 
@@ -21,7 +22,7 @@ constexpr std::size_t kMaxList = std::size_t{16} << 20;
 constexpr std::size_t kMaxOptions = 200, kMaxTroubled = 100;
 
 json parsed(std::string_view text) {
-  auto tree = json::parse(text, nullptr, false);
+  auto tree = model::parse_json(text);
   return tree.is_discarded() ? json() : tree;
 }
 

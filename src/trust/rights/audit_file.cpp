@@ -6,10 +6,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iterator>
 #include <system_error>
 #include <utility>
 
+#include "base/append.h"
 #include "base/masked.h"
 #include "base/printable.h"
 #include "model/json_members.h"
@@ -38,7 +38,7 @@ std::string_view beginning(std::string_view text, std::size_t most) {
 
 void add_text(std::string_view name, std::string_view text, std::string& out,
               std::size_t most = AuditFile::kTextBytes) {
-  fmt::format_to(std::back_inserter(out), ",\"{}\":", name);
+  base::append(out, ",\"{}\":", name);
   model::append_json(beginning(text, most), out);
 }
 
@@ -135,7 +135,7 @@ std::string AuditFile::text_of(const AuditLine& line) const {
   auto text = begin_line(scheduler_.wall_now());
   add_text("who", line.who.name, text);
   add_text("serial", line.who.serial, text);
-  fmt::format_to(std::back_inserter(text), ",\"id\":{}", number(line.component));
+  base::append(text, ",\"id\":{}", number(line.component));
   add_text("host", line.host, text);
   add_text("verb", line.verb, text);
   add_text("key", line.key, text);
@@ -166,7 +166,7 @@ void AuditFile::write(const AuditLine& whole) {
 void AuditFile::more(std::string_view who, std::uint64_t count) {
   auto text = begin_line(scheduler_.wall_now());
   add_text("who", who, text);
-  fmt::format_to(std::back_inserter(text), ",\"verdict\":\"refused\",\"more\":{}}}\n", count);
+  base::append(text, ",\"verdict\":\"refused\",\"more\":{}}}\n", count);
   add(std::move(text));
   refused_log_.write(fmt::format("{} more refusals of {}", count, base::one_line(who)));
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "trust/rights/audit_file.h"
 
 namespace rubicon::trust::rights {
@@ -23,7 +24,7 @@ AuditRead read_one(std::istream& file, const AuditQuery& query,
   AuditRead read;
   for (std::string line; std::getline(file, line);) {
     if (!file.eof()) read.end += line.size() + 1;
-    const auto tree = nlohmann::json::parse(line, nullptr, false);
+    const auto tree = model::parse_json(line);
     if (!tree.is_object() || !tree.contains("t")) {
       read.damaged += line.empty() ? 0U : 1U;
     } else if (matches(query, tree)) {

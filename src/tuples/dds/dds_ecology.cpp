@@ -1,12 +1,12 @@
 #include "tuples/dds/dds_ecology.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
 #include <set>
 
+#include "base/local_time.h"
 #include "base/limited_log.h"
 #include "tuples/dds/cyclone_log.h"
 #include "tuples/dds/dds_link.h"
@@ -115,8 +115,8 @@ Result<Entity> make_domain(const DdsOptions& options, Log log) {
 }
 
 Error ended(const Member& own) {
-  return {ErrorCode::kExpired, fmt::format("the certificate of '{}' ended at {:%Y-%m-%dT%H:%M:%SZ}", own.name,
-                                           fmt::gmtime(std::chrono::system_clock::to_time_t(own.expires)))};
+  return {ErrorCode::kExpired, fmt::format("the certificate of '{}' ended at {}", own.name,
+                                           base::utc_text(own.expires, "%Y-%m-%dT%H:%M:%SZ"))};
 }
 
 bool has_end(const Member& own) {

@@ -1,10 +1,11 @@
 #include "tuples/dds/id_conflicts.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <random>
+
+#include "base/local_time.h"
 
 namespace rubicon::tuples::dds {
 
@@ -20,7 +21,7 @@ std::uint64_t random_number() {
 constexpr std::size_t kMaxWaitingChecks = 256;
 
 std::string time_text(std::uint64_t incarnation) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(incarnation / 1'000'000)));
+  return base::utc_text(WallTime(std::chrono::microseconds(incarnation)), "%Y-%m-%dT%H:%M:%SZ");
 }
 
 }  // namespace

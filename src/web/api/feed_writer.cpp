@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <utility>
 
+#include "base/append.h"
 #include "model/json_members.h"
 #include "tuples/tuple_json.h"
 #include "web/api/tuple_forms.h"
@@ -20,32 +20,32 @@ std::string SocketWriter::update(const TupleView& tuple) const {
 void SocketWriter::presence(const std::vector<OwnerId>& owners, bool absent) {
   std::string ids;
   for (const auto owner : owners)
-    fmt::format_to(std::back_inserter(ids), "{}{}", ids.empty() ? "" : ",", number(owner));
-  fmt::format_to(std::back_inserter(head_), ",\"{}\":[{}]", absent ? "absent" : "present", ids);
+    base::append(ids, "{}{}", ids.empty() ? "" : ",", number(owner));
+  base::append(head_, ",\"{}\":[{}]", absent ? "absent" : "present", ids);
 }
 
 void SocketWriter::set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce,
                        std::string_view update) {
   if (introduce) {
-    fmt::format_to(std::back_inserter(keys_), "{}\"{}\":\"{}:{}\"", keys_.empty() ? "" : ",", number,
+    base::append(keys_, "{}\"{}\":\"{}:{}\"", keys_.empty() ? "" : ",", number,
                    model::number(owner), key);
   }
-  fmt::format_to(std::back_inserter(sets_), "{}[{},{}]", sets_.empty() ? "" : ",", number, update);
+  base::append(sets_, "{}[{},{}]", sets_.empty() ? "" : ",", number, update);
 }
 
 void SocketWriter::gone(OwnerId, std::string_view, std::uint32_t number, EventKind how) {
-  fmt::format_to(std::back_inserter(gone_), "{}[{},\"{}\"]", gone_.empty() ? "" : ",", number, to_string(how));
+  base::append(gone_, "{}[{},\"{}\"]", gone_.empty() ? "" : ",", number, to_string(how));
 }
 
 void SocketWriter::snapshot(OwnerId owner) {
-  fmt::format_to(std::back_inserter(tail_), ",\"snapshot\":{}", number(owner));
+  base::append(tail_, ",\"snapshot\":{}", number(owner));
 }
 
 std::string SocketWriter::finish() {
   if (size() + tail_.size() == 0) return {};
   auto text = fmt::format("{{\"s\":{}{}", subscription_, std::exchange(head_, {}));
   const auto put = [&text](std::string_view name, char open, std::string&& content, char close) {
-    if (!content.empty()) fmt::format_to(std::back_inserter(text), ",\"{}\":{}{}{}", name, open, content, close);
+    if (!content.empty()) base::append(text, ",\"{}\":{}{}{}", name, open, content, close);
     content.clear();
   };
   put("k", '{', std::move(keys_), '}');
@@ -70,7 +70,7 @@ std::string StreamWriter::update(const TupleView& tuple) const {
 }
 
 void StreamWriter::add(std::string_view event, std::string_view data) {
-  fmt::format_to(std::back_inserter(text_), "event: {}\nid: {}\ndata: {}\n\n", event, ++events_, data);
+  base::append(text_, "event: {}\nid: {}\ndata: {}\n\n", event, ++events_, data);
 }
 
 void StreamWriter::presence(const std::vector<OwnerId>& owners, bool absent) {

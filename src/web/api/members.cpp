@@ -10,6 +10,7 @@
 #include "base/nearest.h"
 #include "base/printable.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::web::api {
 
@@ -23,7 +24,7 @@ constexpr std::string_view kTuple = "OWNER:KEY, such as 6541:proxy.island";
 Result<nlohmann::json> parse_object(std::string_view text) {
   if (base::is_nested_deeper(text, kMaxDepth))
     return fail(ErrorCode::kInvalid, fmt::format("JSON: nested deeper than {} levels", kMaxDepth));
-  auto tree = nlohmann::json::parse(text, nullptr, false);
+  auto tree = model::parse_json(text);
   if (tree.is_object()) return tree;
   return fail(ErrorCode::kInvalid, fmt::format("expected a JSON object, got {}", model::quoted(text)));
 }

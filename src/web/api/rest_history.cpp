@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "history/answer_text.h"
+#include "model/json_text.h"
 #include "web/api/page_of.h"
 #include "web/api/route.h"
 #include "web/error_response.h"
@@ -75,7 +76,7 @@ history::HistorySource::SeriesText text_of_page(Request request, PageRange range
   return [request = std::move(request), range = std::move(range)](const std::vector<history::SeriesEntry>& series) {
     const auto name_of = [](const history::SeriesEntry& one) { return to_string(one.name); };
     const auto form_of = [](const history::SeriesEntry& one) {
-      return nlohmann::ordered_json(nlohmann::json::parse(history::to_json(std::vector{one}))["series"][0]);
+      return nlohmann::ordered_json(model::parse_json(history::to_json(std::vector{one}))["series"][0]);
     };
     return model::dump(page_of("series", series, request, range, name_of, form_of));
   };
@@ -104,7 +105,7 @@ class ReadableSeries final : public Exchange {
 
   void take(Result<std::string> text) {
     if (!text) return respond_(error_response(text.error()));  // may destroy this
-    auto page = nlohmann::ordered_json(nlohmann::json::parse(*text));
+    auto page = nlohmann::ordered_json(model::parse_json(*text));
     std::string last;
     for (auto& one : page["series"]) {
       last = one.value("key", "");

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
+#include "base/append.h"
 #include "base/text.h"
 #include "model/json_members.h"
 #include "web/error_response.h"
@@ -109,7 +109,7 @@ std::string percent_encoded(std::string_view text) {
     if (is_plain) {
       encoded += c;
     } else {
-      fmt::format_to(std::back_inserter(encoded), "%{:02X}", static_cast<unsigned char>(c));
+      base::append(encoded, "%{:02X}", static_cast<unsigned char>(c));
     }
   }
   return encoded;

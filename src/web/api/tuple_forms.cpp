@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 
+#include "base/append.h"
 #include "base/base64.h"
 #include "base/printable.h"
 #include "model/json_members.h"
@@ -18,7 +18,7 @@ void append_media(const TupleView& tuple, std::string& out) {
 }
 
 void append_origin(const TupleView& tuple, std::string& out) {
-  fmt::format_to(std::back_inserter(out), ",\"c\":{},\"w\":", number(tuple.creator));
+  base::append(out, ",\"c\":{},\"w\":", number(tuple.creator));
   model::append_seconds(tuple.write_time, out);
   out += ",\"e\":";
   model::append_seconds(tuple.expire_time, out);
@@ -38,11 +38,11 @@ void append_update(const TupleView& tuple, bool full, std::string& out) {
   } else {
     out += "null";
   }
-  fmt::format_to(std::back_inserter(out), ",{},", tuple.sequence);
+  base::append(out, ",{},", tuple.sequence);
   model::append_seconds(time_of(tuple), out);
   if (sent && !full) return;
   out += ",{";
-  if (!sent) fmt::format_to(std::back_inserter(out), "\"size\":{},", tuple.value.size());
+  if (!sent) base::append(out, "\"size\":{},", tuple.value.size());
   append_media(tuple, out);
   if (full) append_origin(tuple, out);
   out += '}';

@@ -1,6 +1,5 @@
 #include "web/server/response_text.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,8 @@
 #include <ctime>
 #include <string_view>
 #include <utility>
+
+#include "base/local_time.h"
 
 namespace rubicon::web::server {
 
@@ -71,8 +72,7 @@ bool has_body(unsigned status) {
 
 std::string head_text(const Response& response, const Framing& framing, WallTime now) {
   auto text = fmt::format("HTTP/1.1 {} {}\r\n", response.status, reason_of(response.status));
-  const auto seconds = std::chrono::system_clock::to_time_t(now);
-  add(text, "Date", fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(seconds)));
+  add(text, "Date", base::utc_text(now, "%a, %d %b %Y %H:%M:%S GMT"));
   add(text, "Content-Security-Policy", kContentPolicy);
   add(text, "X-Content-Type-Options", "nosniff");
   add(text, "Referrer-Policy", "no-referrer");

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "model/json_text.h"
 #include "networks/knx/dpt/codec.h"
 
 namespace rubicon::networks::knx::dpt {
@@ -46,7 +47,7 @@ std::string text_line(const std::string& text) {
   const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
   const bool plain = !text.empty() && text.front() != '"' && !is_blank(text.front()) && !is_blank(text.back()) &&
                      std::ranges::none_of(text, control);
-  return plain ? text : nlohmann::json(text).dump();
+  return plain ? text : model::dump(nlohmann::json(text));
 }
 
 std::string value_line(const Dpt& type, const Value& value) {
@@ -67,7 +68,7 @@ std::string value_line(const Dpt& type, const Value& value) {
 
 std::string unquoted(std::string_view text) {
   if (!text.starts_with('"')) return std::string(text);
-  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto json = model::parse_json(text);
   return json.is_string() ? json.get<std::string>() : std::string(text);
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "networks/knx/dpt/codec.h"
+#include "model/json_text.h"
 #include "rubicon/key.hpp"
 
 // 229.001: a count, the code of its unit, the status of 21.001 (knx.md 9.8; KNX 3/7/2).
@@ -124,7 +125,7 @@ Result<Value> decode_metering(const Dpt& type, ByteView bytes) {
   if (unit) json["unit"] = std::string(unit->unit);
   json["code"] = code;
   for (const auto& word : type.words) json[std::string(word.text)] = (status >> word.value & 1) != 0;
-  return Value(Json{json.dump()});
+  return Value(Json{model::dump(json)});
 }
 
 Result<wire::Payload> encode_metering(const Dpt& type, const Value& value) {

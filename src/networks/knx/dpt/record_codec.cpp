@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "networks/knx/dpt/codec.h"
+#include "model/json_text.h"
 #include "networks/knx/dpt/float16.h"
 #include "rubicon/key.hpp"
 
@@ -248,7 +249,7 @@ Result<Value> decode_record(const Dpt& type, ByteView bytes) {
     const bool valid = (bits_at(bytes, validity.offset, 1) != 0) != validity.inverse;
     if (!valid && is_present(type, bytes, i)) json[std::string(validity.name)] = false;
   }
-  return Value(Json{json.dump()});
+  return Value(Json{model::dump(json)});
 }
 
 Result<wire::Payload> encode_record(const Dpt& type, const Value& value) {

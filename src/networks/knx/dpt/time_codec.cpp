@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "networks/knx/dpt/clock_text.h"
+#include "model/json_text.h"
 #include "networks/knx/dpt/codec.h"
 
 namespace rubicon::networks::knx::dpt {
@@ -91,7 +92,7 @@ Result<Value> decode_clock(const Dpt& type, ByteView bytes) {
     if (flag_of(bytes, flag) != flag.usual) json[std::string(flag.name)] = !flag.usual;
   }
   if (complete && json.size() == 1) return Value(clock_text(clock));
-  return Value(Json{json.dump()});
+  return Value(Json{model::dump(json)});
 }
 
 /// The members of the JSON form, each with the range of its field, which also holds values that are not a time.

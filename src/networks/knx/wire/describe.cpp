@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/append.h"
 #include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx::wire {
@@ -97,7 +98,7 @@ std::string name_in(const std::array<Named, kSize>& names, unsigned code, std::s
 /// ` 0C 33`.
 std::string hex(ByteView bytes) {
   std::string text;
-  for (const auto byte : bytes) fmt::format_to(std::back_inserter(text), " {:02X}", byte);
+  for (const auto byte : bytes) base::append(text, " {:02X}", byte);
   return text;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/append.h"
+
 namespace rubicon::networks::zigbee::device {
 
 namespace {
@@ -44,7 +46,7 @@ void append_key(std::string& json, std::string_view key) {
   for (const char c : key) {
     if (c == '"' || c == '\\') json += '\\';
     if (static_cast<unsigned char>(c) < 0x20)
-      fmt::format_to(std::back_inserter(json), "\\u{:04x}", static_cast<unsigned>(c));
+      base::append(json, "\\u{:04x}", static_cast<unsigned>(c));
     else
       json += c;
   }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "model/json_text.h"
 #include "networks/zigbee/device/last_seen.h"
 
 namespace rubicon::networks::zigbee::device {
@@ -82,8 +83,8 @@ bool is_same_value(const exposes::MappedPoint& point, const Value& reported, con
   const auto* is_text = std::get_if<Json>(&reported);
   const auto* should_text = std::get_if<Json>(&wanted);
   if (!is_text || !should_text) return reported == wanted;
-  const auto is_tree = json::parse(is_text->text, nullptr, false);
-  const auto should_tree = json::parse(should_text->text, nullptr, false);
+  const auto is_tree = model::parse_json(is_text->text);
+  const auto should_tree = model::parse_json(should_text->text);
   if (is_tree.is_discarded() || should_tree.is_discarded()) return is_text->text == should_text->text;
   return is_same_json(is_tree, should_tree, is_colour(point));
 }

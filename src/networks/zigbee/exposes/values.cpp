@@ -7,6 +7,7 @@
 #include "base/json_depth.h"
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/units.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/key.hpp"
@@ -35,7 +36,7 @@ bool is_plain(char c) {
 std::optional<std::string> unquoted(std::string_view json) {
   const auto inner = json.substr(1, json.size() - 2);
   if (std::all_of(inner.begin(), inner.end(), is_plain)) return std::string(inner);
-  const auto tree = nlohmann::json::parse(json, nullptr, false);
+  const auto tree = model::parse_json(json);
   return tree.is_string() ? std::optional(tree.get<std::string>()) : std::nullopt;
 }
 
@@ -129,7 +130,7 @@ Result<Value> decode_json(const MappedPoint& point, std::string_view json) {
 /// The two numbers of a colour; a colour may have more members. Without them it is unknown.
 Result<Value> decode_colour(const MappedPoint& point, std::string_view json, const char* first, const char* second) {
   const auto tree =
-      base::is_nested_deeper(json, kDeepestJson) ? nlohmann::json() : nlohmann::json::parse(json, nullptr, false);
+      base::is_nested_deeper(json, kDeepestJson) ? nlohmann::json() : model::parse_json(json);
   if (!tree.is_object()) return unreadable(point, json, "an object of numbers");
   const auto one = tree.find(first), other = tree.find(second);
   if (one == tree.end() || other == tree.end() || !one->is_number() || !other->is_number()) return Value();
