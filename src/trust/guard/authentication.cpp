@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "trust/guard/builtin.h"
+#include "trust/guard/data_only.h"
 #include "trust/guard/guard.h"
 #include "trust/guard/peers.h"
 #include "trust/guard/refusal.h"
@@ -173,6 +174,7 @@ DDS_Security_boolean return_identity_handle(Instance* instance, const DDS_Securi
 extern "C" int rubicon_guard_init_authentication(const char* argument, void** context, ddsi_domaingv* domain) noexcept {
   using namespace rubicon::trust;
   if (!guard::make_builtin("dds_security_auth", "init_authentication", argument, context, domain)) return -1;
+  rubicon_guard_take_data_only(domain);
   auto& plugin = *static_cast<dds_security_authentication*>(*context);
   static std::once_flag once;
   std::call_once(once, [&] { guard::original = plugin; });

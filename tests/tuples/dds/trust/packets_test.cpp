@@ -104,6 +104,39 @@ Bytes dependent_participant(std::string_view tag) {
   return packet;
 }
 
+/// What follows the header of a DATA submessage (DDSI-RTPS 2.5, 9.4.5.4): the content of a sample, its key alone, or
+/// neither.
+enum class Payload : std::uint8_t { kData = 0x04, kKey = 0x08, kNone = 0 };
+
+/// A sample of a built-in writer (DDSI-RTPS 2.5, table 9.2; DDS Security 1.1, table 20; DDS-XTypes 1.3, table 61) in
+/// the name of a participant: the first bytes that a GUID as its key, or a text of CDR, would have.
+Bytes sample_of(const GuidPrefix& participant, std::uint32_t writer, Payload payload, std::uint8_t number) {
+  Bytes data;
+  append(data, {0, 0, 16, 0, 0, 0, 0, 0});  // to whom it concerns
+  for (int shift = 24; shift >= 0; shift -= 8) data.push_back(static_cast<std::uint8_t>(writer >> shift));
+  append(data, {0, 0, 0, 0, number, 0, 0, 0});
+  if (payload == Payload::kNone) append(data, {0x71, 0, 4, 0, 0, 0, 0, 3, 1, 0, 0, 0});  // disposed and unregistered
+  if (payload != Payload::kNone) {
+    const auto is_list = (writer & 0xffU) == 0xc2;
+    append(data, {0, static_cast<std::uint8_t>(is_list ? 3 : 1), 0, 0});  // PL_CDR_LE, CDR_LE
+    if (is_list) append(data, {0x50, 0, 16, 0});
+    data.insert(data.end(), participant.begin(), participant.end());
+    append(data, {0, 0, 1, 0xc1, 1, 0, 0, 0});
+    append(data, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  }
+  Bytes packet{'R', 'T', 'P', 'S', 2, 1, 1, 0x10};
+  packet.insert(packet.end(), participant.begin(), participant.end());
+  const auto flags = payload == Payload::kNone ? 0x03 : 0x01 | static_cast<int>(payload);  // little endian; inline QoS
+  append(packet, {0x15, static_cast<std::uint8_t>(flags), static_cast<std::uint8_t>(data.size()), 0});
+  packet.insert(packet.end(), data.begin(), data.end());
+  return packet;
+}
+
+constexpr std::uint32_t kBuiltInWriters[] = {
+    0x000100c2, 0x000002c2, 0x000003c2, 0x000004c2, 0x000200c2, 0x000300c3, 0x000301c3,  // discovery, liveliness, types
+    0xff0101c2, 0xff0003c2, 0xff0004c2, 0xff0200c2, 0x000201c3, 0xff0202c3, 0x000201c2, 0xff0202c2,  // with security
+};
+
 /// A process without a certificate, which sees who takes part, and sends packets to all of them.
 class Stranger {
  public:
@@ -152,6 +185,27 @@ TEST(Shield, IsCalledByCyclone) {
 }
 
 class Packets : public TrustedMembers {};
+
+TEST_F(Packets, OfAStrangerInAnyNameWithOrWithoutDataEndNoProcess) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  const Stranger stranger;
+  auto names = stranger.others(2);
+  ASSERT_GE(names.size(), 3U) << "itself too";
+  names.insert(GuidPrefix{1, 0x10, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6});
+  std::uint8_t number = 0;
+  for (const auto writer : kBuiltInWriters) {
+    for (const auto payload : {Payload::kData, Payload::kKey, Payload::kNone}) {
+      for (const auto& name : names) {
+        for (int i = 0; i < 3; ++i) stranger.send(sample_of(name, writer, payload, ++number));
+      }
+    }
+    EXPECT_EQ(ask(*island, "losses"), "0") << "writer " << writer;
+    EXPECT_EQ(ask(*tool, "losses"), "0") << "writer " << writer;
+  }
+  tool->write("send 7 50\n");
+  EXPECT_TRUE(until(*tool, "answered 50"));
+}
 
 TEST_F(Packets, OfAStrangerEndNoMember) {
   const auto island = home(), tool = desk();
