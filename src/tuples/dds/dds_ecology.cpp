@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
-#include "base/local_time.h"
 #include "base/limited_log.h"
+#include "base/local_time.h"
 #include "tuples/dds/cyclone_log.h"
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/entity.h"

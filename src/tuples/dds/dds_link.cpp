@@ -339,6 +339,13 @@ void DdsLink::unsubscribe(std::uint32_t id) {
   flush_soon_.request();
 }
 
+void DdsLink::repeat_interests() {
+  for (const auto& [number, content] : slots_) {
+    if (!content.empty()) unwritten_slots_.insert(number);
+  }
+  flush_soon_.request();
+}
+
 bool DdsLink::write_slot(std::uint32_t number, const Bytes& content) {
   const auto interest = interest_of(self_, incarnation_, number, content);
   if (!content.empty()) return dds_write(interest_writer_.get(), &interest) == DDS_RETCODE_OK;

@@ -174,6 +174,8 @@ class DdsLink final : public Link, private FrameReader {
   void flush();
   void flush(Peer& peer);
   bool flush_slots();
+  /// All owners send the snapshots of all subscriptions again.
+  void repeat_interests();
   bool write_slot(std::uint32_t number, const Bytes& content);
   bool write_presence();
   void warn(const std::string& subject, const std::string& text) { limited_log_.warning(subject, text); }

@@ -32,6 +32,7 @@ struct Peer {
   Starts alive;
 
   std::uint64_t incarnation = 0;  ///< reported to the listener; 0 = down
+  std::uint64_t latest = 0;       ///< the highest that was reported since this program knows the component
   Participant participant{};      ///< of that incarnation
   std::string host, summary;      ///< reported to the listener
   std::shared_ptr<const Member> member;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tuples/component.h"
+#include "tuples/dds/dds_test_ecology.h"
 #include "tuples/dds/id_conflicts.h"
 #include "tuples/dds/rogue.h"
 
@@ -30,7 +31,7 @@ struct IdConflicts : testing::Test {
   }
 
   VirtualScheduler time;
-  TestEcology ecology{time};
+  dds::DdsTestEcology ecology{time};
   const std::uint64_t start = micros(time.wall_now());
   std::unique_ptr<Component> island = std::make_unique<Component>(ecology, time, 1);
 };
@@ -55,6 +56,39 @@ TEST_F(IdConflicts, OfTwoThatLiveTheLaterOneGoes) {
   EXPECT_THAT(ecology.displaced, IsEmpty()) << "the other may be about to go";
   pass(3s);
   EXPECT_THAT(ecology.displaced, ElementsAre(OwnerId(1))) << "once";
+}
+
+/// What a subscriber on each side has after another process used the id of the island for a while.
+TEST_F(IdConflicts, SubscribersHaveTheValuesOfWhoStays) {
+  const auto value = [](const TupleSpace& space, std::uint32_t owner, std::string_view key) {
+    const auto found = space.get(OwnerId(owner), key);
+    return found ? std::string(found->value) : "none";
+  };
+  ASSERT_TRUE(island->space.set("lamp", "off"));
+  ASSERT_TRUE(island->space.set("line", "up"));
+  Component robot(ecology, time, 70000);
+  ASSERT_TRUE(robot.space.set("goal", "a"));
+  const auto of_robot = robot.space.subscribe(pattern("1:**"), {}, [](const Event&) {});
+  const auto of_island = island->space.subscribe(pattern("70000:**"), {}, [](const Event&) {});
+  pass(1s);
+  ASSERT_EQ(value(robot.space, 1, "lamp"), "off");
+  for (const std::string round : {"first", "second"}) {
+    auto twin = std::make_unique<Component>(ecology, time, 1);
+    ASSERT_TRUE(twin->space.set("lamp", "on"));
+    auto of_twin = twin->space.subscribe(pattern("70000:**"), {}, [](const Event&) {});
+    pass(1s);
+    EXPECT_EQ(value(robot.space, 1, "lamp"), "on");
+    of_twin = {};
+    twin.reset();
+    pass(1s);
+    EXPECT_EQ(value(robot.space, 1, "lamp"), "off") << "without a change at the island";
+    EXPECT_NE(value(robot.space, 1, "line"), "none");
+    ASSERT_TRUE(island->space.set("line", round));
+    ASSERT_TRUE(robot.space.set("goal", round));
+    pass(1s);
+    EXPECT_EQ(value(robot.space, 1, "line"), round);
+    EXPECT_EQ(value(island->space, 70000, "goal"), round);
+  }
 }
 
 TEST_F(IdConflicts, WhoInventsStartsHidesNoRealOne) {
