@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "apps/program/last_seconds.h"
 #include "apps/program/spdlog_sink.h"
 #include "apps/rubicon-proxy/audit_part.h"
 #include "apps/rubicon-proxy/check.h"
@@ -418,6 +419,7 @@ int run(const RunOptions& options) {
   Session session(options, loop, sink, kept);
   if (auto ready = session.prepare(std::move(*config)); !ready) return report(ready.error());
   session.run();
+  program::end_within_seconds(session.exit_code());  // all is written
   return session.exit_code();
 }
 

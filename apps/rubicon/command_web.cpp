@@ -2,6 +2,7 @@
 
 #include <csignal>
 
+#include "apps/program/last_seconds.h"
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/config_reader.h"
@@ -99,6 +100,7 @@ class WebProgram {
       if (const auto read = service_->reload(); !read) print_error(read.error().text);
     });
     loop_.run();
+    program::end_within_seconds(kGood);
     return kGood;
   }
 

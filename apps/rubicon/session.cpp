@@ -4,6 +4,8 @@
 
 #include <csignal>
 
+#include "apps/program/last_seconds.h"
+
 namespace rubicon::cli {
 
 namespace {
@@ -13,11 +15,13 @@ constexpr Duration kFirstPeerWait = std::chrono::seconds(1), kFirstKernelWait = 
 /// With trust the first component is there when the handshake with it is over.
 constexpr Duration kFirstMemberWait = std::chrono::seconds(2);
 
-volatile std::sig_atomic_t signalled = 0;
+volatile std::sig_atomic_t signalled = 0, ended_by = 0;
 Client* woken = nullptr;
 
-void on_signal(int) {
+void on_signal(int number) {
   signalled = 1;
+  ended_by = number;
+  program::end_within_seconds(128 + number);
   if (woken) woken->stop();
 }
 
@@ -48,6 +52,7 @@ std::unique_ptr<Session> Session::open(const Settings& settings, std::string_vie
 
 Session::~Session() {
   woken = nullptr;
+  if (ended_by != 0) program::end_within_seconds(128 + ended_by);
 }
 
 WallTime Session::now() const {
@@ -94,6 +99,7 @@ bool Session::interrupted() const {
 
 void Session::resume() {
   signalled = 0;
+  program::end_whenever_done();
 }
 
 int Session::not_found(const std::string& what, const std::string& hint) {

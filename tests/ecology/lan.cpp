@@ -147,6 +147,12 @@ void Lan::interface_up(int number) const {
   ip(std::string("link set ") + kCable + " up");
 }
 
+void Lan::change_address(int number) const {
+  const Host::Visit visit(host(number));
+  ip("addr del " + address(number) + "/24 dev " + kCable);
+  ip("addr add " + address(number + 100) + "/24 dev " + kCable);
+}
+
 void Lan::interface_without_multicast(int number) const {
   const Host::Visit visit(host(number));
   ip(std::string("link set ") + kCable + " multicast off");

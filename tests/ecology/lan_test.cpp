@@ -23,6 +23,7 @@ using support::parsed;
 using support::Process;
 using support::until;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
@@ -281,6 +282,21 @@ TEST_F(OnALan, OfTwoWithOneIdTheLaterOneEndsWhenTheCableIsMended) {
   EXPECT_THAT(second->errors(), HasSubstr("component id 1 is in use by another process"));
   EXPECT_TRUE(ask(*first, "get proxy.island").value("ok", false));
   directory_ = directory_.parent_path();
+}
+
+TEST_F(OnALan, ProgramsEndAfterTheAddressOfTheInterfaceChanged) {
+  connect(1);
+  if (IsSkipped()) return;
+  auto here = island(0, 1, "{interfaces: cable, lease: 1s}");
+  ASSERT_TRUE(ask(*here, "get proxy.island").value("ok", false));
+  const Host::Visit visit(lan_->host(0));
+  Process watch({RUBICON_BINARY_DIR "/bin/rubicon", "watch", "--interfaces", "cable", "1:**"});
+  ASSERT_TRUE(watch.line());
+  lan_->change_address(0);
+  watch.signal(SIGINT);
+  here->signal(SIGTERM);
+  EXPECT_THAT(watch.exit_code(), AnyOf(0, 128 + SIGINT));
+  EXPECT_EQ(here->exit_code(), 0) << here->errors();
 }
 
 TEST_F(OnALan, EachIsLostByItsOwnLease) {
