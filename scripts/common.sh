@@ -70,12 +70,12 @@ install_without_starting() (
   fi
 )
 
-# How many compilers run at a time: one for each processor, and each may take 2 GB of memory.
+# How many compilers run at a time: one for each processor, and each may take 2.5 GB of memory.
 jobs() {
   local megabytes jobs
   megabytes=$(awk '/^MemTotal:/ {print int($2 / 1024)}' /proc/meminfo)
   jobs=$(nproc)
-  [ $((jobs * 2000)) -le "$megabytes" ] || jobs=$((megabytes / 2000))
+  [ $((jobs * 2500)) -le "$megabytes" ] || jobs=$((megabytes / 2500))
   echo $((jobs > 0 ? jobs : 1))
 }
 

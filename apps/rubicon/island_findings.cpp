@@ -214,8 +214,7 @@ Findings check_settings(const IslandSeen& seen) {
   Findings all;
   for (const auto& network : seen.now) {
     const auto text = network.properties.find("settings");
-    const auto list =
-        text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
+    const auto list = text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
     if (!list.is_array()) continue;
     for (const auto& one : list) {
       if (!one.is_object()) continue;

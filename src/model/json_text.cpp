@@ -12,6 +12,10 @@ nlohmann::ordered_json parse_ordered_json(std::string_view text) {
   return nlohmann::ordered_json::parse(text, nullptr, false);
 }
 
+bool is_json(std::string_view text) {
+  return nlohmann::json::accept(text);
+}
+
 std::string dump(const nlohmann::ordered_json& tree) {
   return tree.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

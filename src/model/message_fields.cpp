@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/json_text.h"
 #include "model/message_cbor.h"
 
 namespace rubicon::model {
@@ -101,7 +102,7 @@ Value FieldReader::value(const char* key) {
   if (found->is_string()) return text(key, 65536);
   if (found->is_object()) {
     auto text = FieldReader(*found, path_ + "." + key, *error_).text("json", 65536);
-    if (json::accept(text)) return Json{std::move(text)};
+    if (is_json(text)) return Json{std::move(text)};
   }
   wrong(key, "null, true, false, a number, a text or {\"json\": JSON text}");
   return {};

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::model {
 
@@ -147,7 +148,7 @@ std::string point_description_to_json(const PointDescription& description) {
 }
 
 std::optional<PointDescription> point_description_from_json(std::string_view text) {
-  const auto tree = ParsedTree::parse(text, nullptr, false);
+  const auto tree = parse_json(text);
   if (!tree.is_object()) return std::nullopt;
   return PointDescription{
       text_of(tree, "type"),      count_of(tree, "type_id"), text_of(tree, "quantity"), text_of(tree, "unit"),
@@ -185,7 +186,7 @@ std::string device_description_to_json(const DeviceDescription& description) {
 }
 
 std::optional<DeviceDescription> device_description_from_json(std::string_view text) {
-  const auto tree = ParsedTree::parse(text, nullptr, false);
+  const auto tree = parse_json(text);
   if (!tree.is_object()) return std::nullopt;
   return DeviceDescription{text_of(tree, "name"),          text_of(tree, "area"),     text_of(tree, "model"),
                            text_of(tree, "type"),          text_of(tree, "address"),  text_of(tree, "network"),

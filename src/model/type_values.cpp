@@ -5,6 +5,7 @@
 
 #include "base/bytes.h"
 #include "base/text.h"
+#include "model/json_text.h"
 #include "model/type_catalogue.h"
 #include "model/words.h"
 #include "rubicon/key.hpp"
@@ -111,7 +112,7 @@ Result<Value> parse_real(const Type& type, std::string_view text) {
 
 Result<Value> parse_json(const Type& type, std::string_view text) {
   if (text.size() > kMaxValueText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
-  if (!nlohmann::json::accept(text)) return refuse(ErrorCode::kInvalid, type, text, "JSON");
+  if (!is_json(text)) return refuse(ErrorCode::kInvalid, type, text, "JSON");
   return Value(Json{std::string(text)});
 }
 

@@ -136,7 +136,7 @@ std::string plain_word(std::string_view text) {
 Result<std::uint32_t> bits_of(const Words& words, std::string_view text) {
   if (text.size() > kLongestInput)
     return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes are no value", text.size()));
-  const auto json = Tree::parse(text, nullptr, false);
+  const auto json = parse_ordered_json(text);
   if (json.is_discarded()) return bit_named(words, text);
   if (json.is_object()) return bits_in_object(words, json);
   if (json.is_array()) return bits_in_list(words, json);

@@ -31,8 +31,7 @@ std::string time_part(WallTime time) {
   constexpr WallTime kLast{std::chrono::microseconds(253'402'300'799'999'999)};
   time = std::clamp(time, WallTime{}, kLast);
   const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  return fmt::format("{}.{:06}Z", base::utc_text(time, "%Y%m%dT%H%M%S"),
-                     (time - seconds).count());
+  return fmt::format("{}.{:06}Z", base::utc_text(time, "%Y%m%dT%H%M%S"), (time - seconds).count());
 }
 
 bool is_time_part(std::string_view text) {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/append.h"
-#include "base/local_time.h"
 #include "base/bytes.h"
+#include "base/local_time.h"
 #include "base/printable.h"
 #include "model/json_members.h"
 
@@ -45,8 +45,7 @@ void append_csv_cell(std::string_view text, std::string& out) {
 
 void append_csv_line(const recording::Record& record, std::string& out) {
   const bool text = base::is_utf8(record.value);
-  base::append(out, "{},{},{},", seconds(record.seen), to_string(record.kind),
-                 number(record.owner));
+  base::append(out, "{},{},{},", seconds(record.seen), to_string(record.kind), number(record.owner));
   append_csv_cell(record.key, out);
   out += ',';
   if (text) {
@@ -56,9 +55,8 @@ void append_csv_line(const recording::Record& record, std::string& out) {
   }
   out += text ? ",text," : ",hex,";
   append_csv_cell(record.media_type, out);
-  base::append(out, ",{},{},{},{},{}\n", number(record.creator), record.sequence,
-                 seconds_or_nothing(record.write_time), seconds_or_nothing(record.user_time),
-                 seconds_or_nothing(record.expire_time));
+  base::append(out, ",{},{},{},{},{}\n", number(record.creator), record.sequence, seconds_or_nothing(record.write_time),
+               seconds_or_nothing(record.user_time), seconds_or_nothing(record.expire_time));
 }
 
 void append_json_line(const recording::Record& record, std::string& out) {
@@ -87,8 +85,7 @@ std::string utc_text(WallTime time) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(time);
   const auto count = whole.time_since_epoch().count();
   if (count < 0 || count > kLast) return seconds(time) + " s since 1970";
-  return fmt::format("{}.{:06} UTC", base::utc_text(time, "%Y-%m-%d %H:%M:%S"),
-                     (time - whole).count());
+  return fmt::format("{}.{:06} UTC", base::utc_text(time, "%Y-%m-%d %H:%M:%S"), (time - whole).count());
 }
 
 }  // namespace rubicon::recording

@@ -130,9 +130,11 @@ void DemoIsland::write_files() const {
   const auto write = [this](const char* name, const std::string& text) {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   };
-  write("home.yaml",
-        "island: {id: 7, name: home}\nstate: {file: home.state}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: "
-        "{}}}\n");
+  const std::string home =
+      "island: {id: 7, name: home}\nstate: {file: home.state}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: "
+      "{}}}\n";
+  write("home.yaml", home);
+  write("home.state.good.yaml", home);  // a start of it, which another part of the examples has, leaves this
   write("island.yaml", "island: {id: 8}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: {}}}\n");
   write("map.png", "not a picture");
   support::Process({kPrograms + "/rubicon", "history", (folder_ / "demo.history").string(), "import",

@@ -193,8 +193,10 @@ std::string runnable(const std::string& line, std::size_t domain) {
   return command;
 }
 
-/// The demo island and every example, run beside it.
-class EveryExample : public testing::Test {
+constexpr std::size_t kParts = 4;  ///< of the examples, which run at the same time
+
+/// The demo island and a part of the examples, run beside it.
+class EveryExample : public testing::TestWithParam<std::size_t> {
  protected:
   void SetUp() override {
     if (!demo_.reason().empty()) GTEST_SKIP() << demo_.reason();
@@ -236,10 +238,24 @@ class EveryExample : public testing::Test {
   mutable int waited_ = 0;
 };
 
-TEST_F(EveryExample, EndsAsItShould) {
-  std::vector<Example> endless;  // those in a row run at the same time
+TEST(AllExamples, AreRunButThese) {
   std::size_t run_to_end = 0, run_for_a_while = 0;
   std::set<std::string> skipped;
+  for (const auto& example : all_examples()) {
+    if (reason_not_to_run(example)) {
+      if (example.line.find(kTrust) == example.line.npos) skipped.insert(example.line);
+    } else {
+      ++(is_endless(runnable(example.line, 0)) ? run_for_a_while : run_to_end);
+    }
+  }
+  EXPECT_GT(run_to_end, 50U);
+  EXPECT_GT(run_for_a_while, 12U);
+  EXPECT_EQ(skipped, not_run());
+}
+
+TEST_P(EveryExample, EndsAsItShould) {
+  std::vector<Example> endless;  // those in a row run at the same time
+  std::size_t run_for_a_while = 0;
   const auto run_endless = [&] {
     std::vector<std::unique_ptr<support::Process>> running;
     for (const auto& example : endless) {
@@ -250,23 +266,20 @@ TEST_F(EveryExample, EndsAsItShould) {
     for (std::size_t i = 0; i < endless.size(); ++i) judge(endless[i], ended(*running[i]));
     endless.clear();
   };
-  for (const auto& example : all_examples()) {
-    if (reason_not_to_run(example)) {
-      if (example.line.find(kTrust) == example.line.npos) skipped.insert(example.line);
-    } else if (is_endless(runnable(example.line, 0))) {
-      endless.push_back(example);
+  const auto all = all_examples();
+  for (auto i = all.size() * GetParam() / kParts; i < all.size() * (GetParam() + 1) / kParts; ++i) {
+    if (reason_not_to_run(all[i])) continue;
+    if (is_endless(runnable(all[i].line, 0))) {
+      endless.push_back(all[i]);
       if (endless.size() == kAtATime) run_endless();
     } else {
       run_endless();
-      judge(example, run(example));
-      ++run_to_end;
+      judge(all[i], run(all[i]));
     }
   }
   run_endless();
-  EXPECT_GT(run_to_end, 50U);
-  EXPECT_GT(run_for_a_while, 12U);
-  EXPECT_EQ(skipped, not_run());
 }
+INSTANTIATE_TEST_SUITE_P(Part, EveryExample, testing::Range(std::size_t{0}, kParts));
 
 /// An example of trust, and what it needs where there is no terminal, no running island and no other host.
 struct TrustExample {

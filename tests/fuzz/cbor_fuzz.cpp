@@ -1,9 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "model/message_cbor.h"
 
+namespace rubicon::fuzz::cbor_fuzz {
+
 /// Input: a message as it stands in a GATEWAY tuple. What was read must be written so that it reads as the same again.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(cbor) {
   using namespace rubicon;
   const auto message = model::from_cbor({data, size});
   if (!message) {
@@ -16,3 +19,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!again || model::to_cbor(*again) != written) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::cbor_fuzz

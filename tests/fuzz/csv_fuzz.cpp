@@ -1,10 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/log/csv_recording.h"
+
+namespace rubicon::fuzz::csv_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::log;
 
 ColumnMapping column(const TypeCatalogue& types, const char* name, const char* type) {
@@ -42,7 +44,7 @@ CsvMapping mapping_of(const TypeCatalogue& types, std::uint8_t settings) {
 }  // namespace
 
 /// Input: settings, size of the pieces, then the content of a table.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(csv) {
   static const TypeCatalogue types;
   if (size < 2) return 0;
   ReplayCounters counters;
@@ -63,3 +65,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (counters.lines > content.size()) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::csv_fuzz

@@ -1,10 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "tuples/dds/frame_codec.h"
+
+namespace rubicon::fuzz::dds_frame_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples;
 
 /// Writes down again what it is told.
@@ -22,7 +24,7 @@ struct Copy final : dds::FrameReader {
 }  // namespace
 
 /// Input: the content of a frame, and of an interest. What was understood must be understood alike once more.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(dds_frame) {
   const ByteView input(data, size);
   Copy once;
   const auto read = dds::read_frame(input, OwnerId{1}, OwnerId{2}, once);
@@ -38,3 +40,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!again || again->id != spec->id || !(again->pattern == spec->pattern)) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::dds_frame_fuzz

@@ -2,11 +2,12 @@
 #include <cstdlib>
 #include <vector>
 
+#include "fuzz_target.h"
 #include "motes/forwarder_stream.h"
 
-namespace {
+namespace rubicon::fuzz::forwarder_stream_fuzz {
 
-using namespace rubicon;
+namespace {
 
 struct Read {
   std::vector<Bytes> packets;
@@ -35,7 +36,7 @@ Read read_in_pieces(ByteView bytes, std::size_t piece) {
 }  // namespace
 
 /// Input: how long the pieces are in which the rest, one direction of a connection, comes (one byte).
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(forwarder_stream) {
   if (size < 1) return 0;
   const ByteView bytes(data + 1, size - 1);
   const auto whole = read_in_pieces(bytes, bytes.size());
@@ -52,3 +53,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (written.size() > bytes.size() || !std::equal(written.begin(), written.end(), bytes.begin())) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::forwarder_stream_fuzz

@@ -1,11 +1,12 @@
 #include <cstdlib>
 #include <vector>
 
+#include "fuzz_target.h"
 #include "motes/hdlc.h"
 
-namespace {
+namespace rubicon::fuzz::hdlc_fuzz {
 
-using namespace rubicon;
+namespace {
 
 struct Heard {
   std::uint8_t protocol = 0, sequence = 0;
@@ -35,7 +36,7 @@ Bytes written(const Heard& heard) {
 
 /// Input: one byte for the size of the pieces, then the bytes of a serial line. Pieces change nothing, and each frame
 /// is read the same from the bytes that we would write for it. What an ack carries is nothing, so it is not compared.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(hdlc) {
   if (size == 0) return 0;
   const ByteView line(data + 1, size - 1);
   motes::HdlcReader whole, pieces;
@@ -53,3 +54,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::hdlc_fuzz

@@ -1,11 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "history/block_codec.h"
 #include "history/open_points.h"
 
+namespace rubicon::fuzz::history_block_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using history::BlockCodec;
 using history::Points;
 
@@ -28,10 +30,12 @@ void check(const Points& points, BlockCodec& codec) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(history_block) {
   static BlockCodec codec;
   const ByteView bytes(data, size);
   if (const auto points = history::unpack_points(bytes)) check(*points, codec);
   if (const auto points = codec.decode(bytes)) check(*points, codec);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::history_block_fuzz

@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "fuzz_target.h"
 #include "history/answer_text.h"
 #include "history/past.h"
 
+namespace rubicon::fuzz::history_question_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::history;
 
 constexpr std::int64_t kSomeDay = 1'767'225'600'000;
@@ -183,7 +185,7 @@ void check(const Question& question, const Answer& answer) {
 }  // namespace
 
 /// A question, then what the file has: blocks, summaries and texts, sound ones and others.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(history_question) {
   static World world;
   auto& store = world.store();
   Numbers numbers{ByteView(data, size)};
@@ -199,3 +201,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   holds(store.database().run("ROLLBACK", "fuzzing").has_value());
   return 0;
 }
+
+}  // namespace rubicon::fuzz::history_question_fuzz

@@ -1,11 +1,12 @@
 #include <cstdlib>
 
 #include "base/bytes.h"
+#include "fuzz_target.h"
 #include "rubicon/key.hpp"
 
-namespace {
+namespace rubicon::fuzz::key_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// Matching by the words of the documentation, part by part.
 bool matches_by_parts(const Pattern& pattern, std::string_view key) {
@@ -30,7 +31,7 @@ void check_any_text(std::string_view text) {
 }  // namespace
 
 /// Input: a pattern, a newline, a key.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(key) {
   const auto text = base::as_text({data, size});
   const auto line_end = text.find('\n');
   const auto key = line_end == text.npos ? text : text.substr(line_end + 1);
@@ -46,3 +47,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (pattern->exact() && pattern->matches(owner, key) != (pattern->key == key)) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::key_fuzz

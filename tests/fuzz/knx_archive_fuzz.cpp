@@ -1,11 +1,14 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/project/project.h"
 #include "networks/knx/project/zip_source.h"
 
+namespace rubicon::fuzz::knx_archive_fuzz {
+
 /// Input: a project of ETS (.knxproj), plain or with the password `flatpass`.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_archive) {
   using namespace rubicon::networks::knx;
   static const auto password = secure::Secret::of_text("flatpass");
   project::ArchiveLimits limits;
@@ -20,3 +23,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (groups::import_list(std::move(project->list)).points.size() > count) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_archive_fuzz

@@ -1,11 +1,14 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/dpt.h"
 
+namespace rubicon::fuzz::knx_dpt_fuzz {
+
 /// Input: the place of a type (two octets), the form of the payload (one octet), then the payload, which is also read
 /// as text somebody typed.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_dpt) {
   using namespace rubicon;
   using namespace rubicon::networks::knx::dpt;
   using namespace rubicon::networks::knx::wire;
@@ -31,3 +34,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (decode_line(text).find('\n') != std::string::npos && text.find('\n') == text.npos) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_dpt_fuzz

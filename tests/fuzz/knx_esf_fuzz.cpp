@@ -1,10 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
 
+namespace rubicon::fuzz::knx_esf_fuzz {
+
 /// Input: a list of any kind, recognised by its content (the seeds are ESF). What is taken must survive the record.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_esf) {
   using namespace rubicon::networks::knx::groups;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto imported = import_text(text, "fuzz.esf");
@@ -15,3 +18,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (report_text(imported->report).empty()) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_esf_fuzz

@@ -1,13 +1,15 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/line/frame_stream.h"
 #include "networks/knx/wire/cemi.h"
 #include "networks/knx/wire/describe.h"
 #include "networks/knx/wire/message.h"
 
+namespace rubicon::fuzz::knx_frame_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::knx::line;
 using namespace rubicon::networks::knx::wire;
 
@@ -58,7 +60,7 @@ void check_frame(ByteView bytes) {
 }  // namespace
 
 /// Input: bytes of a stream; the first frame also as a datagram, and all as cEMI.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_frame) {
   const ByteView bytes(data, size);
   check_frame(bytes);
   check_cemi(bytes);
@@ -75,3 +77,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_frame_fuzz

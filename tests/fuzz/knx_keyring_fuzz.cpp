@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/keyring/keyring.h"
 
+namespace rubicon::fuzz::knx_keyring_fuzz {
+
 /// Input: a keyring. Its signature is replaced by one that fits, so that decryption sees every ciphertext.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_keyring) {
   using namespace rubicon;
   using namespace rubicon::networks::knx;
   auto file = keyring::parse_keyring({reinterpret_cast<const char*>(data), size});
@@ -31,3 +34,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_keyring_fuzz

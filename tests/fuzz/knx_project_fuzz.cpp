@@ -2,10 +2,13 @@
 #include <set>
 #include <string_view>
 
+#include "fuzz_target.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/project/project.h"
 #include "networks/knx/project/zip_source.h"
 #include "support/knx_project.h"
+
+namespace rubicon::fuzz::knx_project_fuzz {
 
 namespace {
 
@@ -28,7 +31,7 @@ void check(const std::vector<groups::GroupPoint>& points) {
 }  // namespace
 
 /// Input: the XML documents of a project in this order, with a line `====` between.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_project) {
   std::string_view text(reinterpret_cast<const char*>(data), size);
   std::vector<rubicon::support::ZipEntry> entries;
   for (const auto* name : kNames) {
@@ -43,3 +46,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check(groups::import_list(std::move(project->list)).points);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_project_fuzz

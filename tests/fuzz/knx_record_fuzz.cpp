@@ -3,12 +3,14 @@
 #include <string_view>
 
 #include "config/yaml.h"
+#include "fuzz_target.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/secured_groups.h"
 
+namespace rubicon::fuzz::knx_record_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::knx::groups;
 using namespace rubicon::networks::knx::wire;
 
@@ -28,9 +30,9 @@ Record record_of(const ConfigNode& root, base::ConfigErrors& errors) {
 }  // namespace
 
 /// A record. What was taken of it has no conflicts, and is the same again from the text that we write of it.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(knx_record) {
   if (size > 65536) return 0;
-  const auto root = config::parse_yaml({reinterpret_cast<const char*>(bytes), size}, "fuzz.yaml");
+  const auto root = config::parse_yaml({reinterpret_cast<const char*>(data), size}, "fuzz.yaml");
   if (!root) return 0;
   base::ConfigErrors errors;
   const auto record = record_of(*root, errors);
@@ -44,3 +46,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (to_yaml(same.points, "fuzz.yaml", same.secured) != text) __builtin_trap();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_record_fuzz

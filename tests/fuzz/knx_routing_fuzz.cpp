@@ -2,14 +2,17 @@
 #include <cstdlib>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/line/routing.h"
 #include "networks/knx/wire/cemi.h"
 #include "support/memory/memory_transports.h"
 
+namespace rubicon::fuzz::knx_routing_fuzz {
+
 /// Input: datagrams on the routing socket, each behind its length (one byte); all of it once as an answer to a search.
 /// A telegram that is under way meanwhile leaves, or expires; a router may hold it up.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_routing) {
   using namespace rubicon;
   using namespace rubicon::networks::knx::line;
   using namespace rubicon::networks::knx::wire;
@@ -51,3 +54,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (outcomes != 1 || found != 1) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_routing_fuzz

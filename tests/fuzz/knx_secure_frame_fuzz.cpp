@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/secure/frames.h"
+
+namespace rubicon::fuzz::knx_secure_frame_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::knx;
 using namespace rubicon::networks::knx::secure;
 
@@ -51,7 +53,7 @@ void check_content(ByteView content) {
 }  // namespace
 
 /// Input: a frame.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_secure_frame) {
   const ByteView bytes(data, size);
   check_content(bytes);
   const auto frame = wire::read_frame(bytes);
@@ -68,3 +70,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_secure_frame_fuzz

@@ -4,13 +4,16 @@
 #include <tuple>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/knx/secure/routing_guard.h"
+
+namespace rubicon::fuzz::knx_secure_routing_fuzz {
 
 /// Input: records of a kind, a length (one byte each) and bytes. Kind 0: a datagram as it is. Kind 1: eight bytes of
 /// timer, two of tag, then a frame, in an authentic wrapper. Kind 2: timer and tag of an authentic TIMER_NOTIFY, of our
 /// own serial if the tag is odd. Others: so many times 10 ms pass. No wrapper is taken twice, nothing plain is taken,
 /// and the timer never goes back.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_secure_routing) {
   using namespace rubicon;
   using namespace rubicon::networks::knx;
   using namespace rubicon::networks::knx::secure;
@@ -65,3 +68,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_secure_routing_fuzz

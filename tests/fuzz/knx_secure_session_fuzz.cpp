@@ -3,12 +3,14 @@
 #include <memory>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/knx/secure/handshake.h"
 #include "networks/knx/secure/session.h"
 
+namespace rubicon::fuzz::knx_secure_session_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::knx;
 using namespace rubicon::networks::knx::secure;
 
@@ -52,7 +54,7 @@ class Server {
 /// Input: events for a client whose request was sent: a length byte and a frame of it as it is; 255 moves time, 254
 /// answers the request, 253 and a length byte and a frame: the same wrapped, 252 sends a frame. Nothing that a server
 /// sends may do harm.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_secure_session) {
   VirtualScheduler time;
   const auto client_keys = keys();
   SessionCounters counters;
@@ -102,3 +104,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   time.run_for(std::chrono::minutes(5));
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_secure_session_fuzz

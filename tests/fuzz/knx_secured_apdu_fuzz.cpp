@@ -1,11 +1,13 @@
 #include <cstdlib>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/knx/secure/group_guard.h"
+
+namespace rubicon::fuzz::knx_secured_apdu_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::knx;
 
 void require(bool condition) {
@@ -48,7 +50,7 @@ void check_round_trip(ByteView tpdu) {
 
 /// Input: cEMI frames, each behind a byte with its length. A secured group never gives a plain telegram, and no frame
 /// is accepted twice.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_secured_apdu) {
   VirtualScheduler time;
   secure::GroupGuard guard(time, keys(), {}, wire::IndividualAddress(0x710c), {});
   ByteView rest(data, size);
@@ -70,3 +72,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_secured_apdu_fuzz

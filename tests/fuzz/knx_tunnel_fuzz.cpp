@@ -1,11 +1,14 @@
 #include <cstdlib>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/knx/line/tunnel.h"
+
+namespace rubicon::fuzz::knx_tunnel_fuzz {
 
 /// Input: one byte of choices, then events for a tunnel that is connected: a length byte and a frame of it; 255 moves
 /// time, 254 sends a telegram, 253 reports an undelivered datagram. Nothing that a server says may do harm.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_tunnel) {
   using namespace rubicon;
   using namespace rubicon::networks::knx::line;
   using namespace rubicon::networks::knx::wire;
@@ -52,3 +55,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (under_way != 0) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_tunnel_fuzz

@@ -1,10 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/knx/groups/infer_points.h"
 #include "networks/knx/groups/readers.h"
 
+namespace rubicon::fuzz::knx_xml_fuzz {
+
 /// Input: a group address list as XML export.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(knx_xml) {
   using namespace rubicon::networks::knx::groups;
   auto list = read_xml({reinterpret_cast<const char*>(data), size});
   if (list.report.refused && !list.entries.empty()) std::abort();
@@ -12,3 +15,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (infer_points(list.entries, true, list.report).size() > list.entries.size()) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::knx_xml_fuzz

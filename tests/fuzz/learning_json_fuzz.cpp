@@ -1,10 +1,11 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/wsn/learning_json.h"
 
-namespace {
+namespace rubicon::fuzz::learning_json_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// What is told of a message is a text that gives its bytes, unless a float in it is no number.
 void check_told(const motes::NetMessage& message, ByteView sound_record) {
@@ -23,7 +24,7 @@ void check_told(const motes::NetMessage& message, ByteView sound_record) {
 }  // namespace
 
 /// Input: a text, and the same bytes as a record to and from a mote.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(learning_json) {
   const ByteView bytes(data, size);
   for (const std::uint16_t to : {std::uint16_t{5}, motes::kBaseMote}) {
     check_told({11, to, 11, 5, 0, 1, 0, motes::kTransportConnectionless, motes::kApplicationLearning, bytes}, {});
@@ -38,3 +39,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::learning_json_fuzz

@@ -1,12 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "motes/learning_records.h"
 
-using namespace rubicon;
+namespace rubicon::fuzz::learning_records_fuzz {
 
 /// Input: a record type, then its bytes. What was decoded encodes to a record that decodes to the same (floats that are
 /// no numbers are refused), but for the zeros that fill it up.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(learning_records) {
   if (size == 0) return 0;
   const ByteView bytes(data + 1, size - 1);
   const auto values = motes::decode_learning(data[0], bytes);
@@ -32,3 +33,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (left != 0 || chunks.back().size() == motes::kMatrixChunk) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::learning_records_fuzz

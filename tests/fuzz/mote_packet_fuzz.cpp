@@ -1,10 +1,11 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "motes/mote_codec.h"
 
-namespace {
+namespace rubicon::fuzz::mote_packet_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// What was decoded must encode to the bytes it came from.
 void check_round_trip(ByteView bytes) {
@@ -22,7 +23,7 @@ void check_round_trip(ByteView bytes) {
 }  // namespace
 
 /// Input: one byte of settings, then packets, each after a length byte, through one codec.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(mote_packet) {
   static const TypeCatalogue types;
   if (size == 0) return 0;
   motes::Calibration calibration;
@@ -44,3 +45,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::mote_packet_fuzz

@@ -2,11 +2,12 @@
 
 #include "apps/simulators/motes/world.h"
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "motes/hdlc.h"
 
-namespace {
+namespace rubicon::fuzz::motes_simulator_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// The output of a sink is valid whatever its serial line receives.
 void check_sink(ByteView bytes) {
@@ -30,7 +31,7 @@ void check_sink(ByteView bytes) {
 }  // namespace
 
 /// Input: a byte that selects the kind, then a script, or what a computer sends to a sink.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(motes_simulator) {
   if (size == 0) return 0;
   const ByteView rest{data + 1, size - 1};
   if (data[0] != 's') {
@@ -41,3 +42,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!steps && steps.error().text.empty()) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::motes_simulator_fuzz

@@ -1,10 +1,11 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/log/packet_recording.h"
 
-namespace {
+namespace rubicon::fuzz::packet_log_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// Every byte is part of a record or of damage, in order, whatever the pieces.
 void check_reader(ByteView content, std::size_t piece) {
@@ -34,7 +35,7 @@ void check_reader(ByteView content, std::size_t piece) {
 }  // namespace
 
 /// Input: one byte for the size of the pieces, then the content of a packet log.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(packet_log) {
   static const TypeCatalogue types;
   if (size == 0) return 0;
   const ByteView content(data + 1, size - 1);
@@ -49,3 +50,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   while (const auto step = recording.next()) clock.due(clock.advance(step->time));
   return 0;
 }
+
+}  // namespace rubicon::fuzz::packet_log_fuzz

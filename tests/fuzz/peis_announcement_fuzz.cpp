@@ -1,10 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "tuples/peis/wire.h"
+
+namespace rubicon::fuzz::peis_announcement_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples;
 
 /// What was read is written as something that reads the same.
@@ -21,10 +23,12 @@ void check(const Result<Message>& once, Result<Message> (*read)(ByteView)) {
 }  // namespace
 
 /// Input: a datagram of discovery, the begin of a connection, or the body of a HOSTINFO, which the length tells apart.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(peis_announcement) {
   const ByteView input(data, size);
   check(peis::read_announcement(input), peis::read_announcement);
   check(peis::read_connect(input), peis::read_connect);
   check(peis::read_host_info(input), peis::read_host_info);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::peis_announcement_fuzz

@@ -2,11 +2,13 @@
 #include <cstdlib>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "tuples/peis/fragments.h"
+
+namespace rubicon::fuzz::peis_fragments_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples::peis;
 
 void require(bool condition) {
@@ -113,9 +115,11 @@ void honest(base::ByteReader input) {
 }  // namespace
 
 /// Input: `h` for honest sources, which 2 bytes a package follow, or anything else, which 8 bytes a package follow.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(peis_fragments) {
   if (size == 0) return 0;
   const base::ByteReader input(ByteView(data + 1, size - 1));
   data[0] == 'h' ? honest(input) : hostile(input);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::peis_fragments_fuzz

@@ -1,12 +1,14 @@
 #include <cstdlib>
 #include <vector>
 
+#include "fuzz_target.h"
 #include "tuples/peis/packages.h"
 #include "tuples/peis/rewritten.h"
 
+namespace rubicon::fuzz::peis_packages_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples::peis;
 
 void require(bool condition) {
@@ -59,7 +61,7 @@ std::vector<Bytes> packages_of(ByteView bytes, std::size_t piece, bool accepted)
 
 /// Input: 1 for a connection that was accepted and begins with a connect message, then the bytes of the stream. In
 /// whatever pieces they come, the packages are the same.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(peis_packages) {
   if (size == 0) return 0;
   const ByteView bytes(data + 1, size - 1);
   const bool accepted = data[0] == 1;
@@ -68,3 +70,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(packages_of(bytes, 1064, accepted) == whole);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::peis_packages_fuzz

@@ -1,10 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "tuples/peis/rewritten.h"
+
+namespace rubicon::fuzz::peis_routing_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples::peis;
 
 constexpr Port kPorts[] = {Port::kRouting, Port::kAcks,      Port::kDeadHost, Port::kTimeSync,
@@ -14,7 +16,7 @@ constexpr Port kPorts[] = {Port::kRouting, Port::kAcks,      Port::kDeadHost, Po
 
 /// Input: which message of the node level, then its body. What was read is written as something that reads the same, in
 /// no more bytes.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(peis_routing) {
   if (size == 0) return 0;
   const auto port = kPorts[data[0] % std::size(kPorts)];
   const auto once = rewritten(port, ByteView(data + 1, size - 1));
@@ -27,3 +29,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!*twice || **twice != **once) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::peis_routing_fuzz

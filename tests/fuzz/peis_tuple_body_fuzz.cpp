@@ -1,11 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "tuples/peis/annex.h"
 #include "tuples/peis/rewritten.h"
 
+namespace rubicon::fuzz::peis_tuple_body_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::tuples::peis;
 
 constexpr Port kPorts[] = {Port::kPush,        Port::kSetRemote, Port::kSubscribe,
@@ -33,7 +35,7 @@ void check_views(ByteView body, const NetworkTuple& tuple) {
 
 /// Input: which message with a tuple, then its body. What was read is written as something that reads the same, in as
 /// many bytes.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(peis_tuple_body) {
   if (size == 0) return 0;
   const auto port = kPorts[data[0] % std::size(kPorts)];
   const ByteView body(data + 1, size - 1);
@@ -50,3 +52,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!*twice || **twice != **once) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::peis_tuple_body_fuzz

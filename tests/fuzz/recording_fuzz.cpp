@@ -1,11 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/log/tuple_recording.h"
 #include "recording/block_builder.h"
 
+namespace rubicon::fuzz::recording_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using recording::BlockHead;
 using recording::Record;
 using recording::RecordingReader;
@@ -68,7 +70,7 @@ void check_replay(ByteView content) {
 }  // namespace
 
 /// Input: one byte for the size of the pieces, zero = what follows are the records of an unpacked block; else a file.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(recording) {
   if (size == 0) return 0;
   const ByteView content(data + 1, size - 1);
   if (data[0] == 0) {
@@ -79,3 +81,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::recording_fuzz

@@ -1,10 +1,13 @@
 #include <cstdlib>
 
 #include "base/bytes.h"
+#include "fuzz_target.h"
 #include "tuples/meta_tuple.h"
 
+namespace rubicon::fuzz::reference_fuzz {
+
 /// Input: the value of a meta tuple, read in both spellings.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(reference) {
   using namespace rubicon;
   using namespace rubicon::tuples;
   const auto text = base::as_text({data, size});
@@ -20,3 +23,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::reference_fuzz

@@ -7,11 +7,13 @@
 
 #include "config/rights_config.h"
 #include "config/yaml.h"
+#include "fuzz_target.h"
 #include "trust/rights/rights.h"
+
+namespace rubicon::fuzz::rights_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using trust::rights::Right;
 using trust::rights::Rights;
 
@@ -30,7 +32,7 @@ void ask(const Rights& rights, const tuples::Member& who, std::string_view key) 
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(rights) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto root = config::parse_yaml(text, "home.yaml");
   if (!root) return 0;
@@ -54,3 +56,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::rights_fuzz

@@ -1,13 +1,16 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "fuzz_target.h"
 #include "proxy/admission/command_transfer.h"
+
+namespace rubicon::fuzz::roaming_fuzz {
 
 /// Input: what another island says in a claim, or hands over as a waiting command. What was read must be written so
 /// that it reads as the same again.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(roaming) {
   using namespace rubicon;
-  const std::string_view text(reinterpret_cast<const char*>(bytes), size);
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
   if (const auto claim = proxy::admission::parse_claim(OwnerId(1), text)) {
     const auto written = proxy::admission::claim_text(*claim);
     const auto again = proxy::admission::parse_claim(OwnerId(1), written);
@@ -24,3 +27,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::roaming_fuzz

@@ -1,9 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/salad/salad_codec.h"
 
+namespace rubicon::fuzz::salad_datagram_fuzz {
+
 /// Input: the low byte of the buffer's size, then a datagram.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(salad_datagram) {
   using namespace rubicon;
   using namespace rubicon::networks::salad;
   if (size < 1) return 0;
@@ -29,3 +32,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::salad_datagram_fuzz

@@ -1,12 +1,15 @@
 #include <cstdlib>
 
 #include "apps/simulators/salad/script.h"
+#include "fuzz_target.h"
 #include "networks/salad/properties_reader.h"
 #include "networks/salad/salad_options.h"
 #include "support/memory/memory_transports.h"
 
+namespace rubicon::fuzz::salad_properties_fuzz {
+
 /// A properties file, read to the end; the same text as a simulator's script.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(salad_properties) {
   using namespace rubicon;
   using namespace rubicon::networks::salad;
   static const TypeCatalogue types;
@@ -34,3 +37,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto steps = salad_simulator::parse_script(text); !steps && steps.error().text.empty()) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::salad_properties_fuzz

@@ -9,14 +9,15 @@
 #include "base/virtual_scheduler.h"
 #include "config/yaml.h"
 #include "console/shell.h"
+#include "fuzz_target.h"
 #include "island/island.h"
 #include "island/network_types.h"
 #include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
-namespace {
+namespace rubicon::fuzz::shell_fuzz {
 
-using namespace rubicon;
+namespace {
 
 constexpr std::string_view kIsland =
     "island: {id: 1}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: {light-1: {}}, actuators: {lamp-1: "
@@ -39,7 +40,7 @@ void check(const std::string& line) {
 }  // namespace
 
 /// Lines of a shell on a living island; time passes between them.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(shell) {
   if (size > 16384) return 0;
   VirtualScheduler time;
   transport::MemoryTransports files;
@@ -51,7 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   island->start();
   console::Shell shell(space, OwnerId(1), "proxy", check, check, [] {});
   time.run_for(std::chrono::milliseconds(10));
-  std::string_view rest(reinterpret_cast<const char*>(bytes), size);
+  std::string_view rest(reinterpret_cast<const char*>(data), size);
   while (!rest.empty()) {
     const auto end = rest.find('\n');
     shell.line(rest.substr(0, end));
@@ -64,3 +65,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (!idle) __builtin_trap();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::shell_fuzz

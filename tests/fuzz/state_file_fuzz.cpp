@@ -5,9 +5,10 @@
 #include <fstream>
 #include <string>
 
+#include "fuzz_target.h"
 #include "state/state_store.h"
 
-using namespace rubicon;
+namespace rubicon::fuzz::state_file_fuzz {
 
 namespace {
 
@@ -20,12 +21,12 @@ struct Folder {
 }  // namespace
 
 // A state file as found on a damaged disk: opened, read and written, or refused.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(state_file) {
   static const Folder folder;
   const auto file = folder.path / "state";
   std::filesystem::remove(folder.path / "state-wal");
   std::ofstream(file, std::ios::binary | std::ios::trunc)
-      .write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
+      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   const auto store = state::StateStore::open(file, IslandId(6541));
   if (!store) return 0;
   state::KnownDevice device;
@@ -34,3 +35,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   std::ignore = (*store)->forget(device.network, device.address);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::state_file_fuzz

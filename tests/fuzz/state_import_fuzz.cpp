@@ -1,13 +1,14 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "fuzz_target.h"
 #include "state/state_export.h"
 
-using namespace rubicon;
+namespace rubicon::fuzz::state_import_fuzz {
 
 // Lines of an export: whatever is read is written again as something that reads as the same.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  auto text = base::as_text({bytes, size});
+FUZZ_TARGET(state_import) {
+  auto text = base::as_text({data, size});
   state::ExportReader reader;
   while (!text.empty()) {
     const auto end = std::min(text.find('\n'), text.size());
@@ -23,3 +24,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   std::ignore = reader.end();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::state_import_fuzz

@@ -1,10 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "trust/bundle.h"
 #include "trust/certificate_request.h"
 
+namespace rubicon::fuzz::trust_bundle_fuzz {
+
 /// Input: a bundle, or a request for a certificate. The seeds are of one realm: whatever is accepted must be of it.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(trust_bundle) {
   using namespace rubicon;
   using namespace rubicon::trust;
   constexpr WallTime kNow = std::chrono::sys_days(std::chrono::year(2026) / 11 / 23);
@@ -22,3 +25,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::trust_bundle_fuzz

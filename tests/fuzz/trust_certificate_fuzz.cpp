@@ -1,11 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "trust/certificate.h"
 #include "trust/id_ranges.h"
 
+namespace rubicon::fuzz::trust_certificate_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::trust;
 
 constexpr WallTime kNow = std::chrono::sys_days(std::chrono::year(2026) / 11 / 23);
@@ -34,7 +36,7 @@ void read(const Certificate& certificate) {
 }  // namespace
 
 /// Input: a certificate in DER, or in PEM.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(trust_certificate) {
   const auto* at = data;
   CertificateHandle raw(d2i_X509(nullptr, &at, static_cast<long>(size)));
   if (raw != nullptr) {
@@ -46,3 +48,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (certificate) read(*certificate);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::trust_certificate_fuzz

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include "fuzz_target.h"
 #include "trust/guard/certificate.h"
+
+namespace rubicon::fuzz::trust_guard_fuzz {
 
 namespace {
 
@@ -31,9 +34,11 @@ std::string pem_of(const std::uint8_t* der, std::size_t size) {
 }  // namespace
 
 /// The certificate that a stranger shows: PEM, or what is inside (DER).
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(trust_guard) {
   if (size > 70'000) return 0;
-  check(std::string(reinterpret_cast<const char*>(bytes), size));
-  check(pem_of(bytes, size));
+  check(std::string(reinterpret_cast<const char*>(data), size));
+  check(pem_of(data, size));
   return 0;
 }
+
+}  // namespace rubicon::fuzz::trust_guard_fuzz

@@ -1,11 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "trust/realm.h"
 #include "trust/signed_text.h"
 
+namespace rubicon::fuzz::trust_revoked_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::trust;
 
 constexpr WallTime kNow = std::chrono::sys_days(std::chrono::year(2026) / 11 / 23);
@@ -18,7 +20,7 @@ const Authority& authority() {
 }  // namespace
 
 /// Input: a signed list, which no key of this process signed, or the text inside of a signature.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(trust_revoked) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto& signer = authority().realm.permissions_ca;
   if (read_revoked(text, signer, "input")) std::abort();
@@ -31,3 +33,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!again || *again != *list) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::trust_revoked_fuzz

@@ -15,6 +15,7 @@
 #include "base/printable.h"
 #include "base/virtual_scheduler.h"
 #include "config/yaml.h"
+#include "fuzz_target.h"
 #include "island/island.h"
 #include "island/network_types.h"
 #include "model/point_keys.h"
@@ -24,9 +25,9 @@
 #include "web/api/api.h"
 #include "web/server/target.h"
 
-namespace {
+namespace rubicon::fuzz::web_api_fuzz {
 
-using namespace rubicon;
+namespace {
 
 constexpr std::string_view kIslandOfWeb =
     "island: {id: 1}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: {light-1: {}}, actuators: {lamp-1: "
@@ -227,7 +228,7 @@ World& world() {
 }
 
 /// Inputs are being tried.
-bool is_fuzzing = true;
+bool is_fuzzing = false;
 
 }  // namespace
 
@@ -237,19 +238,19 @@ extern "C" int __lsan_is_turned_off() {
   return is_fuzzing ? 1 : 0;
 }
 
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
+static void look_for_leaks_at_the_end() {
+  is_fuzzing = true;
   std::ignore = std::atexit([] { is_fuzzing = false; });
-  return 0;
 }
 
 /// Frames of a WebSocket and requests by HTTP, a line each, to the API beside the tuples of an island; time passes
 /// between them.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(web_api, look_for_leaks_at_the_end) {
   if (size > 16384) return 0;
   World& there = world();
   {
     Visit visit(there);
-    std::string_view rest(reinterpret_cast<const char*>(bytes), size);
+    std::string_view rest(reinterpret_cast<const char*>(data), size);
     while (!rest.empty()) {
       const auto end = rest.find('\n');
       visit.line(rest.substr(0, end));
@@ -262,3 +263,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   there.time.run_for(std::chrono::seconds(1));
   return 0;
 }
+
+}  // namespace rubicon::fuzz::web_api_fuzz

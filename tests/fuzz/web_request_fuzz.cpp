@@ -8,14 +8,16 @@
 #include "base/assert.h"
 #include "base/printable.h"
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "web/access/access.h"
 #include "web/files/file_answer.h"
 #include "web/server/response_text.h"
 #include "web/server/target.h"
 
+namespace rubicon::fuzz::web_request_fuzz {
+
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::web;
 
 /// The first line is a target, the second a body, the others are fields of the head.
@@ -54,7 +56,7 @@ void check_head(const Response& response) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(web_request) {
   static VirtualScheduler time;
   static access::Access access(time, {.needs_token = true, .origins = {{"hall.lan"}, {"https://hall.lan"}}});
   auto request = request_in({reinterpret_cast<const char*>(data), size});
@@ -72,3 +74,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::ignore = access::parse_tokens({reinterpret_cast<const char*>(data), size});
   return 0;
 }
+
+}  // namespace rubicon::fuzz::web_request_fuzz

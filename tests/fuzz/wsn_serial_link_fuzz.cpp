@@ -1,11 +1,13 @@
 #include <cstdlib>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/wsn/sink/serial_link.h"
+
+namespace rubicon::fuzz::wsn_serial_link_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::wsn::sink;
 
 /// A link with arbitrary input, and a check that each packet gets one result.
@@ -46,7 +48,7 @@ struct Station {
 
 /// Input: events. 255 moves time, 254 pushes a packet of the next byte, 253 loses the line or makes one, 252 blocks it
 /// or frees it, 251 acks the sequence number of the next byte; else a length byte and what the line brings.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(wsn_serial_link) {
   Station station;
   station.link.begin();
   for (std::size_t at = 0; at < size;) {
@@ -83,3 +85,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (station.done != station.pushed) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::wsn_serial_link_fuzz

@@ -1,10 +1,13 @@
 #include <cstdlib>
 
 #include "base/bytes.h"
+#include "fuzz_target.h"
 #include "networks/wsn/sink/source.h"
 
+namespace rubicon::fuzz::wsn_source_fuzz {
+
 /// A source string: it is parsed to an equal source from its own text, or the error has a text.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(wsn_source) {
   using namespace rubicon;
   using namespace rubicon::networks::wsn::sink;
   const auto source = parse_source(base::as_text(ByteView(data, size)));
@@ -18,3 +21,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!again || *again != *source) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::wsn_source_fuzz

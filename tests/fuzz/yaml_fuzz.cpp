@@ -6,14 +6,15 @@
 #include "base/virtual_scheduler.h"
 #include "config/config_file.h"
 #include "config/yaml.h"
+#include "fuzz_target.h"
 #include "island/island.h"
 #include "island/network_types.h"
 #include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
-namespace {
+namespace rubicon::fuzz::yaml_fuzz {
 
-using namespace rubicon;
+namespace {
 
 /// Anything that parses must also be checked to the end, down to the keys of the plug-ins.
 void check(const ConfigNode& tree) {
@@ -30,9 +31,9 @@ void check(const ConfigNode& tree) {
 }  // namespace
 
 /// A file, and behind a NUL one override of the command line.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+FUZZ_TARGET(yaml) {
   if (size > 65536) return 0;
-  const std::string_view all(reinterpret_cast<const char*>(bytes), size);
+  const std::string_view all(reinterpret_cast<const char*>(data), size);
   const auto nul = all.find('\0');
   auto tree = config::parse_yaml(all.substr(0, nul), "fuzz.yaml");
   if (!tree) {
@@ -45,3 +46,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   check(*tree);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::yaml_fuzz

@@ -1,9 +1,12 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/zigbee/bridge/groups.h"
 #include "networks/zigbee/bridge/messages.h"
 #include "networks/zigbee/bridge/recommended.h"
 #include "networks/zigbee/bridge/topics.h"
+
+namespace rubicon::fuzz::zigbee_bridge_fuzz {
 
 namespace {
 
@@ -36,7 +39,7 @@ void response(std::string_view payload) {
 }  // namespace
 
 /// Input: a payload of bridge/info, response, health, groups or state; it is read as each of them.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_bridge) {
   const std::string_view payload(reinterpret_cast<const char*>(data), size);
   if (const auto bridge = read_info(payload)) {
     (void)check_version(*bridge);
@@ -52,3 +55,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   groups(payload);
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_bridge_fuzz

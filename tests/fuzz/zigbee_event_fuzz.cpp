@@ -1,10 +1,13 @@
 #include <cstdlib>
 
+#include "fuzz_target.h"
 #include "networks/zigbee/bridge/device_record.h"
 #include "networks/zigbee/bridge/messages.h"
 
+namespace rubicon::fuzz::zigbee_event_fuzz {
+
 /// Input: a payload of bridge/event. A known event names a device.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_event) {
   using namespace rubicon::networks::zigbee::bridge;
   const auto event = read_event({reinterpret_cast<const char*>(data), size});
   if (!event) {
@@ -16,3 +19,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (known && event->address.size() != 16) std::abort();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_event_fuzz

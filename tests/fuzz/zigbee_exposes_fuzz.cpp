@@ -2,12 +2,15 @@
 #include <set>
 
 #include "base/bytes.h"
+#include "fuzz_target.h"
 #include "model/open_type.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/key.hpp"
 
+namespace rubicon::fuzz::zigbee_exposes_fuzz {
+
 /// Input: an `exposes` array. Each leaf becomes a point whose id is unique, also as part of a key.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_exposes) {
   using namespace rubicon;
   using namespace rubicon::networks::zigbee::exposes;
   static const TypeCatalogue types;
@@ -29,3 +32,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static_cast<void>(unknown_units(*leaves));
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_exposes_fuzz

@@ -2,11 +2,13 @@
 #include <map>
 
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/zigbee/bridge/inventory.h"
+
+namespace rubicon::fuzz::zigbee_list_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::zigbee::bridge;
 
 constexpr std::size_t kMostDevices = 6;
@@ -31,7 +33,7 @@ struct Said {
 
 /// Input: payloads of bridge/devices, separated by lines that are empty. Between them three seconds pass. What the
 /// calls say and what the inventory holds are the same.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_list) {
   std::string_view rest(reinterpret_cast<const char*>(data), size);
   VirtualScheduler scheduler;
   Said said;
@@ -59,3 +61,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_list_fuzz

@@ -5,11 +5,13 @@
 
 #include "base/json_depth.h"
 #include "base/virtual_scheduler.h"
+#include "fuzz_target.h"
 #include "networks/zigbee/device.h"
+
+namespace rubicon::fuzz::zigbee_state_fuzz {
 
 namespace {
 
-using namespace rubicon;
 using namespace rubicon::networks::zigbee;
 
 constexpr std::string_view kDefinition = R"([
@@ -130,7 +132,7 @@ class Story {
 }  // namespace
 
 /// Input: `b` for a battery or anything else; then what happens to a device, a line each.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_state) {
   if (size == 0) return 0;
   std::string_view text(reinterpret_cast<const char*>(data), size);
   Story story(text[0] == 'b');
@@ -143,3 +145,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   story.end();
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_state_fuzz

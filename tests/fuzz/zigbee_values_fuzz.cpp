@@ -4,11 +4,14 @@
 
 #include "base/bytes.h"
 #include "base/json_depth.h"
+#include "fuzz_target.h"
 #include "networks/zigbee/exposes/mapping.h"
+
+namespace rubicon::fuzz::zigbee_values_fuzz {
 
 /// Input: an `exposes` array on the first line; after it the JSON of a property, which is also a commanded text. What a
 /// device can report can be sent, and is then understood as the same.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zigbee_values) {
   using namespace rubicon;
   using namespace rubicon::networks::zigbee::exposes;
   static const TypeCatalogue types;
@@ -39,3 +42,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace rubicon::fuzz::zigbee_values_fuzz

@@ -20,7 +20,7 @@ TEST(JsonMembers, OfAnotherKindAreEmpty) {
 }
 
 TEST(JsonMembers, OfTheRightKindAreRead) {
-  const auto good = object_of<nlohmann::json>(R"({"ok": true, "count": 18446744073709551615, "list": ["a", 7, "b"]})");
+  const auto good = object_of(R"({"ok": true, "count": 18446744073709551615, "list": ["a", 7, "b"]})");
   EXPECT_TRUE(flag_of(good, "ok"));
   EXPECT_EQ(count_of(good, "count"), 18446744073709551615U);
   EXPECT_EQ(texts_of(good, "list"), (std::vector<std::string>{"a", "b"}));

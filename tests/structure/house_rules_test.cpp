@@ -45,47 +45,30 @@ TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {
   }
 }
 
-/// The names that a file gives to nlohmann::ordered_json, and its own.
-std::set<std::string> ordered_names(const SourceFile& file) {
-  static const std::regex kAlias(R"re(using (\w+) = nlohmann::ordered_json;)re");
-  std::set<std::string> names{"ordered_json"};
-  if (file.text.find("ordered_json;") == std::string::npos) return names;
-  for (std::sregex_iterator it(file.text.begin(), file.text.end(), kAlias), end; it != end; ++it)
-    names.insert((*it)[1]);
-  return names;
-}
-
-bool has_word(const std::string& text, const std::string& word) {
-  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
-    if (at == 0 || (std::isalnum(static_cast<unsigned char>(text[at - 1])) == 0 && text[at - 1] != '_')) return true;
-  }
-  return false;
-}
-
-bool parses_into(const std::set<std::string>& names, const SourceFile& file) {
-  return std::ranges::any_of(names, [&](const auto& name) {
-    return has_word(file.text, name + "::parse(") || has_word(file.text, "object_of<" + name + ">") ||
-           has_word(file.text, "object_of<nlohmann::" + name + ">");
-  });
-}
-
 /// ordered_json searches all members for each one that it adds: a text of many members takes seconds.
 TEST(HouseRules, OnlyShortTextsAreParsedIntoOrderedJson) {
   const std::set<std::string> short_texts{"src/model/words.cpp",                    // at most kLongestInput bytes
                                           "src/networks/knx/dpt/meter_codec.cpp",   // at most kMaxJson
                                           "src/networks/knx/dpt/record_codec.cpp",  // the same
                                           "src/networks/knx/dpt/time_codec.cpp",    // the same
-                                          "src/island/island_presence.cpp"};        // our own text
-  auto files = files_below("src", {".h", ".cpp"});
-  for (auto& file : files_below("apps", {".h", ".cpp"})) files.push_back(std::move(file));
-  std::set<std::string> shared;
-  for (const auto& file : files) {
-    if (file.path.ends_with(".h")) shared.merge(ordered_names(file));
+                                          "src/island/island_presence.cpp",         // our own text
+                                          "src/model/json_text.h",
+                                          "src/model/json_text.cpp"};
+  for (const auto& file : product_sources()) {
+    const bool parses = file.text.find("parse_ordered_json(") != std::string::npos;
+    EXPECT_EQ(parses, short_texts.contains(file.path)) << file.path;
   }
-  for (const auto& file : files) {
-    auto names = ordered_names(file);
-    names.insert(shared.begin(), shared.end());
-    EXPECT_EQ(parses_into(names, file), short_texts.contains(file.path)) << file.path;
+}
+
+/// Each block that calls them compiles the parser and the serializer once more.
+TEST(HouseRules, JsonIsParsedAndWrittenInOnePlace) {
+  static const std::regex kCall(R"re(\b(?:json|Json|\w*Tree|Line)::(?:parse|accept)\(|(?:\.|->)dump\()re");
+  for (const auto& file : product_sources()) {
+    if (file.path == "src/model/json_text.cpp" || file.path.find("zigbee/bridge/") != std::string::npos)
+      continue;  // simdjson
+    std::smatch found;
+    EXPECT_FALSE(std::regex_search(file.text, found, kCall))
+        << file.path << ": " << found.str() << ", expected model/json_text.h";
   }
 }
 

@@ -42,4 +42,13 @@ inline std::vector<SourceFile> files_below(const std::string& folder, const std:
   return files;
 }
 
+/// All that programs and their users compile.
+inline std::vector<SourceFile> product_sources() {
+  std::vector<SourceFile> all;
+  for (const auto* folder : {"include", "src", "apps"}) {
+    for (auto& file : files_below(folder, {".h", ".hpp", ".cpp"})) all.push_back(std::move(file));
+  }
+  return all;
+}
+
 }  // namespace rubicon::structure

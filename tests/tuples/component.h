@@ -13,7 +13,8 @@ namespace rubicon::tuples {
 
 /// One member of an ecology in virtual time.
 struct Component {
-  Component(TestEcology& ecology, VirtualScheduler& scheduler, std::uint32_t id)
+  template <class Ecology>
+  Component(Ecology& ecology, VirtualScheduler& scheduler, std::uint32_t id)
       : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {
     if (!kMeetAtOnce) scheduler.run_ready();
   }
@@ -40,13 +41,15 @@ struct Listener {
 using Seen = std::vector<std::string>;
 
 /// An island (1) and a robot (70000) that reach each other.
-struct TwoComponents {
+template <class Ecology>
+struct TwoComponentsOf {
   VirtualScheduler time;
-  TestEcology ecology{time};
+  Ecology ecology{time};
   std::unique_ptr<Component> island = std::make_unique<Component>(ecology, time, 1);
   std::unique_ptr<Component> robot = std::make_unique<Component>(ecology, time, 70000);
   static constexpr OwnerId kIsland{1};
   static constexpr OwnerId kRobot{70000};
 };
+using TwoComponents = TwoComponentsOf<TestEcology>;
 
 }  // namespace rubicon::tuples

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tuples/component.h"
+#include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::tuples {
 namespace {

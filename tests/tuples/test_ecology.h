@@ -1,29 +1,49 @@
 #pragma once
 
-// The tests of the tuple space run over each engine: here is the one of this program.
-#ifdef RUBICON_OVER_DDS
-#include "tuples/dds/dds_test_ecology.h"
+#include <memory>
+#include <utility>
+
+#include "base/virtual_scheduler.h"
+#include "tuples/link.h"
+
 namespace rubicon::tuples {
-using TestEcology = dds::DdsTestEcology;
+
+/// What the tests of the tuple space need of an engine: components that meet, are cut from each other and meet again.
+class TestEngine {
+ public:
+  virtual ~TestEngine() = default;
+  virtual Result<std::unique_ptr<Link>> join(OwnerId id) = 0;
+  virtual void cut(OwnerId a, OwnerId b) = 0;
+  virtual void mend(OwnerId a, OwnerId b) = 0;
+};
+
+template <class Ecology>
+class TestEngineOf final : public TestEngine {
+ public:
+  explicit TestEngineOf(VirtualScheduler& time) : ecology_(time) {}
+  Result<std::unique_ptr<Link>> join(OwnerId id) override { return ecology_.join(id); }
+  void cut(OwnerId a, OwnerId b) override { ecology_.cut(a, b); }
+  void mend(OwnerId a, OwnerId b) override { ecology_.mend(a, b); }
+
+ private:
+  Ecology ecology_;
+};
+
+// The suite is compiled once. Each program that links it has an engine of its own, and says here which.
+std::unique_ptr<TestEngine> make_test_engine(VirtualScheduler& time);
 /// Components see each other as soon as they are there, or after a turn.
-inline constexpr bool kMeetAtOnce = false;
+extern const bool kMeetAtOnce;
+
+/// The engine of this program.
+class TestEcology {
+ public:
+  explicit TestEcology(VirtualScheduler& time) : engine_(make_test_engine(time)) {}
+  Result<std::unique_ptr<Link>> join(OwnerId id) { return engine_->join(id); }
+  void cut(OwnerId a, OwnerId b) { engine_->cut(a, b); }
+  void mend(OwnerId a, OwnerId b) { engine_->mend(a, b); }
+
+ private:
+  std::unique_ptr<TestEngine> engine_;
+};
+
 }  // namespace rubicon::tuples
-#elif defined(RUBICON_OVER_JOINED)
-#include "tuples/joined/joined_test_ecology.h"
-namespace rubicon::tuples {
-using TestEcology = joined::JoinedTestEcology;
-inline constexpr bool kMeetAtOnce = false;
-}  // namespace rubicon::tuples
-#elif defined(RUBICON_OVER_PEIS)
-#include "tuples/peis/peis_test_ecology.h"
-namespace rubicon::tuples {
-using TestEcology = peis::PeisTestEcology;
-inline constexpr bool kMeetAtOnce = false;
-}  // namespace rubicon::tuples
-#else
-#include "tuples/memory/memory_ecology.h"
-namespace rubicon::tuples {
-using TestEcology = MemoryEcology;
-inline constexpr bool kMeetAtOnce = true;
-}  // namespace rubicon::tuples
-#endif

@@ -9,6 +9,7 @@
 #include "gateway/message_rights.h"
 #include "model/former_types.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/point_tuples.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
@@ -52,8 +53,7 @@ std::string waiting_command_text(const WaitingCommand& command) {
 }
 
 Result<WaitingCommand> parse_waiting_command(std::string_view text) {
-  const auto tree =
-      text.size() > kMaxTransfer ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
+  const auto tree = text.size() > kMaxTransfer ? PlainTree(PlainTree::value_t::discarded) : model::parse_json(text);
   const auto wrong = [](std::string_view what) {
     return fail(ErrorCode::kInvalid, fmt::format("a command that follows its device needs {}", what));
   };

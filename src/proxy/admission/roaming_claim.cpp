@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -47,8 +48,7 @@ std::string claim_text(const Claim& claim) {
 }
 
 Result<Claim> parse_claim(OwnerId island, std::string_view text) {
-  const auto tree =
-      text.size() > kMaxClaim ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
+  const auto tree = text.size() > kMaxClaim ? PlainTree(PlainTree::value_t::discarded) : model::parse_json(text);
   if (!tree.is_object()) return fail(wrong("a JSON object of at most 4096 bytes"));
   const auto key = model::find_text(tree, "key"), network = model::find_text(tree, "network"),
              device = model::find_text(tree, "device"), address = model::find_text(tree, "address");

@@ -19,16 +19,14 @@ std::string SocketWriter::update(const TupleView& tuple) const {
 
 void SocketWriter::presence(const std::vector<OwnerId>& owners, bool absent) {
   std::string ids;
-  for (const auto owner : owners)
-    base::append(ids, "{}{}", ids.empty() ? "" : ",", number(owner));
+  for (const auto owner : owners) base::append(ids, "{}{}", ids.empty() ? "" : ",", number(owner));
   base::append(head_, ",\"{}\":[{}]", absent ? "absent" : "present", ids);
 }
 
 void SocketWriter::set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce,
                        std::string_view update) {
   if (introduce) {
-    base::append(keys_, "{}\"{}\":\"{}:{}\"", keys_.empty() ? "" : ",", number,
-                   model::number(owner), key);
+    base::append(keys_, "{}\"{}\":\"{}:{}\"", keys_.empty() ? "" : ",", number, model::number(owner), key);
   }
   base::append(sets_, "{}[{},{}]", sets_.empty() ? "" : ",", number, update);
 }

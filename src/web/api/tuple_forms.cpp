@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 #include "base/append.h"
 #include "base/base64.h"
 #include "base/printable.h"

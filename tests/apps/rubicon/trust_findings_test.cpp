@@ -17,7 +17,7 @@ using testing::SizeIs;
 using Grade = Finding::Grade;
 using Own = Result<std::shared_ptr<rubicon::trust::Trust>>;
 
-IslandSeen island() {
+IslandSeen island_of_trust() {
   IslandSeen seen;
   seen.island.id = OwnerId(6541);
   seen.island.summary.name = "home";
@@ -67,7 +67,7 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
 }
 
 TEST(TrustFindings, TrustOnOneSideOnlyIsNamedOnBothSides) {
-  const std::vector<client::Component> there{island().island};
+  const std::vector<client::Component> there{island_of_trust().island};
   const auto plain = check_other_side(there, true), closed = check_other_side(there, false);
   EXPECT_EQ(plain.at(0).grade, Grade::kProblem);
   EXPECT_THAT(plain.at(0).what, HasSubstr("island 6541 home takes part without trust, this program with"));
@@ -76,7 +76,7 @@ TEST(TrustFindings, TrustOnOneSideOnlyIsNamedOnBothSides) {
 }
 
 TEST(TrustFindings, TheEndOfACertificateIsToldInTime) {
-  auto seen = island();
+  auto seen = island_of_trust();
   EXPECT_THAT(check_island_trust(seen), IsEmpty()) << "it has no trust";
   seen.properties["trust-days-left"] = "30";
   EXPECT_EQ(check_island_trust(seen).at(0).grade, Grade::kGood);
@@ -89,7 +89,7 @@ TEST(TrustFindings, TheEndOfACertificateIsToldInTime) {
 }
 
 TEST(TrustFindings, WhatRightsRefusedIsToldWithWhereToLook) {
-  auto seen = island();
+  auto seen = island_of_trust();
   seen.numbers["rights-refused"] = 3;
   const auto found = check_island_trust(seen);
   ASSERT_THAT(found, SizeIs(1));
@@ -98,7 +98,7 @@ TEST(TrustFindings, WhatRightsRefusedIsToldWithWhereToLook) {
 }
 
 TEST(TrustFindings, PeersThatWereRefusedAreToldWithWhereToLook) {
-  auto seen = island();
+  auto seen = island_of_trust();
   seen.numbers["dds-refused-peers"] = 1;
   const auto found = check_island_trust(seen);
   ASSERT_THAT(found, SizeIs(1));
@@ -109,7 +109,7 @@ TEST(TrustFindings, PeersThatWereRefusedAreToldWithWhereToLook) {
 }
 
 TEST(TrustFindings, TheLastPeerThatWasRefusedIsToldAsTheLogOfTheIslandSays) {
-  auto seen = island();
+  auto seen = island_of_trust();
   seen.refusal = LogLine{seen.island.id, 7, WallTime(), "warning", "dds", "'desk' was refused: revoked"};
   EXPECT_THAT(check_island_trust(seen), IsEmpty()) << "no peer counts";
   seen.numbers["dds-refused-peers"] = 2;
@@ -140,8 +140,8 @@ TEST(TrustFindings, ParticipantsThatShowNothingAreCounted) {
 }
 
 TEST(TrustFindings, OnPeisNobodyProvesWhoTheyAre) {
-  EXPECT_THAT(check_access_with_trust(island(), false).what, HasSubstr("takes members only"));
-  EXPECT_THAT(check_access_with_trust(island(), true).what, HasSubstr("on PEIS no peer proves who it is"));
+  EXPECT_THAT(check_access_with_trust(island_of_trust(), false).what, HasSubstr("takes members only"));
+  EXPECT_THAT(check_access_with_trust(island_of_trust(), true).what, HasSubstr("on PEIS no peer proves who it is"));
 }
 
 }  // namespace

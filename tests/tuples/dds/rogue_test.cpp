@@ -4,6 +4,7 @@
 #include <random>
 
 #include "tuples/component.h"
+#include "tuples/dds/dds_test_ecology.h"
 #include "tuples/dds/frame_codec.h"
 #include "tuples/dds/rogue.h"
 
@@ -19,7 +20,7 @@ using testing::IsEmpty;
 constexpr std::uint32_t kRogue = 66666;
 
 /// An island (1) and a robot (70000) that work together, and somebody who means no good.
-struct Rogues : testing::Test, TwoComponents {
+struct Rogues : testing::Test, TwoComponentsOf<dds::DdsTestEcology> {
   void SetUp() override {
     ASSERT_TRUE(robot->space.set("a", "1"));
     copies = island->space.subscribe(pattern("a.**"), {}, seen.call());

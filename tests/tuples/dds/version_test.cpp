@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tuples/component.h"
+#include "tuples/dds/dds_test_ecology.h"
 #include "tuples/dds/rogue.h"
 
 namespace rubicon::tuples {
@@ -16,7 +17,7 @@ using testing::IsEmpty;
 /// In the domain of this process's ecologies, whose tag it has so.
 TEST(OtherVersions, AComponentOfAnotherVersionIsNotTalkedTo) {
   VirtualScheduler time;
-  TestEcology ecology(time);
+  dds::DdsTestEcology ecology(time);
   Component island(ecology, time, 1);
   const dds::Rogue newer(2, 99);
   for (int i = 0; i < 20; ++i) time.run_for(10ms);
@@ -29,7 +30,7 @@ TEST(OtherVersions, AComponentOfAnotherVersionIsNotTalkedTo) {
 /// Version 1 has its presence in the default partition, and reads there only.
 TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
   VirtualScheduler time;
-  TestEcology ecology(time);
+  dds::DdsTestEcology ecology(time);
   Component island(ecology, time, 1);
   dds::Rogue first(2, 1);
   const auto says_so = [&] {
@@ -44,7 +45,7 @@ TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
 
 TEST(ExpectedComponents, AreThoseWhosePresenceHasNotArrived) {
   VirtualScheduler time;
-  TestEcology ecology(time);
+  dds::DdsTestEcology ecology(time);
   Component island(ecology, time, 1);
   const auto in_the_end = [&](bool expected) {
     for (int i = 0; i < 1000 && ecology.expects_components() != expected; ++i) time.run_for(10ms);

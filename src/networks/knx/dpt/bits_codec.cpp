@@ -4,6 +4,8 @@
 
 #include "networks/knx/dpt/codec.h"
 
+#include "model/json_text.h"
+
 namespace rubicon::networks::knx::dpt {
 
 /// Bits without a name are reserved.
@@ -15,7 +17,7 @@ Result<wire::Payload> encode_bits(const Dpt& type, const Value& value) {
   const auto* json = std::get_if<Json>(&value);
   if (!json && !std::holds_alternative<std::int64_t>(value)) return wrong_kind(type, value, "JSON or a number");
   const auto text = model::to_text(value);
-  if (json && !nlohmann::json::accept(text)) return wrong_kind(type, value, "JSON");
+  if (json && !model::is_json(text)) return wrong_kind(type, value, "JSON");
   const auto raw = model::bits_of(words_of(type), text);
   if (!raw) return fail(raw.error().code, name_of(type) + ": " + raw.error().text);
   wire::Payload payload{Bytes(type.bits / 8), false};

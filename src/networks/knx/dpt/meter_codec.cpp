@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "networks/knx/dpt/codec.h"
 #include "model/json_text.h"
+#include "networks/knx/dpt/codec.h"
 #include "rubicon/key.hpp"
 
 // 229.001: a count, the code of its unit, the status of 21.001 (knx.md 9.8; KNX 3/7/2).
@@ -131,7 +131,7 @@ Result<Value> decode_metering(const Dpt& type, ByteView bytes) {
 Result<wire::Payload> encode_metering(const Dpt& type, const Value& value) {
   const auto* text = std::get_if<Json>(&value);
   if (!text) return wrong_kind(type, value, "JSON");
-  const auto json = text->text.size() > kMaxJson ? Tree() : Tree::parse(text->text, nullptr, false);
+  const auto json = text->text.size() > kMaxJson ? Tree() : model::parse_ordered_json(text->text);
   if (!json.is_object()) return wrong_kind(type, value, "a JSON object");
   const auto reading = count_and_code(type, json);
   if (!reading) return fail(reading.error());

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "networks/knx/dpt/codec.h"
 #include "model/json_text.h"
+#include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
 #include "rubicon/key.hpp"
 
@@ -255,7 +255,7 @@ Result<Value> decode_record(const Dpt& type, ByteView bytes) {
 Result<wire::Payload> encode_record(const Dpt& type, const Value& value) {
   const auto* text = std::get_if<Json>(&value);
   if (!text) return wrong_kind(type, value, "JSON");
-  const auto json = text->text.size() > kMaxJson ? Tree() : Tree::parse(text->text, nullptr, false);
+  const auto json = text->text.size() > kMaxJson ? Tree() : model::parse_ordered_json(text->text);
   if (!json.is_object()) return wrong_kind(type, value, "a JSON object");
   return RecordWriter(type, json).write();
 }
@@ -268,7 +268,7 @@ Result<wire::Payload> encode_raw(const Dpt& type, const Value& value) {
   constexpr std::string_view kExpected = "JSON like {\"raw\":\"00ff\"} of its length";
   const auto* text = std::get_if<Json>(&value);
   if (!text || text->text.size() > kMaxJson) return wrong_kind(type, value, kExpected);
-  const auto json = Tree::parse(text->text, nullptr, false);
+  const auto json = model::parse_ordered_json(text->text);
   const bool has = json.is_object() && json.contains("raw") && json["raw"].is_string();
   auto bytes = base::from_hex(has ? json["raw"].get<std::string>() : std::string());
   if (!has || !bytes || bytes->size() * 8 != type.bits) return wrong_kind(type, value, kExpected);

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "networks/knx/dpt/clock_text.h"
 #include "model/json_text.h"
+#include "networks/knx/dpt/clock_text.h"
 #include "networks/knx/dpt/codec.h"
 
 namespace rubicon::networks::knx::dpt {
@@ -137,7 +137,7 @@ Result<void> set_flags(const Dpt& type, const Tree& json, Bytes& bytes) {
 }
 
 Result<wire::Payload> encode_clock_json(const Dpt& type, const std::string& text) {
-  const auto json = text.size() > kMaxJson ? Tree() : Tree::parse(text, nullptr, false);
+  const auto json = text.size() > kMaxJson ? Tree() : model::parse_ordered_json(text);
   if (!json.is_object()) return wrong_kind(type, text, "a date and time as JSON");
   const auto clock = clock_in(type, json);
   if (!clock) return fail(clock.error());

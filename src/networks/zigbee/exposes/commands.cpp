@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "model/units.h"
 #include "model/words.h"
 #include "networks/zigbee/exposes/mapping.h"
@@ -159,8 +160,7 @@ Result<std::string> encode_text(const MappedPoint& point, const Value& value) {
 Result<std::string> encode_json(const MappedPoint& point, const Value& value, char first, std::string_view expected) {
   const auto* json = std::get_if<Json>(&value);
   const auto text = base::trimmed(json == nullptr ? std::string_view() : std::string_view(json->text));
-  if (!text.starts_with(first) || !nlohmann::json::accept(text))
-    return refused(ErrorCode::kInvalid, point, value, expected);
+  if (!text.starts_with(first) || !model::is_json(text)) return refused(ErrorCode::kInvalid, point, value, expected);
   return std::string(text);
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/json_depth.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 #include "networks/zigbee/exposes/leaf.h"
 #include "rubicon/key.hpp"
 
@@ -189,7 +190,7 @@ Result<std::vector<Leaf>> read_exposes(std::string_view json, std::vector<std::s
   if (json.size() > kMostText) return fail(ErrorCode::kInvalid, fmt::format("exposes of {} bytes", json.size()));
   if (base::is_nested_deeper(json, kDeepestJson))
     return fail(ErrorCode::kInvalid, fmt::format("exposes: nested more than {} times", kDeepestJson));
-  const auto tree = Tree::parse(json, nullptr, false);
+  const auto tree = model::parse_json(json);
   if (!tree.is_array()) return fail(ErrorCode::kInvalid, "exposes: expected a JSON array");
   std::vector<Leaf> leaves;
   Reader reader(skipped);

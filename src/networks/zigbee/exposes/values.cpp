@@ -44,7 +44,7 @@ std::optional<std::string> unquoted(std::string_view json) {
 std::optional<std::string> scalar_text(std::string_view json) {
   if (is_string(json)) return unquoted(json);
   const bool number = !json.empty() && (json[0] == '-' || (json[0] >= '0' && json[0] <= '9'));
-  const bool scalar = json == "true" || json == "false" || (number && nlohmann::json::accept(json));
+  const bool scalar = json == "true" || json == "false" || (number && model::is_json(json));
   return scalar ? std::optional(std::string(json)) : std::nullopt;
 }
 
@@ -123,14 +123,13 @@ Result<Value> decode_text(const MappedPoint& point, std::string_view json) {
 Result<Value> decode_json(const MappedPoint& point, std::string_view json) {
   if (base::is_nested_deeper(json, kDeepestJson))
     return unreadable(point, json, fmt::format("JSON with at most {} levels", kDeepestJson));
-  if (!nlohmann::json::accept(json)) return unreadable(point, json, "valid JSON");
+  if (!model::is_json(json)) return unreadable(point, json, "valid JSON");
   return Value(Json{std::string(json)});
 }
 
 /// The two numbers of a colour; a colour may have more members. Without them it is unknown.
 Result<Value> decode_colour(const MappedPoint& point, std::string_view json, const char* first, const char* second) {
-  const auto tree =
-      base::is_nested_deeper(json, kDeepestJson) ? nlohmann::json() : model::parse_json(json);
+  const auto tree = base::is_nested_deeper(json, kDeepestJson) ? nlohmann::json() : model::parse_json(json);
   if (!tree.is_object()) return unreadable(point, json, "an object of numbers");
   const auto one = tree.find(first), other = tree.find(second);
   if (one == tree.end() || other == tree.end() || !one->is_number() || !other->is_number()) return Value();

@@ -56,7 +56,7 @@ class World {
     std::map<std::uint64_t, int> answers;
     for (const auto& [request, late] : answered_) {
       ++answers[request];
-      EXPECT_LE(late, device::Commands::kAnswerTime);
+      EXPECT_LE(late, zigbee::device::Commands::kAnswerTime);
     }
     for (const auto& [request, at] : requests_) EXPECT_EQ(answers[request], 1) << "request " << request;
     EXPECT_EQ(answers.size(), requests_.size());

@@ -1,0 +1,12 @@
+#include "tuples/joined/joined_test_ecology.h"
+#include "tuples/test_ecology.h"
+
+namespace rubicon::tuples {
+
+const bool kMeetAtOnce = false;
+
+std::unique_ptr<TestEngine> make_test_engine(VirtualScheduler& time) {
+  return std::make_unique<TestEngineOf<joined::JoinedTestEcology>>(time);
+}
+
+}  // namespace rubicon::tuples
