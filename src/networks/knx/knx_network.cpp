@@ -14,6 +14,7 @@
 #include "networks/knx/knx_sample.h"
 #include "networks/knx/missing_keys.h"
 #include "networks/knx/tool_requests.h"
+#include "networks/knx/tunnel_round.h"
 #include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
 #include "rubicon/key.hpp"
@@ -72,7 +73,7 @@ class KnxNetwork final : public network::Network {
   void make_line();
   Result<void> derive_keys();
   void use_keys(Result<SecureAccess> access);
-  void try_next_tunnel();
+  void try_next_tunnel(const line::LineState& state);
   void use_next_tunnel(Result<SecureAccess> access);
   void secure_groups(secure::GroupKeys keys);
   std::string read_only() const;
@@ -113,8 +114,7 @@ class KnxNetwork final : public network::Network {
   std::uint64_t key_attempts_ = 0;             ///< to derive the keys again, for a user
   /// What the keys do not permit, for the user: a line that is plain, groups that cannot be written or have no key.
   std::string missing_keys_, plain_;
-  std::vector<wire::IndividualAddress> taken_;  ///< tunnels of the keyring that the interface refused in this round
-  std::string all_taken_;                       ///< names them, after a round without a free one
+  TunnelRound round_;
   bool has_group_keys_ = false;
   std::unique_ptr<secure::GroupGuard> guard_;
   std::unique_ptr<line::Line> line_;  ///< destroyed before what its callbacks use; nullptr until there are keys
@@ -157,21 +157,24 @@ Result<void> KnxNetwork::derive_keys() {
     worker_.reset();
     line_ ? use_next_tunnel(std::move(access)) : use_keys(std::move(access));
   });
-  worker_->run(
-      [secure = options_.secure, line = configured_line_, taken = taken_, &scheduler = host_.scheduler(), use] {
-        auto access = std::make_shared<Result<SecureAccess>>(derive_access(secure, line, taken));
-        scheduler.post([use, access]() mutable { use(std::move(*access)); });
-      });
+  worker_->run([secure = options_.secure, line = configured_line_, taken = round_.unusable(),
+                &scheduler = host_.scheduler(), use] {
+    auto access = std::make_shared<Result<SecureAccess>>(derive_access(secure, line, taken));
+    scheduler.post([use, access]() mutable { use(std::move(*access)); });
+  });
   reporter_.line_changed();
   return {};
 }
 
-/// The interface gave away the tunnel that the keyring chose: the next one may be free.
-void KnxNetwork::try_next_tunnel() {
+/// The interface gave away the tunnel that the keyring chose, or refuses its user: the next one may be free.
+void KnxNetwork::try_next_tunnel(const line::LineState& state) {
   const auto& tunnel = options_.line.tunnel;
   if (worker_ || !options_.secure.keyring || !tunnel.secure || !tunnel.wanted || configured_line_.tunnel.wanted) return;
-  taken_.push_back(*tunnel.wanted);
-  if (auto started = derive_keys(); !started) taken_.clear();
+  if (state.user_refused)
+    warn("refused tunnels", fmt::format("the tunnel {} is skipped until the line is opened again: {}",
+                                        to_string(*tunnel.wanted), state.reason));
+  state.user_refused ? round_.user_refused(*tunnel.wanted) : round_.in_use(*tunnel.wanted);
+  if (auto started = derive_keys(); !started) round_.up();
 }
 
 /// After the last tunnel of the keyring the line pauses, and all are tried again.
@@ -180,8 +183,8 @@ void KnxNetwork::use_next_tunnel(Result<SecureAccess> access) {
     options_.line.tunnel.wanted = access->tunnel;
     line_->use(std::move(*access->session), *access->tunnel);
   } else {
-    taken_.clear();
-    if (!access) all_taken_ = access.error().text;
+    const bool again = round_.end(line_->state().user_refused, access ? std::string() : access.error().text);
+    if (auto started = again ? derive_keys() : Result<void>(); !started) round_.reopen();
   }
   reporter_.line_changed();
 }
@@ -252,6 +255,7 @@ Result<void> KnxNetwork::open() {
 }
 
 Result<void> KnxNetwork::reopen() {
+  round_.reopen();
   if (line_) return line_->reopen() ? Result<void>() : Network::reopen();
   if (refused_.empty()) return Network::reopen();
   if (auto started = derive_keys(); !started) return started;
@@ -302,15 +306,14 @@ void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
 
 void KnxNetwork::line_changed(const line::LineState& state) {
   if (state.phase == line::LineState::Phase::kUp && !std::exchange(up_, true)) {
-    taken_.clear();
-    all_taken_.clear();
+    round_.up();
     tools_.use(line_.get());
     points_.line_up(*line_);
     exposures_.line_up();
   } else if (state.phase != line::LineState::Phase::kUp) {
     line_down();
   }
-  if (state.tunnel_in_use) try_next_tunnel();
+  if (state.tunnel_in_use || state.user_refused) try_next_tunnel(state);
   reporter_.line_changed();
 }
 
@@ -460,7 +463,7 @@ std::optional<model::State> KnxNetwork::state() {
   model::State state{up_       ? model::LineState::kUp
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
-                     line.tunnel_in_use && !all_taken_.empty() ? all_taken_ : line.reason, line_->counters()};
+                     line.tunnel_in_use && !round_.text().empty() ? round_.text() : line.reason, line_->counters()};
   state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
   add_counters(state.counters);

@@ -98,10 +98,14 @@ class TwoTunnels : public SecureKnx {
     options.wanted_addresses = true;
     options.secure = std::move(secured);
     two = std::make_unique<support::KnxServer>(host.time, host.net, options);
-    auto root = support::keyring_root();
-    root.add(tunnel("1.1.201", "2", "two"));
-    host.files.put("house.knxkeys", support::write_keyring(root.add(tunnel("1.1.202", "3", "three")), "ring word"));
+    keyring("two", "three");
     house.replace(house.find("10.0.0.10"), 9, "10.0.0.11");
+  }
+  void keyring(const char* password_of_201, const char* password_of_202) {
+    auto root = support::keyring_root();
+    root.add(tunnel("1.1.201", "2", password_of_201));
+    root.add(tunnel("1.1.202", "3", password_of_202));
+    host.files.put("house.knxkeys", support::write_keyring(root, "ring word"));
   }
   static KeyringElement tunnel(const char* address, const char* user, const char* password) {
     KeyringElement one{"Interface"};
@@ -145,6 +149,40 @@ TEST_F(TwoTunnels, WithoutAFreeOneBothAreNamedAndTriedAgain) {
   EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
   EXPECT_EQ(last_state().reason, "");
   EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+}
+
+TEST_F(TwoTunnels, OneWhosePasswordIsRefusedIsSkipped) {
+  keyring("wrong", "three");
+  start(house);
+  host.time.run_for(10s);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.202");
+  EXPECT_TRUE(host.words.contains("the tunnel 1.1.201 is skipped until the line is opened again"));
+}
+
+TEST_F(TwoTunnels, OneWhosePasswordIsRefusedKeepsNobodyFromTheOthers) {
+  keyring("two", "wrong");
+  auto other = client(2, "two");
+  start(house);
+  host.time.run_for(1min);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_THAT(last_state().reason, HasSubstr("the interface refuses the user of 1.1.202"));
+  other.reset();
+  host.time.run_for(3min);
+  EXPECT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+}
+
+TEST_F(TwoTunnels, WhereAllPasswordsAreRefusedTheyAreTriedAgainInTurn) {
+  keyring("wrong", "wrong");
+  start(house);
+  host.time.run_for(1min);
+  EXPECT_EQ(last_state().line, LineState::kRefused);
+  keyring("two", "three");
+  const auto before = two->counters.connects;
+  host.time.run_for(1h);
+  EXPECT_EQ(two->counters.connects, before) << "no connection without a password";
+  EXPECT_LT(count("attempts"), 100U) << "no hurry";
 }
 
 TEST_F(TwoTunnels, ANamedOneIsWaitedFor) {

@@ -29,7 +29,8 @@ struct LineState {
   std::string server;             ///< name and endpoint, as far as known
   wire::IndividualAddress own{};  ///< the tunnel's address; with routing: the configured one
   bool tunnel_in_use = false;     ///< waits because the interface has no free tunnel for it
-  bool bus = true;                ///< false: link up, bus down or silent (status 27, three times no L_Data.con)
+  bool user_refused = false;  ///< waits because the interface refuses the password of the user, or has no tunnel for it
+  bool bus = true;            ///< false: link up, bus down or silent (status 27, three times no L_Data.con)
 };
 
 /// Called in turns of the loop, never from inside a call to the line. Each call is the last action of the line in its
@@ -69,7 +70,8 @@ class Line {
   virtual Result<void> open() = 0;
   /// Ends a pause after a refusal: the line tries again in the next turn. False: there is no pause.
   virtual bool reopen() { return false; }
-  /// In a pause because of `tunnel_in_use`: tries the tunnel of another user at once. Else it does nothing.
+  /// In a pause because of `tunnel_in_use` or `user_refused`: tries the tunnel of another user at once. Else it does
+  /// nothing.
   virtual void use(secure::SessionKeys /*keys*/, wire::IndividualAddress /*tunnel*/) {}
   /// `done` is called exactly once, in a later turn, unless the line is destroyed. Reads use spare rate only.
   virtual void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) = 0;

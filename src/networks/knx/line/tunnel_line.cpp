@@ -359,7 +359,10 @@ bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
   switch (wire::meaning_of(end.status).remedy) {
     case wire::Remedy::kWaitForSlot: state_.tunnel_in_use = true; [[fallthrough]];
     case wire::Remedy::kRetry: retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
-    case wire::Remedy::kConfiguration: retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
+    case wire::Remedy::kConfiguration:
+      state_.user_refused = options_.secure && end.status == wire::status::kUnauthorised;
+      retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why);
+      return true;
     case wire::Remedy::kBusDown:
       state_.bus = false;
       retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why);
@@ -396,6 +399,7 @@ void TunnelLine::retry_password(std::string why) {
   uses_other_password_ = options_.secure->user_key.other && !uses_other_password_;
   tried_other_password_ = tries;
   if (tries) return retry_after(Phase::kConnecting, {}, "the password has a second form, which is tried now");
+  state_.user_refused = true;
   retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
 }
 
@@ -412,7 +416,7 @@ bool TunnelLine::reopen() {
 }
 
 void TunnelLine::use(secure::SessionKeys keys, wire::IndividualAddress tunnel) {
-  if (!state_.tunnel_in_use || !reopen()) return;
+  if (!(state_.tunnel_in_use || state_.user_refused) || !reopen()) return;
   options_.secure = std::move(keys);
   options_.wanted = tunnel;
   uses_other_password_ = tried_other_password_ = false;
@@ -420,7 +424,7 @@ void TunnelLine::use(secure::SessionKeys keys, wire::IndividualAddress tunnel) {
 
 void TunnelLine::retry() {
   state_.phase = Phase::kOff;
-  state_.tunnel_in_use = false;
+  state_.tunnel_in_use = state_.user_refused = false;
   ++counters_.attempts;
   if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
 }
