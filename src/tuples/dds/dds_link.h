@@ -108,7 +108,8 @@ class DdsLink final : public Link, private FrameReader {
     std::uint16_t version = 0;  ///< this and the rest: only if it is present
     Peer::Start start;          ///< of an absence the publication only
   };
-  void take_presences();
+  /// At most about kSamples; true: more may be waiting.
+  bool take_presences();
   bool accepts(const PresenceNews& news);
   void on_presence(const PresenceNews& news);
   void add_start(Peer& peer, const PresenceNews& news);
@@ -130,7 +131,8 @@ class DdsLink final : public Link, private FrameReader {
   void drop_gone_writers();
 
   // -- interests and frames (dds_link_reading.cpp)
-  void take_interests();
+  /// The same.
+  bool take_interests();
   void on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec);
   bool take_frames();
   void on_frame(const EarlyFrames::Sender& sender, ByteView content);
@@ -157,9 +159,9 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> hold(const RemoteSet& set);
   void send_again(OwnerId id, Peer& peer);
   void repeat_reply(Peer& peer, std::uint64_t request);
-  /// A list of revoked certificates, and the member that published it.
-  using HeardList = std::pair<std::string, std::string>;
-  void hear_revoked(const std::vector<HeardList>& lists);
+  /// The last list of revoked certificates of each member.
+  using HeardRevoked = std::map<std::string, std::string>;
+  void hear_revoked(const HeardRevoked& lists);
   bool write_revoked();
   bool may_use(const Writer& writer, OwnerId source);
   void report_false_claims();

@@ -23,28 +23,30 @@ std::string text_of(const char* text, std::size_t most) {
 
 }  // namespace
 
-void DdsLink::take_presences() {
+bool DdsLink::take_presences() {
   std::vector<PresenceNews> news;
-  take<rubicon_wire_Presence>(presence_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
-    PresenceNews one;
-    one.who = {OwnerId(sample.id), sample.incarnation};
-    one.start.publication = info.publication_handle;
-    one.there = info.instance_state == DDS_IST_ALIVE;
-    one.left = info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED;
-    if (one.there) {
-      const auto* writer = info.valid_data ? origin_of(presence_reader_.get(), info.publication_handle) : nullptr;
-      if (!writer) return;
-      one.version = sample.version;
-      one.start.participant = writer->participant;
-      one.start.member = writer->member;
-      one.start.host = text_of(sample.host, kMaxHostLength);
-      one.start.summary = text_of(sample.summary, kMaxSummary + 1);
-      if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
-    } else {
-      presence_quota_.release(info.publication_handle, info.instance_handle);
-    }
-    news.push_back(std::move(one));
-  });
+  const auto count =
+      take<rubicon_wire_Presence>(presence_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
+        presence_quota_.taken(info.publication_handle, info.instance_handle);
+        PresenceNews one;
+        one.who = {OwnerId(sample.id), sample.incarnation};
+        one.start.publication = info.publication_handle;
+        one.there = info.instance_state == DDS_IST_ALIVE;
+        one.left = info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED;
+        if (one.there) {
+          const auto* writer = info.valid_data ? origin_of(presence_reader_.get(), info.publication_handle) : nullptr;
+          if (!writer) return;
+          one.version = sample.version;
+          one.start.participant = writer->participant;
+          one.start.member = writer->member;
+          one.start.host = text_of(sample.host, kMaxHostLength);
+          one.start.summary = text_of(sample.summary, kMaxSummary + 1);
+          if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
+        } else {
+          presence_quota_.release(info.publication_handle, info.instance_handle);
+        }
+        news.push_back(std::move(one));
+      });
   // What a component sent before it left arrived before its absence, such as its last replies.
   const bool some_left = std::any_of(news.begin(), news.end(), [](const auto& one) { return !one.there; });
   if (some_left && take_frames()) signal_.raise(Signal::kFrames);
@@ -53,6 +55,7 @@ void DdsLink::take_presences() {
   }
   if (listener_ && identities_) end_unmatched();
   drop_gone_peers();
+  return count >= kSamples;
 }
 
 bool DdsLink::expects_presence() const {

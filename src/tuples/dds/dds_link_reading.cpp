@@ -8,6 +8,9 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
+/// Of interests that are taken before the loop goes on: more than all members that are there begin with.
+constexpr int kMaxBatches = 200;
+
 ByteView view(const dds_sequence_octet& octets) {
   return {octets._buffer, octets._length};
 }
@@ -18,51 +21,59 @@ ByteView view(const dds_sequence_octet& octets) {
 void DdsLink::drain(unsigned sources) {
   if (!participant_) return;
   // With trust the interests bring the list of revoked certificates, which comes before all else.
-  if (listener_ && identities_ && (sources & Signal::kInterests) != 0) take_interests();
-  if (listener_ && (sources & Signal::kPresence) != 0) take_presences();
-  if (listener_ && !identities_ && (sources & Signal::kInterests) != 0) take_interests();
+  const bool interests = (sources & Signal::kInterests) != 0;
+  for (int batch = 0; listener_ && identities_ && interests && take_interests(); ++batch) {
+    if (batch < kMaxBatches) continue;
+    signal_.raise(Signal::kInterests);
+    break;
+  }
+  if (listener_ && (sources & Signal::kPresence) != 0 && take_presences()) signal_.raise(Signal::kPresence);
+  if (listener_ && !identities_ && interests && take_interests()) signal_.raise(Signal::kInterests);
   if ((sources & Signal::kClaims) != 0) report_false_claims();
   if (listener_ && (sources & Signal::kFrames) != 0 && take_frames()) signal_.raise(Signal::kFrames);
   if (listener_ && (sources & Signal::kWriter) != 0) flush();
   if (listener_ && writers_.is_long()) drop_gone_writers();
 }
 
-void DdsLink::take_interests() {
+bool DdsLink::take_interests() {
   struct News {
     InterestKey key;
     Participant participant{};
     std::optional<SubscriptionSpec> spec;
   };
   std::vector<News> news;
-  std::vector<HeardList> revoked;
-  take<rubicon_wire_Interest>(interest_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
-    News one{{OwnerId(sample.subscriber), sample.incarnation, sample.slot}, {}, {}};
-    if (info.instance_state != DDS_IST_ALIVE) {
-      interest_quota_.release(info.publication_handle, info.instance_handle);
-    } else {
-      const auto* writer = info.valid_data ? origin_of(interest_reader_.get(), info.publication_handle) : nullptr;
-      if (!writer) return;
-      if (participants_.is_banned(writer->participant)) return interest_quota_.ban(info.publication_handle);
-      const auto content = view(sample.content);
-      if (sample.slot == kRevokedSlot) {
-        if (writer->member && content.size() <= kMaxRevoked)
-          revoked.emplace_back(std::string(content.begin(), content.end()), writer->member->name);
-        return;
-      }
-      auto spec = read_subscription(content);
-      if (!spec) {
-        const auto who = writer->member ? text_of(*writer->member) : fmt::format("component {}", sample.subscriber);
-        return warn("interest of " + who, fmt::format("subscription of {}: {}", who, spec.error().text));
-      }
-      one.participant = writer->participant;
-      one.spec = std::move(*spec);
-    }
-    if (one.key.subscriber != self_) news.push_back(std::move(one));
-  });
+  HeardRevoked revoked;
+  const auto count =
+      take<rubicon_wire_Interest>(interest_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
+        interest_quota_.taken(info.publication_handle, info.instance_handle);
+        News one{{OwnerId(sample.subscriber), sample.incarnation, sample.slot}, {}, {}};
+        if (info.instance_state != DDS_IST_ALIVE) {
+          interest_quota_.release(info.publication_handle, info.instance_handle);
+        } else {
+          const auto* writer = info.valid_data ? origin_of(interest_reader_.get(), info.publication_handle) : nullptr;
+          if (!writer) return;
+          if (participants_.is_banned(writer->participant)) return interest_quota_.ban(info.publication_handle);
+          const auto content = view(sample.content);
+          if (sample.slot == kRevokedSlot) {
+            if (writer->member && content.size() <= kMaxRevoked)
+              revoked[writer->member->name].assign(content.begin(), content.end());
+            return;
+          }
+          auto spec = read_subscription(content);
+          if (!spec) {
+            const auto who = writer->member ? text_of(*writer->member) : fmt::format("component {}", sample.subscriber);
+            return warn("interest of " + who, fmt::format("subscription of {}: {}", who, spec.error().text));
+          }
+          one.participant = writer->participant;
+          one.spec = std::move(*spec);
+        }
+        if (one.key.subscriber != self_) news.push_back(std::move(one));
+      });
   hear_revoked(revoked);
   for (auto& one : news) {
     if (listener_) on_interest(one.key, one.participant, std::move(one.spec));
   }
+  return count >= kSamples;
 }
 
 void DdsLink::on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec) {

@@ -229,9 +229,9 @@ Result<void> DdsLink::resume(Entity participant) {
 
 // -- revocation
 
-void DdsLink::hear_revoked(const std::vector<HeardList>& lists) {
+void DdsLink::hear_revoked(const HeardRevoked& lists) {
   if (!identities_) return;
-  for (const auto& [list, member] : lists) {
+  for (const auto& [member, list] : lists) {
     if (listener_ && shared_.heard_revoked) shared_.heard_revoked(member, list);
   }
 }

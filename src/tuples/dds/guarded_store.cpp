@@ -57,7 +57,8 @@ bool store_sample(ddsi_rhc* head, const ddsi_writer_info* writer, ddsi_serdata* 
     return true;
   const auto& prefix = writer->guid.prefix.u;
   const bool is_value = sample->kind == SDK_DATA;
-  const bool may = is_value ? face.quota->add({writer->iid, {prefix[0], prefix[1], prefix[2]}}, key->m_iid)
+  const bool may = is_value ? face.quota->add({writer->iid, {prefix[0], prefix[1], prefix[2]}}, key->m_iid,
+                                              ddsi_serdata_size(sample))
                             : face.quota->has(writer->iid, key->m_iid);
   if (!may) return true;  // false would make Cyclone retry and delay all others
   const bool stored = dds_rhc_store(face.store, writer, sample, key);

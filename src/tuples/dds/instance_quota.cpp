@@ -1,10 +1,11 @@
 #include "tuples/dds/instance_quota.h"
 
 #include <iterator>
+#include <utility>
 
 namespace rubicon::tuples::dds {
 
-bool InstanceQuota::add(const Source& source, Handle instance) {
+bool InstanceQuota::add(const Source& source, Handle instance, std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   auto& share = shares_[source.participant];
   const auto [writer, is_new] = writers_.try_emplace(source.writer);
@@ -14,13 +15,23 @@ bool InstanceQuota::add(const Source& source, Handle instance) {
   }
   if (share.banned) return false;
   auto& instances = writer->second.instances;
-  if (const auto found = instances.find(instance); found != instances.end()) {
-    found->second = {};
-    return true;
-  }
-  if (share.instances >= most_) return false;
-  ++share.instances;
-  return instances.try_emplace(instance).second;
+  const auto found = instances.find(instance);
+  const std::size_t replaced = found == instances.end() ? 0 : found->second.waiting_bytes;
+  if (share.waiting_bytes - replaced + bytes > kMaxWaitingBytes) return false;
+  if (found == instances.end() && share.instances >= most_) return false;
+  if (found == instances.end()) ++share.instances;
+  share.waiting_bytes += bytes - replaced;
+  instances[instance] = {.waiting_bytes = bytes};
+  return true;
+}
+
+void InstanceQuota::taken(Handle writer, Handle instance) {
+  const std::lock_guard lock(mutex_);
+  const auto found = writers_.find(writer);
+  if (found == writers_.end()) return;
+  const auto one = found->second.instances.find(instance);
+  if (one == found->second.instances.end()) return;
+  shares_[found->second.participant].waiting_bytes -= std::exchange(one->second.waiting_bytes, 0);
 }
 
 bool InstanceQuota::has(Handle writer, Handle instance) const {
@@ -83,8 +94,10 @@ std::size_t InstanceQuota::writers() const {
 
 void InstanceQuota::drop_if_over(Writers::iterator writer, std::map<Handle, Instance>::iterator instance) {
   if (!instance->second.unregistered || !instance->second.end_taken) return;
+  auto& share = shares_[writer->second.participant];
+  --share.instances;
+  share.waiting_bytes -= instance->second.waiting_bytes;
   writer->second.instances.erase(instance);
-  --shares_[writer->second.participant].instances;
 }
 
 void InstanceQuota::drop_if_nothing(Writers::iterator writer) {

@@ -8,9 +8,9 @@
 
 namespace rubicon::tuples::dds {
 
-/// Limits the number of instances of a topic that DDS keeps for all writers of one participant. Cyclone keeps an
-/// instance until its writer unregistered it or is gone, and all its samples were taken; it counts here for as long.
-/// Thread-safe.
+/// Limits what DDS keeps of a topic for all writers of one participant: the number of instances, and the bytes of
+/// samples that were not taken yet. Cyclone keeps an instance until its writer unregistered it or is gone, and all its
+/// samples were taken; it counts here for as long. Of each instance it keeps the last sample. Thread-safe.
 class InstanceQuota {
  public:
   using Handle = std::uint64_t;  ///< DDS handle of a writer or an instance
@@ -21,16 +21,20 @@ class InstanceQuota {
     Prefix participant{};
   };
 
+  static constexpr std::size_t kMaxWaitingBytes = 4UL << 20;
+
   explicit InstanceQuota(std::size_t most) : most_(most) {}
   InstanceQuota(const InstanceQuota&) = delete;
   InstanceQuota& operator=(const InstanceQuota&) = delete;
 
-  /// A value of an instance arrives. False: the limit is reached.
-  bool add(const Source& source, Handle instance);
+  /// A value of so many bytes arrives for an instance. False: a limit is reached.
+  bool add(const Source& source, Handle instance, std::size_t bytes);
   /// Whether the writer has the instance: only then it may end it.
   bool has(Handle writer, Handle instance) const;
   void unregistered(Handle writer, Handle instance);
   void gone(Handle writer);
+  /// The value was taken from the reader.
+  void taken(Handle writer, Handle instance);
   /// The instance's end was taken from the reader.
   void release(Handle writer, Handle instance);
   /// Accepts no new values from the participant of this writer for as long as it is present.
@@ -41,6 +45,7 @@ class InstanceQuota {
 
  private:
   struct Instance {
+    std::size_t waiting_bytes = 0;
     bool unregistered = false;
     bool end_taken = false;
   };
@@ -50,7 +55,7 @@ class InstanceQuota {
     bool gone = false;
   };
   struct Share {
-    std::size_t writers = 0, instances = 0;
+    std::size_t writers = 0, instances = 0, waiting_bytes = 0;
     bool banned = false;
   };
   using Writers = std::map<Handle, Writer>;

@@ -47,6 +47,12 @@ struct Quota : testing::Test {
     return one;
   }
   void write(std::uint32_t slot) const { write(writer, slot); }
+  void write(std::uint32_t slot, Bytes content) const {
+    auto one = interest(slot);
+    one.content._length = one.content._maximum = static_cast<std::uint32_t>(content.size());
+    one.content._buffer = content.data();
+    dds_write(writer.get(), &one);
+  }
   static void write(const Entity& with, std::uint32_t slot) {
     const auto one = interest(slot);
     dds_write(with.get(), &one);
@@ -65,6 +71,7 @@ struct Quota : testing::Test {
     void* samples[1] = {};
     dds_sample_info_t infos[1];
     if (dds_take(reader.get(), samples, infos, 1, 1) != 1) return false;
+    quota.taken(infos[0].publication_handle, infos[0].instance_handle);
     if (infos[0].valid_data) slot = static_cast<const rubicon_wire_Interest*>(samples[0])->slot;
     dds_return_loan(reader.get(), samples, 1);
     if (infos[0].instance_state != DDS_IST_ALIVE) quota.release(infos[0].publication_handle, infos[0].instance_handle);
@@ -124,6 +131,17 @@ TEST_F(Quota, IsOfAllWritersOfAParticipant) {
   for (const std::uint32_t slot : {3U, 4U, 5U}) write(other, slot);
   EXPECT_EQ(next(), 3U);
   EXPECT_EQ(next(), std::nullopt);
+}
+
+TEST_F(Quota, CountsBytesUntilTheyAreTaken) {
+  const Bytes most(InstanceQuota::kMaxWaitingBytes * 5 / 8);
+  write(0, most);
+  write(0, most);
+  write(1, most);
+  EXPECT_EQ(next(), 0U) << "which replaces the first of its instance";
+  EXPECT_EQ(next(), std::nullopt);
+  write(1, most);
+  EXPECT_EQ(next(), 1U);
 }
 
 TEST_F(Quota, KeepsNothingOfWhatIsOnlyDisposed) {

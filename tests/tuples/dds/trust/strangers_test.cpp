@@ -136,5 +136,24 @@ TEST_F(TrustedMembers, DoNotCheckAllTheListsThatOneOfThemWrites) {
   EXPECT_TRUE(until(*island, "revoked 1:BA:signed")) << "others are heard at once";
 }
 
+TEST_F(TrustedMembers, TakeNoMemoryFromOthersByWhatTheyWrite) {
+  const auto island = home(), tool = desk();
+  meet(*island, *tool);
+  const auto mallory = liar();
+  ASSERT_TRUE(mallory->line_with("ready"));
+  const auto write = [&](const std::string& what) {
+    mallory->write(what + "\n");
+    ASSERT_TRUE(mallory->line_with("did"));
+  };
+  write("lists 50 60000");
+  const auto before = island->resident_kilobytes();
+  write("lists 3000 60000");
+  write("presences 3000 9000");
+  tool->write("send 7 50\n");
+  EXPECT_TRUE(until(*tool, "answered 50")) << "it has come to what was written after that";
+  EXPECT_LT(island->resident_kilobytes() - before, 40'000) << "of 200 MB";
+  EXPECT_EQ(ask(*tool, "replies"), "50 of 50");
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::dds

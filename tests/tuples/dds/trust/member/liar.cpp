@@ -55,7 +55,8 @@ void Liar::obey(const Words& words) {
   if (verb == "frame") return frame(words);
   if (verb == "reply") return reply(words);
   if (verb == "readers") return readers();
-  if (verb == "lists") return lists(std::stoi(words.at(1)));
+  if (verb == "lists") return lists(std::stoi(words.at(1)), words.size() > 2 ? std::stoul(words.at(2)) : 0);
+  if (verb == "presences") return presences(std::stoi(words.at(1)), std::stoul(words.at(2)));
   if (verb == "spy") return spy(words.at(1));
   if (verb == "frames") {
     int count = 0;
@@ -87,11 +88,29 @@ void Liar::obey(const Words& words) {
   }
 }
 
-/// Lists of revoked certificates that nobody signed.
-void Liar::lists(int count) {
+/// Of starts of her own, with a summary of that size.
+void Liar::presences(int count, std::size_t bytes) {
+  auto host = transport::host_id("host");
+  std::string summary(bytes, 'x');
+  for (int i = 0; i < count; ++i) {
+    rubicon_wire_Presence one{};
+    one.id = own_;
+    one.incarnation = static_cast<std::uint64_t>(i) + 1;
+    one.version = kProtocolVersion;
+    one.host = host.data();
+    one.summary = summary.data();
+    dds_write(presences_.get(), &one);
+    dds_dispose(presences_.get(), &one);
+    dds_unregister_instance(presences_.get(), &one);
+  }
+}
+
+/// Lists of revoked certificates that nobody signed, of at least that size.
+void Liar::lists(int count, std::size_t bytes) {
   constexpr std::uint32_t kListSlot = 0xffffffff;
   for (int i = 0; i < count; ++i) {
     auto list = "junk " + std::to_string(i);
+    list.resize(std::max(list.size(), bytes), ' ');
     rubicon_wire_Interest one{};
     one.subscriber = own_;
     one.incarnation = static_cast<std::uint64_t>(i) + 1;

@@ -25,7 +25,8 @@ class Liar {
   /// Where words[1] to words[4] say, as in `frame`.
   void send(const Words& words, std::uint64_t target_incarnation, Bytes bytes);
   void readers();
-  void lists(int count);
+  void lists(int count, std::size_t bytes);
+  void presences(int count, std::size_t bytes);
   void spy(const std::string& partition);
 
   std::uint32_t own_;
