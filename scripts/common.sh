@@ -89,7 +89,7 @@ yardstick() {
 
 # expect_minutes: says how long the first build of the demo takes here, and sets $expected to the time in seconds since 1970 when it
 # ends: the compilation of one file tells how fast this machine is now. Does nothing where there is a build already.
-demo_yardsticks=220
+demo_yardsticks=140
 expect_minutes() {
   [ ! -f "$root/build/release/build.ninja" ] || return 0
   local seconds
