@@ -212,6 +212,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     request_.query = std::move(target->query);
     request_.caller.peer = stream_->address();
     for (const auto& field : message) request_.headers.emplace_back(lower_case(field.name_string()), field.value());
+    if (auto wrong = body_fault(message.version())) return wrong;
     const auto is_host = [](const auto& field) { return field.first == "host"; };
     const auto hosts = std::count_if(request_.headers.begin(), request_.headers.end(), is_host);
     if (hosts > 1 || (hosts == 0 && message.version() > 10))
@@ -221,6 +222,21 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
       std::erase_if(request_.headers, is_host);
       request_.headers.emplace_back("host", std::move(target->authority));
     }
+    return std::nullopt;
+  }
+
+  /// A body whose end the parser does not know would be read as the next request (RFC 9112, sections 6.1 and 11.2).
+  std::optional<Response> body_fault(unsigned version) const {
+    const auto count = [this](std::string_view name) {
+      return std::count_if(request_.headers.begin(), request_.headers.end(),
+                           [&](const auto& one) { return one.first == name; });
+    };
+    const auto codings = count("transfer-encoding"), lengths = count("content-length");
+    if (lengths > 1 || (codings > 0 && (lengths > 0 || version < 11)))
+      return error_response(400, ErrorCode::kInvalid,
+                            "expected one Content-Length, or Transfer-Encoding with HTTP/1.1");
+    if (codings > 1 || (codings == 1 && lower_case(request_.header("transfer-encoding")) != "chunked"))
+      return error_response(501, ErrorCode::kUnsupported, "the only transfer coding is chunked");
     return std::nullopt;
   }
 

@@ -51,6 +51,26 @@ TEST_F(WebLimits, AConnectionThatAskedBeforeStaysAMinute) {
   EXPECT_TRUE(browser->is_closed());
 }
 
+/// What a server in front may take for the body of the first request, and this one for another request.
+TEST_F(WebLimits, ABodyThatEndsWhereNobodyKnowsIsNoSecondRequest) {
+  serve();
+  for (const auto* fields :
+       {"Transfer-Encoding: xchunked", "Transfer-Encoding: gzip", "Transfer-Encoding: chunked, gzip",
+        "Transfer-Encoding: gzip, chunked", "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked",
+        "Transfer-Encoding: identity", "Transfer-Encoding: chunked\r\nContent-Length: 3",
+        "Content-Length: 0\r\nContent-Length: 0"}) {
+    const auto sly = client();
+    sly->send(std::string("PUT /api/v1/b HTTP/1.1\r\nHost: localhost\r\n") + fields + "\r\n\r\n" + kAsk);
+    EXPECT_TRUE(sly->is_closed()) << fields;
+    EXPECT_THAT(sly->received, testing::AnyOf(HasSubstr("HTTP/1.1 400"), HasSubstr("HTTP/1.1 501"))) << fields;
+    EXPECT_EQ(sly->received.find("/api/v1/a"), std::string::npos) << fields;
+  }
+  EXPECT_TRUE(site.requests.empty());
+  const auto honest = client();
+  honest->send("PUT /api/v1/b HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: Chunked\r\n\r\n1\r\nx\r\n0\r\n\r\n");
+  EXPECT_TRUE(honest->gets("HTTP/1.1 200"));
+}
+
 TEST_F(WebLimits, ABodyThatDoesNotComeIsGivenUp) {
   serve();
   const auto slow = client();
