@@ -8,7 +8,7 @@
 namespace rubicon::networks::knx {
 
 /// Which tunnels of a keyring were tried in vain. In each round all are tried but those whose user the interface
-/// refused: they are skipped until all are refused, or somebody reopens the line.
+/// refused. Such a tunnel is skipped until the users of all are refused, or somebody reopens the line.
 class TunnelRound {
  public:
   std::vector<wire::IndividualAddress> unusable() const;

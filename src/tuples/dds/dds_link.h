@@ -7,6 +7,7 @@
 #include "base/deadline.h"
 #include "base/lifetime.h"
 #include "base/limited_log.h"
+#include "base/paced_call.h"
 #include "tuples/dds/catch_up.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/dds/early_frames.h"
@@ -225,6 +226,8 @@ class DdsLink final : public Link, private FrameReader {
   IdConflicts id_conflicts_;
   OwnerId reading_from_{};
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};  ///< so that the changes of a turn are sent together
+  /// Paced, because somebody who comes and goes would make all owners send all they have.
+  base::PacedCall repeat_soon_{scheduler_, std::chrono::seconds(1), [this] { repeat_interests(); }};
   base::Deadline flush_retry_{scheduler_, [this] { flush(); }};
 };
 

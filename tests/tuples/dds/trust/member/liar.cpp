@@ -105,7 +105,7 @@ void Liar::presences(int count, std::size_t bytes) {
   }
 }
 
-/// Lists of revoked certificates that nobody signed, of at least that size.
+/// Writes lists of revoked certificates without a signature; each has at least `bytes` bytes.
 void Liar::lists(int count, std::size_t bytes) {
   constexpr std::uint32_t kListSlot = 0xffffffff;
   for (int i = 0; i < count; ++i) {
