@@ -191,14 +191,14 @@ function(rubicon_program_parts folder)
   rubicon_room(${ARG_TARGET} BLOCK ${ARG_BLOCK} SOURCES ${sources} LINKS ${ARG_LINKS} INCLUDES ${CMAKE_SOURCE_DIR})
 endfunction()
 
-# tests/<folder>/*.cpp but EXCEPT, and those of its sub-folders ROOMS -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
-# SHARDS: how many parts of it may run at the same time.
+# tests/<folder>/*.cpp but EXCEPT -> <folder>_test. FOLDERS: of these folders instead, and <folder> is only the name. COST: its seconds
+# on a quiet machine, so that the longest begin first. SHARDS: how many parts of it may run at the same time.
 function(rubicon_test folder)
-  cmake_parse_arguments(ARG "" "TIMEOUT;COST;SHARDS" "LINKS;ROOMS;EXCEPT" ${ARGN})
-  set(patterns ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
-  foreach(room ${ARG_ROOMS})
-    list(APPEND patterns ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/${room}/*.cpp)
-  endforeach()
+  cmake_parse_arguments(ARG "" "TIMEOUT;COST;SHARDS" "LINKS;FOLDERS;EXCEPT" ${ARGN})
+  if(NOT ARG_FOLDERS)
+    set(ARG_FOLDERS ${folder})
+  endif()
+  list(TRANSFORM ARG_FOLDERS REPLACE "(.+)" "${CMAKE_CURRENT_SOURCE_DIR}/\\1/*.cpp" OUTPUT_VARIABLE patterns)
   file(GLOB sources CONFIGURE_DEPENDS ${patterns})
   list(REMOVE_ITEM sources "" ${ARG_EXCEPT})
   if(NOT ARG_TIMEOUT)

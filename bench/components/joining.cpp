@@ -7,8 +7,6 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr int kDevices = 1000, kSensors = 100;
-
 /// Runs until so many events came.
 struct Count {
   Node& node;
@@ -24,8 +22,8 @@ struct Count {
 /// An island with 100,000 tuples, until `joiners` others came and went.
 Json island(const Meeting& meeting, const Json& options) {
   Node node(kFirst, meeting);
-  for (int device = 0; device < kDevices; ++device) {
-    for (int sensor = 0; sensor < kSensors; ++sensor)
+  for (int device = 0; device < kJoinedDevices; ++device) {
+    for (int sensor = 0; sensor < kJoinedSensors; ++sensor)
       (void)node.space().set(fmt::format("proxy.wsn-1.device-{}.sensor.light-{}.value", device, sensor), value_of(1));
   }
   for (int i = options.at("joiners"); i > 0; --i) node.await_end_of(kSecond);

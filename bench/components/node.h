@@ -23,8 +23,10 @@ struct Meeting {
   std::string trust{};  ///< folder of a realm, whose member `local` all of them are; empty = without trust
 };
 
-/// The engine that this program measures: each program defines it. Throws if the engine does not work.
-std::shared_ptr<tuples::Ecology> open_engine(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
+/// Opens the engine that a program measures. Throws if the engine does not work.
+using OpenEngine = std::shared_ptr<tuples::Ecology> (*)(const Meeting& meeting, transport::Loop& loop,
+                                                        base::LogSink& log);
+inline OpenEngine open_engine = nullptr;  ///< ComponentProgram::open_engine
 
 /// A component in this process, as a program has one: a loop, an engine, a tuple space.
 class Node {

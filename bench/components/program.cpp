@@ -97,6 +97,7 @@ int measure(const ComponentProgram& program, const Options& options) {
 }  // namespace
 
 int run_components(int count, char** values, const ComponentProgram& program) {
+  open_engine = program.open_engine;
   CLI::App app(program.purpose, std::filesystem::path(values[0]).filename().string());
   Options options;
   describe(app, program, options);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "components/node.h"
 #include "components/processes.h"
 #include "components/report.h"
 
@@ -14,6 +15,7 @@ namespace rubicon::bench {
 /// A program that measures components in several processes: it starts itself again for each of them.
 struct ComponentProgram {
   const char* purpose = "";
+  OpenEngine open_engine = nullptr;
   /// By name, in this order.
   std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> measurements;
   /// Those of `--trust`, in this order.

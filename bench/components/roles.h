@@ -4,6 +4,8 @@
 
 namespace rubicon::bench {
 
+inline constexpr int kJoinedDevices = 1000, kJoinedSensors = 100;  ///< of the island that joiner() subscribes to
+
 // What the processes of the measurements do, over any engine.
 Json ping(const Meeting& meeting, const Json& options);
 Json pong(const Meeting& meeting, const Json& options);

@@ -7,8 +7,6 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr int kDevices = 1000, kSensors = 100;
-
 Json median_of(const std::vector<Json>& runs, const char* name) {
   std::vector<double> values;
   for (const auto& run : runs) values.push_back(run.at(name));
@@ -35,8 +33,8 @@ void measure_joins(const Plan& plan, Report& report) {
     return result_of(joining);
   };
   for (int round = 0; round < plan.rounds; ++round) {
-    all.push_back(join("proxy.**", kDevices * kSensors));
-    few.push_back(join("proxy.wsn-1.device-500.**", kSensors));
+    all.push_back(join("proxy.**", kJoinedDevices * kJoinedSensors));
+    few.push_back(join("proxy.wsn-1.device-500.**", kJoinedSensors));
   }
   (void)result_of(owner);
   tell(report, "join_all_s", all, 1.5);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include "components/node.h"
 #include "components/processes.h"
 #include "components/report.h"
 #include "tuples/dds/dds_options.h"
 
 namespace rubicon::bench {
 
+std::shared_ptr<tuples::Ecology> open_dds(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
 tuples::dds::DdsOptions options_of(const Meeting& meeting);
 
 // What processes do in single measurements.

@@ -91,11 +91,11 @@ void measure_day(const Plan& plan, Json& out) {
   std::uint64_t points = 0;
   const auto processor = thread_seconds();
   for (std::int64_t second = 0; second < seconds; ++second) {
-    Batch batch{from_milliseconds(kStart + second * kSecond), {}, {}, {}};
+    Batch batch{from_milliseconds(kStart + second * rubicon::history::kSecond), {}, {}, {}};
     for (auto i = static_cast<int>(second % kPeriod); i < plan.series; i += kPeriod) {
       const auto slot = static_cast<Slot>(i);
       if (second < kPeriod) batch.declared.emplace_back(slot, series_of(i));
-      const auto time = kStart + second * kSecond + static_cast<std::int64_t>(random() % 9);
+      const auto time = kStart + second * rubicon::history::kSecond + static_cast<std::int64_t>(random() % 9);
       batch.points.push_back({slot, {time, sensors[slot].next(random)}});
     }
     const auto start = Clock::now();
@@ -110,7 +110,7 @@ void measure_day(const Plan& plan, Json& out) {
   figures["points_per_s_of_processor"] = rounded(static_cast<double>(points) / used, 0);
   figures["worst_batch_ms"] = rounded(worst, 1);
   figures["resident_mb"] = resident_mb();
-  measure_questions(*store, plan.series, kStart, kStart + seconds * kSecond, figures);
+  measure_questions(*store, plan.series, kStart, kStart + seconds * rubicon::history::kSecond, figures);
   store.reset();
   const auto start = Clock::now();
   store = open_store(folder.file());
@@ -133,16 +133,19 @@ void measure_month(const Plan& plan, Json& out) {
   const auto seconds = static_cast<std::int64_t>(plan.days) * 24 * 3600;
   constexpr std::int64_t kAtOnce = 600;
   for (std::int64_t second = 0; second < seconds; second += kAtOnce) {
-    Batch batch{from_milliseconds(kStart + (second + kAtOnce) * kSecond), {{0, series_of(0)}}, {}, {}};
+    Batch batch{
+        from_milliseconds(kStart + (second + kAtOnce) * rubicon::history::kSecond), {{0, series_of(0)}}, {}, {}};
     for (std::int64_t i = 0; i < kAtOnce; ++i)
       batch.points.push_back(
-          {0, {kStart + (second + i) * kSecond + static_cast<std::int64_t>(random() % 9), sensor.next(random)}});
+          {0,
+           {kStart + (second + i) * rubicon::history::kSecond + static_cast<std::int64_t>(random() % 9),
+            sensor.next(random)}});
     if (!store->write(batch)) std::exit(1);
   }
   Json figures;
   figures["points"] = seconds;
   figures["file_mb"] = rounded(static_cast<double>(fs::file_size(folder.file())) / 1e6, 1);
-  measure_questions(*store, 1, kStart, kStart + seconds * kSecond, figures);
+  measure_questions(*store, 1, kStart, kStart + seconds * rubicon::history::kSecond, figures);
   Json day;
   measure_questions(*store, 1, kStart + kDay, kStart + 2 * kDay, day);
   figures["one_day"] = std::move(day);

@@ -1,63 +1,12 @@
-#include <fmt/format.h>
-
-#include <stdexcept>
-#include <utility>
-
 #include "components/program.h"
 #include "peis/measurements.h"
-#include "transport/local_transports.h"
-#include "tuples/peis/peis_ecology.h"
-#include "tuples/peis/tuple_wire.h"
-
-namespace rubicon::bench {
-
-namespace {
-
-struct Engine {
-  explicit Engine(transport::Loop& loop) : transports(loop) {}
-
-  transport::LocalTransports transports;
-  std::unique_ptr<tuples::peis::PeisEcology> ecology;
-};
-
-}  // namespace
-
-std::shared_ptr<tuples::Ecology> open_engine(const Meeting& meeting, transport::Loop& loop, base::LogSink& log) {
-  auto engine = std::make_shared<Engine>(loop);
-  tuples::peis::PeisOptions options;
-  options.network = meeting.tag;
-  auto ecology = tuples::peis::PeisEcology::open(options, loop.scheduler(), engine->transports, log);
-  if (!ecology) throw std::runtime_error(ecology.error().text);
-  engine->ecology = std::move(*ecology);
-  return {engine, engine->ecology.get()};
-}
-
-namespace peis {
-
-std::size_t bytes_of_push() {
-  constexpr std::string_view kMediaType = "text/plain";
-  return tuples::peis::kHeaderSize + tuples::peis::kNetworkTupleSize + kMediaType.size() + value_of(0).size() + 1;
-}
-
-std::string key_of(std::size_t index) {
-  return fmt::format("bench.load.device-{}.sensor.light-{}.value", index / 10, index % 10);
-}
-
-double median_of(const std::vector<Json>& rounds, const char* name) {
-  std::vector<double> values;
-  for (const auto& round : rounds) values.push_back(round.at(name));
-  return median(values);
-}
-
-}  // namespace peis
-
-}  // namespace rubicon::bench
 
 int main(int count, char** values) {
   using namespace rubicon::bench;
   return run_components(
       count, values,
       {"Measures the tuple space over PEIS with several processes on this host. Prints one JSON object.",
+       open_peis,
        {{"latency", peis::measure_latency},
         {"throughput", peis::measure_throughput},
         {"remote-sets", peis::measure_remote_sets},

@@ -1,7 +1,14 @@
 #pragma once
 
+#include "components/node.h"
 #include "components/processes.h"
 #include "components/report.h"
+
+namespace rubicon::bench {
+
+std::shared_ptr<tuples::Ecology> open_peis(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
+
+}  // namespace rubicon::bench
 
 namespace rubicon::bench::peis {
 

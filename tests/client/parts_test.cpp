@@ -230,7 +230,7 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.1.description", "x"));
 }
 
-struct Commands : ClientParts {
+struct ClientCommands : ClientParts {
   void SetUp() override {
     ASSERT_TRUE(island->space.set("d.command", ""));
     ASSERT_TRUE(island->space.set("d.description", R"({"report":"event"})"));
@@ -252,7 +252,7 @@ struct Commands : ClientParts {
   std::vector<std::string> ended;
 };
 
-TEST_F(Commands, AreFollowedToTheirFinalState) {
+TEST_F(ClientCommands, AreFollowedToTheirFinalState) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   state(last.request, "queued");
@@ -264,7 +264,7 @@ TEST_F(Commands, AreFollowedToTheirFinalState) {
   EXPECT_THAT(ended, ElementsAre("confirmed because"));
 }
 
-TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
+TEST_F(ClientCommands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
   ASSERT_TRUE(island->space.set("d.description", R"({"report":"state"})"));
   state(7, "confirmed");  // of somebody before
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
@@ -275,13 +275,13 @@ TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
   EXPECT_THAT(ended, ElementsAre("superseded by component 70000"));
 }
 
-TEST_F(Commands, ThatAreRefusedSayWhy) {
+TEST_F(ClientCommands, ThatAreRefusedSayWhy) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "no", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, ElementsAre("refused not that"));
 }
 
-TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
+TEST_F(ClientCommands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 2s, 3s);
   time.run_for(1ms);
   state(last.request, "queued");
@@ -289,7 +289,7 @@ TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
   EXPECT_THAT(ended, ElementsAre("timed-out no news of it since it was queued: because"));
 }
 
-TEST_F(Commands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
+TEST_F(ClientCommands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_TRUE(last.time_to_live_given);
@@ -297,7 +297,7 @@ TEST_F(Commands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
   EXPECT_LE(last.time_to_live, 5s);
 }
 
-TEST_F(Commands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
+TEST_F(ClientCommands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
   std::vector<std::string> under_way;
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 1s, 3s, [&](const Outcome& outcome) {
     under_way.push_back(outcome.state + " " + outcome.reason + " " +
@@ -317,7 +317,7 @@ TEST_F(Commands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
   EXPECT_THAT(ended, ElementsAre("expired asleep"));
 }
 
-TEST_F(Commands, OfADeviceThatLeavesFail) {
+TEST_F(ClientCommands, OfADeviceThatLeavesFail) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   state(last.request, "queued");
@@ -326,7 +326,7 @@ TEST_F(Commands, OfADeviceThatLeavesFail) {
   EXPECT_THAT(ended, ElementsAre("failed the device left"));
 }
 
-TEST_F(Commands, AreFollowedToAnotherIsland) {
+TEST_F(ClientCommands, AreFollowedToAnotherIsland) {
   Member other(ecology, time, 2);
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
@@ -345,20 +345,20 @@ TEST_F(Commands, AreFollowedToAnotherIsland) {
   EXPECT_THAT(ended, ElementsAre("confirmed "));
 }
 
-TEST_F(Commands, ToATupleThatIsOnlyCalledCommandEndWithTheAnswer) {
+TEST_F(ClientCommands, ToATupleThatIsOnlyCalledCommandEndWithTheAnswer) {
   const RemoteSetTracker tracker(time, self.space, kIsland, "command", "x", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, ElementsAre("applied "));
 }
 
-TEST_F(Commands, ToAPointThatItsOwnerDoesNotDescribeEndWithTheReply) {
+TEST_F(ClientCommands, ToAPointThatItsOwnerDoesNotDescribeEndWithTheReply) {
   ASSERT_TRUE(island->space.set("robot.arm.status", R"({"pose":"home"})"));
   const RemoteSetTracker tracker(time, self.space, kIsland, "robot.arm.command", "x", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, ElementsAre("applied "));
 }
 
-TEST_F(Commands, ToAnOwnPointThatIsNotDescribedEndWithTheReply) {
+TEST_F(ClientCommands, ToAnOwnPointThatIsNotDescribedEndWithTheReply) {
   ASSERT_TRUE(self.space.set("robot.arm.command", ""));
   const auto own = self.space.add_policy({self.space.self(), "robot.**"},
                                          [](const auto&) { return tuples::SetDecision::applied(); });
@@ -367,7 +367,7 @@ TEST_F(Commands, ToAnOwnPointThatIsNotDescribedEndWithTheReply) {
   EXPECT_THAT(ended, ElementsAre("applied "));
 }
 
-TEST_F(Commands, ToTheIslandItselfAreFollowed) {
+TEST_F(ClientCommands, ToTheIslandItselfAreFollowed) {
   const RemoteSetTracker tracker(time, self.space, kIsland, "proxy.settings.command", "try", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, IsEmpty());
@@ -377,14 +377,14 @@ TEST_F(Commands, ToTheIslandItselfAreFollowed) {
   EXPECT_THAT(ended, ElementsAre("refused line 3"));
 }
 
-TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {
+TEST_F(ClientCommands, ToOtherTuplesEndWithTheAnswer) {
   const RemoteSetTracker errand(time, self.space, kIsland, "note", "x", end, {}, 15s);
   const RemoteSetTracker nobody(time, self.space, OwnerId(9), "note", "x", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, testing::UnorderedElementsAre("applied ", testing::StartsWith("no-such-owner")));
 }
 
-TEST_F(Commands, SurviveStatusesThatAreNone) {
+TEST_F(ClientCommands, SurviveStatusesThatAreNone) {
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 1s, 1s);
   time.run_for(1ms);
   for (const auto* text : {"[]", "{", "{}", R"({"command":[]})", R"({"command":{"creator":"x","request":-1}})",
