@@ -17,6 +17,7 @@ struct Counters {
   std::uint64_t loops = 0;            ///< packages that would go back where they came from
   std::uint64_t duplicates = 0;       ///< packages received before
   std::uint64_t unknown_sources = 0;  ///< messages of hosts that were not up
+  std::uint64_t held_requests = 0;    ///< not kept until the place of their kernel is known: too many
   std::uint64_t no_route = 0;         ///< packages to forward to a host without a route
   std::uint64_t queue_full = 0;       ///< packages to forward that found the link busy
   std::uint64_t forged_deaths = 0;    ///< DEAD_HOST by others than the host

@@ -14,6 +14,7 @@ void each_counter(const Counters& counters, const CounterVisit& visit) {
   visit("loops", counters.loops);
   visit("duplicates", counters.duplicates);
   visit("unknown-sources", counters.unknown_sources);
+  visit("held-requests", counters.held_requests);
   visit("no-route", counters.no_route);
   visit("queue-full", counters.queue_full);
   visit("forged-deaths", counters.forged_deaths);

@@ -87,6 +87,10 @@ const Identity* Node::host(OwnerId id) const {
   return impl_->hosts.find(id);
 }
 
+bool Node::is_here(OwnerId id) const {
+  return impl_->is_here(id);
+}
+
 std::size_t Node::unacknowledged(OwnerId to) const {
   return impl_->deliveries.unacknowledged(to);
 }
@@ -158,6 +162,7 @@ Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& 
                             fmt::format("component {}: not connected to, too many hosts to connect to", number(host)));
               }}),
       id_check(s, t, {options.id, 0, options.network}, [this](const Identity& other) { id_taken(other); }),
+      place_due(s, [this] { release(); }),
       updates(s, kUpdatePause, [this] { update(); }),
       cleaning(s, [this] { over.clear(); }),
       pumping(s, [this] { deliveries.pump(); }) {}

@@ -89,6 +89,8 @@ class Node {
   std::vector<Identity> hosts() const;
   /// Null: not up. Valid until the next turn.
   const Identity* host(OwnerId id) const;
+  /// Whether a connection of the host comes from an address of this machine.
+  bool is_here(OwnerId id) const;
   /// Messages to the host that wait or are not acknowledged, in packages; 0 = none.
   std::size_t unacknowledged(OwnerId to) const;
 

@@ -112,7 +112,10 @@ void Node::Impl::take_record(NodeLink& link, const PackageHeader& header, const 
   const auto source = source_of(link, header, message);
   const bool asks = by_itself && source != RecordSource::kItself &&
                     is_other_start(record, fmt::format("component {}", number(link.peer)));
-  hosts.learn(record, source);
+  if (!hosts.learn(record, source)) return;
+  // A kernel that joined by way of another speaks before the next routing of that, up to 10 s later.
+  if (by_itself && link.is_route())
+    apply(routes.hear(link.id, record.id, record.magic, header.hops - 1, scheduler.now()));
   if (asks) dialer.prefer_direct(record.id);
 }
 

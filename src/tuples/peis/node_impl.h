@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "base/deadline.h"
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "base/paced_call.h"
@@ -58,7 +59,7 @@ inline bool is_id(OwnerId id) {
 }
 
 /// Wires the rooms of a node. Its parts: links (node_links.cpp), packages (node_packages.cpp), what hosts say of hosts
-/// (node_claims.cpp), hosts (node_hosts.cpp).
+/// (node_claims.cpp), hosts (node_hosts.cpp) and where they run (node_places.cpp).
 struct Node::Impl {
   static constexpr std::size_t kMaxLinks = 256;
   static constexpr std::size_t kReservedLinks = 32;  ///< besides, for those that this node establishes
@@ -75,6 +76,10 @@ struct Node::Impl {
   static constexpr Duration kUpdatePause = std::chrono::milliseconds(100);
   static constexpr std::size_t kMaxDoubts = 64;
   static constexpr Duration kProofTime = std::chrono::seconds(3);  ///< for what came another way than its host's own
+  static constexpr Duration kPlaceTime = std::chrono::seconds(5);  ///< for a connection that shows where a kernel runs
+  static constexpr Duration kForgetPlace =
+      std::chrono::minutes(1);  ///< requests of one that did not show it wait again
+  static constexpr std::size_t kMaxPlaceless = 64, kMaxHeld = 256, kMaxHeldBytes = 1'000'000;
   static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
 
   Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l, NodeCalls c);
@@ -139,6 +144,12 @@ struct Node::Impl {
   bool take_death(const PackageHeader& header, const DeadHost& dead);
   void forgotten_by(OwnerId host);
 
+  // Where kernels run (node_places.cpp).
+  bool is_here(OwnerId host) const;
+  bool has_no_place(OwnerId kernel) const;
+  void hold(const Package& package);
+  void release();
+
   // Answers.
   void answer_query(const QueryHost& query);
   void answer_trace(OwnerId asker, Trace trace);
@@ -190,6 +201,13 @@ struct Node::Impl {
     std::function<void()> refuse;
   };
   std::deque<Doubt> doubts;
+  struct Held {
+    PackageHeader header;
+    Bytes body;
+  };
+  std::vector<Held> held;                   ///< requests of `placeless`, in order
+  std::map<OwnerId, SteadyTime> placeless;  ///< kernels that say they are here, and since when that is unknown
+  base::Deadline place_due;
   Timer proofs;
   std::uint32_t sequence = 0;
   std::unique_ptr<transport::TcpListener> listener;

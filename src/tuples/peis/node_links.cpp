@@ -180,6 +180,7 @@ void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
   if (was_far) deliveries.send_again(record.id);  // a hello that comes another way is refused from now on
   updates.request();
   drop_duplicates(record.id);
+  if (placeless.contains(record.id)) release();
 }
 
 /// Of connections that one side established the newest stays; of those of both sides that of the lower id, among

@@ -150,6 +150,8 @@ bool Node::Impl::take_node_message(NodeLink& link, const Package& package) {
 void Node::Impl::take_message(const Package& package) {
   const auto& header = package.header;
   if (!hosts.message(header.source)) return void(++counters.unknown_sources);
+  const bool is_request = header.port == Port::kSetRemote || header.port == Port::kSetAppend;
+  if (is_request && has_no_place(header.source)) return hold(package);
   if (header.fragments > 0) {
     auto message = fragments.add(header, package.body);
     if (!message) ++counters.fragments_dropped;

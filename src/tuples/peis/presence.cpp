@@ -39,7 +39,7 @@ NodeCalls Presence::node_calls() {
   };
   NodeCalls calls;
   calls.message = during([this](OwnerId from, Port port, ByteView body) {
-    if (port == Port::kSetRemote) find_place(from);
+    if (port == Port::kSetRemote || port == Port::kSetAppend) find_place(from);
     if (auto* session = find(from)) session->receive(port, body);
   });
   calls.host = during([this](HostEvent event, const Identity& host) { on_host(event, host); });
@@ -116,16 +116,8 @@ void Presence::on_id_taken(const Identity& other) {
   context_.scheduler.post(start_.displaced);
 }
 
-/// A name shows nothing: any host may have it. A connection from an address of this host does.
 bool Presence::is_here(const Identity& host) const {
-  if (host.host_name != start_.node.host_name) return false;
-  const auto links = node_->links();
-  return std::any_of(links.begin(), links.end(), [&](const LinkState& link) {
-    const auto is_own = [&](const auto& interface) { return interface.address == link.remote.address; };
-    const auto& own = start_.node.interfaces;
-    return link.peer == host.id &&
-           (link.remote.address.starts_with("127.") || std::any_of(own.begin(), own.end(), is_own));
-  });
+  return host.host_name == start_.node.host_name && node_->is_here(host.id);
 }
 
 /// A kernel of this host that came by way of others may have connected since.

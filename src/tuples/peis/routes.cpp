@@ -8,6 +8,8 @@ namespace {
 
 /// Without news for this long, a longer way with a newer sequence replaces a route.
 constexpr Duration kAging = 25 * std::chrono::seconds(1);
+/// A neighbour lists a host that it passed packages of within its next two pages.
+constexpr Duration kUnlistedTime = 2 * kRoutingPeriod;
 
 bool is_newer(std::uint32_t one, std::uint32_t other) {
   return static_cast<std::int32_t>(one - other) > 0;
@@ -26,7 +28,7 @@ RouteChanges Routes::open(LinkId link, OwnerId peer, std::uint32_t magic, int co
   if (present != routes_.end() && present->second.magic == magic) sequence = present->second.sequence;
   if (const auto lost = lost_.find(peer); lost != lost_.end() && lost->second.magic == magic)
     sequence = lost->second.sequence;
-  take(peer, {link, peer, sequence, magic, cost, 0, true, now}, changes);
+  take(peer, {link, peer, sequence, magic, cost, 0, true, false, now}, changes);
   return changes;
 }
 
@@ -70,12 +72,24 @@ RouteChanges Routes::receive(LinkId link, const RoutingPage& page, SteadyTime no
   return changes;
 }
 
+RouteChanges Routes::hear(LinkId link, OwnerId host, std::uint32_t magic, int hops, SteadyTime now) {
+  RouteChanges changes;
+  const auto found = neighbours_.find(link);
+  if (found == neighbours_.end() || host == self_ || routes_.contains(host) || is_over_(host, magic)) return changes;
+  const auto lost = lost_.find(host);
+  const int metric = hops + found->second.cost;
+  if ((lost != lost_.end() && lost->second.magic == magic) || metric >= kUnreachableMetric) return changes;
+  take(host, {link, found->second.peer, 0, magic, metric, 0, false, true, now}, changes);
+  return changes;
+}
+
 void Routes::withdraw_unlisted(LinkId link, Neighbour& neighbour, SteadyTime now, RouteChanges& changes) {
   auto& listed = neighbour.listed;
   std::sort(listed.begin(), listed.end());
   std::vector<OwnerId> over;
   for (const auto& [host, route] : routes_) {
-    if (route.link == link && !route.direct && !std::binary_search(listed.begin(), listed.end(), host))
+    const bool is_new = route.unlisted && now - route.renewed < kUnlistedTime;
+    if (route.link == link && !route.direct && !is_new && !std::binary_search(listed.begin(), listed.end(), host))
       over.push_back(host);
   }
   listed.clear();
@@ -105,7 +119,7 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
     return;
   }
   if (is_over_(entry.id, entry.magic)) return;
-  const Route offered{link, neighbour.peer, entry.sequence, entry.magic, metric, entry.connections, false, now};
+  const Route offered{link, neighbour.peer, entry.sequence, entry.magic, metric, entry.connections, false, false, now};
   if (present != routes_.end() && !is_better(entry.id, offered, present->second, now)) return;
   const auto lost = lost_.find(entry.id);
   if (present == routes_.end() && lost != lost_.end() && lost->second.magic == entry.magic &&
@@ -115,6 +129,7 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
 }
 
 bool Routes::is_better(OwnerId host, const Route& offered, const Route& present, SteadyTime now) const {
+  if (present.unlisted) return offered.link == present.link || offered.magic == present.magic;
   // Who lives has news each kRoutingPeriod: another start by another way is none as long as the present one lives.
   if (offered.magic != present.magic)
     return offered.link == present.link || is_over_(host, present.magic) || now - present.renewed > kAging;
@@ -142,9 +157,10 @@ void Routes::take(OwnerId host, Route route, RouteChanges& changes) {
 void Routes::lose(OwnerId host, SteadyTime now, RouteChanges& changes) {
   const auto gone = routes_.extract(host);
   if (gone.empty()) return;
+  changes.lost.push_back(host);
+  if (gone.mapped().unlisted) return;  // its sequence is not known
   if (lost_.size() >= kMaxRoutes) lost_.erase(lost_.begin());
   lost_[host] = {gone.mapped().sequence, gone.mapped().magic, now};
-  changes.lost.push_back(host);
 }
 
 RouteChanges Routes::forget(OwnerId host, SteadyTime now) {
@@ -172,7 +188,7 @@ const Route* Routes::find(OwnerId host) const {
 std::vector<RouteEntry> Routes::entries_for(LinkId link, SteadyTime now) const {
   std::vector<RouteEntry> entries;
   for (const auto& [host, route] : routes_) {
-    if (route.link == link && !route.direct) continue;
+    if (route.unlisted || (route.link == link && !route.direct)) continue;
     entries.push_back({host, route.sequence, route.magic, static_cast<std::uint8_t>(route.metric), route.connections});
   }
   for (const auto& [host, lost] : lost_) {

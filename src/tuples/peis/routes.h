@@ -22,7 +22,8 @@ struct Route {
   std::uint32_t magic = 0;  ///< of the host
   int metric = 0;
   std::uint8_t connections = 0;
-  bool direct = false;  ///< the host is the neighbour
+  bool direct = false;    ///< the host is the neighbour
+  bool unlisted = false;  ///< only heard that way: no page of the neighbour lists it yet
   SteadyTime renewed{};
 };
 
@@ -49,6 +50,9 @@ class Routes {
   RouteChanges close(LinkId link, SteadyTime now);
   /// A page of the table of a neighbour. Pages of links that are not open are ignored.
   RouteChanges receive(LinkId link, const RoutingPage& page, SteadyTime now);
+  /// A host that no neighbour lists spoke by way of this link, after so many hops: it is reached that way until pages
+  /// say otherwise. Nothing for one that was lost: only its newer sequence brings it back.
+  RouteChanges hear(LinkId link, OwnerId host, std::uint32_t magic, int hops, SteadyTime now);
   /// The host left: it needs a newer sequence to come back.
   RouteChanges forget(OwnerId host, SteadyTime now);
   /// Call it each kRoutingPeriod.

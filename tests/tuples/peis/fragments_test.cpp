@@ -105,6 +105,17 @@ TEST(PeisFragments, TwoSourcesMayUseOneMessageId) {
   EXPECT_EQ(bench.add_all(mixed), (std::vector<Bytes>{left, right}));
 }
 
+TEST(PeisFragments, PartsOfTwoPortsAreNotOneMessage) {
+  Bench bench;
+  const auto older = message(3000, 1), newer = message(3000, 2);
+  auto of_older = packages_of(older, kLeft, 7, 1000), of_newer = packages_of(newer, kLeft, 7, 2000);
+  for (auto& part : of_newer) part.header.port = Port::kSetRemote;
+  bench.add(of_older[0]);
+  std::vector<Sent> rest(of_newer.begin() + 1, of_newer.end());
+  EXPECT_EQ(bench.add_all(rest), std::vector<Bytes>{}) << "the first part is that of another message";
+  EXPECT_EQ(bench.add_all({of_newer[0]}), std::vector<Bytes>{newer});
+}
+
 TEST(PeisFragments, APartThatComesAgainIsIgnored) {
   Bench bench;
   const auto whole = message(4000);

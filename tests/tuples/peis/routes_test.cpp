@@ -51,6 +51,23 @@ TEST_F(PeisRoutes, ANeighbourIsARouteAsLongAsItsLink) {
   EXPECT_EQ(routes.find(kLeft), nullptr);
 }
 
+TEST_F(PeisRoutes, AHostThatSpokeByWayOfANeighbourIsReachedThatWayUntilThePagesSayOtherwise) {
+  open_both();
+  EXPECT_THAT(routes.hear(kLeftLink, kFar, 7, 1, now).found, ElementsAre(kFar));
+  EXPECT_EQ(routes.find(kFar)->metric, 2);
+  EXPECT_FALSE(advertises(kRightLink, kFar)) << "its sequence is not known";
+  EXPECT_FALSE(hear(kLeftLink, {}).any()) << "a page from before it";
+  EXPECT_FALSE(hear(kLeftLink, {entry(kFar, 0xf0000000, 1)}).any());  // any sequence is the first
+  EXPECT_TRUE(advertises(kRightLink, kFar));
+  EXPECT_THAT(hear(kLeftLink, {}).lost, ElementsAre(kFar));
+  EXPECT_FALSE(routes.hear(kLeftLink, kFar, 7, 1, now).any()) << "only a newer sequence brings it back: no loops";
+  EXPECT_THAT(routes.hear(kLeftLink, kFar, 8, 1, now).found, ElementsAre(kFar)) << "another start";
+  now += 21s;
+  EXPECT_THAT(hear(kLeftLink, {}).lost, ElementsAre(kFar)) << "nobody lists it";
+  over.insert(9);
+  EXPECT_FALSE(routes.hear(kLeftLink, kFar, 9, 1, now).any()) << "a start that has ended";
+}
+
 TEST_F(PeisRoutes, WithTwoLinksToANeighbourTheOtherOneTakesOver) {
   open_both();
   routes.open(LinkId{3}, kLeft, 11, 1, now);
