@@ -105,6 +105,7 @@ HostCheck check_host(island::Island& island, transport::Transports& transports, 
   }
   check_trust(config, scheduler, findings);
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
+  if (config.history) findings.need_folder({"history", "file"}, fs::path(config.directory) / config.history->file);
   for (const auto& recorder : config.recorders)
     findings.need_folder({"recorders", recorder.name, "file"}, fs::path(config.directory) / recorder.file);
   if (config.web) {

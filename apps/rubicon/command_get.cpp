@@ -118,11 +118,14 @@ int report_quality(Session& session, const Point& point, const GetOptions& optio
   if (point.status.quality.empty() || point.good()) return kGood;
   if (!options.quiet) {
     session.out().flush();
-    const bool can_be_asked = point.value().empty() && point.key().find(".sensor.") != std::string::npos;
-    print_error(printable(
-        fmt::format("{} is {}; last heard {}{}", name_of(point.tuple.owner, point.key()), quality_text(point),
-                    point.status.heard == WallTime{} ? "never" : age_text(point.status.heard, session.now()) + " ago",
-                    can_be_asked ? "; --fresh asks the device" : "")));
+    const auto last = point.status.heard == WallTime{} ? "never" : age_text(point.status.heard, session.now()) + " ago";
+    const bool can_be_asked =
+        point.value().empty() && !point.is_event && point.key().find(".sensor.") != std::string::npos;
+    const auto name = name_of(point.tuple.owner, point.key());
+    print_error(printable(point.is_event && point.status.quality == "good"
+                              ? fmt::format("{} is an event, and none is there now; the last one came {}", name, last)
+                              : fmt::format("{} is {}; last heard {}{}", name, quality_text(point), last,
+                                            can_be_asked ? "; --fresh asks the device" : "")));
   }
   return options.any_quality ? kGood : kNotGood;
 }

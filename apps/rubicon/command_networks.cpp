@@ -4,6 +4,7 @@
 #include "apps/rubicon/island_points.h"
 #include "apps/rubicon/losses.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/text.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
 
@@ -90,6 +91,16 @@ int reopen(Session& session, const NetworksOptions& options) {
   return command_island(session, island.id, line.command(), options.action, options.network + ": the line is up");
 }
 
+/// `7:wsn-1`, as the list writes it.
+NetworksOptions resolved(NetworksOptions options) {
+  const auto colon = options.network.find(':');
+  const auto island = base::parse_number<std::uint32_t>(std::string_view(options.network).substr(0, colon));
+  if (colon == std::string::npos || !island) return options;
+  options.island.island = *island;
+  options.network.erase(0, colon + 1);
+  return options;
+}
+
 }  // namespace
 
 void add_networks(Cli& cli) {
@@ -103,7 +114,8 @@ void add_networks(Cli& cli) {
        "DEVICES: reachable devices of all devices. LOST: counters of dropped, refused and malformed messages\n"
        "since the island started.\n"},
       [options](Session& session) {
-        return options->action.empty() ? list(session, *options) : reopen(session, *options);
+        const auto chosen = resolved(*options);
+        return chosen.action.empty() ? list(session, chosen) : reopen(session, chosen);
       });
   app->add_option("NETWORK", options->network, "this network only");
   app->add_option("ACTION", options->action, "reopen: try now to open the line, not after the pause")

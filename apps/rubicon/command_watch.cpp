@@ -105,7 +105,7 @@ class Watch {
     } else {
       const auto value = std::hash<std::string_view>{}(point.value() + '\n' + point.status.quality);
       const auto [known, fresh] = values_.try_emplace(name, value);
-      const bool news = fresh || known->second != value || event == PointEvent::kState;
+      const bool news = fresh || known->second != value || event == PointEvent::kState || point.is_event;
       if (options_.changes && !news) return;
       known->second = value;
     }
@@ -122,14 +122,18 @@ class Watch {
     return model::dump(line);
   }
 
+  static std::string value_text(const Point& point) {
+    return point.is_event && point.value().empty() ? "(no event now)" : printable(point.value());
+  }
+
   std::string text_of(PointEvent event, const Point& point, std::string_view what) const {
     const auto& tuple = point.tuple;
     const auto measured = tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time;
     const auto time = clock_text(event == PointEvent::kValue ? measured : session_.now());
     const bool has_news = event == PointEvent::kState || (!point.status.quality.empty() && !point.good());
     const auto quality = has_news ? "  " + printable(quality_text(point)) : std::string();
-    const auto rest = event == PointEvent::kRemoved ? fmt::format(" {}", what)
-                                                    : fmt::format(" = {}{}", printable(tuple.value), quality);
+    const auto rest =
+        event == PointEvent::kRemoved ? fmt::format(" {}", what) : fmt::format(" = {}{}", value_text(point), quality);
     auto name = name_of(tuple.owner, tuple.key);
     const auto used = characters(time) + 2 + characters(rest);
     const auto width = session_.look().width;

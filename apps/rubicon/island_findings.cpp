@@ -121,8 +121,9 @@ Findings check_devices(const IslandSeen& seen) {
   for (const auto& network : seen.now) {
     if (!network.line.works() || network.reachable >= network.devices) continue;
     all.push_back({"devices", Grade::kNote,
-                   fmt::format("network {} of island {}: {} of {} devices are not reachable", network.id,
-                               name_of(seen.island), network.devices - network.reachable, network.devices),
+                   fmt::format("network {} of island {}: {} of {} devices {} not reachable", network.id,
+                               name_of(seen.island), network.devices - network.reachable, network.devices,
+                               network.devices - network.reachable == 1 ? "is" : "are"),
                    fmt::format("rubicon devices --island {} --network {}", number(seen.island.id), network.id)});
   }
   return all;

@@ -1,5 +1,7 @@
 #include "apps/rubicon/selection.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -42,6 +44,12 @@ Result<Selections> short_and_long(std::string_view text, std::string_view last) 
   if (!typed) return fail(typed.error());
   Selections all{std::move(*typed)};
   if (key.ends_with("**")) return all;
+  if (is_wild_within(key) && key.find('.') == std::string::npos) {  // `temperature*`: points of any device
+    auto points = parse_one(fmt::format("{}*.*.*.*.{}.{}", owner, key, last));
+    if (!points) return fail(points.error());
+    all.push_back(std::move(*points));
+    return all;
+  }
   const auto longer = long_form({{}, key}, last);
   if (!longer) return all;
   auto parsed = parse_one(owner + longer->key);

@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
     if (actuator.empty()) continue;
     const auto key = device.key() + ".actuator." + actuator + ".command";
     const auto outcome = client.command(device.island, key, argv[2]);
-    std::cout << device.name << ", " << key << ": " << outcome.state;
+    std::cout << (device.name.empty() ? "" : device.name + ", ") << key << ": " << outcome.state;
     if (!outcome.reason.empty()) std::cout << " (" << outcome.reason << ')';
     std::cout << std::endl;
     return outcome.good() ? 0 : 3;

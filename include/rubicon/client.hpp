@@ -143,11 +143,14 @@ struct Point {
   PointStatus status;      ///< quality (docs/tuple-keys.md#quality), reason, times, last command
   LineStatus line;         ///< of its network
   std::string type, unit;  ///< `temperature`, `degC`; unit `1` = dimensionless
+  /// Its values are events (a button, a scene), each of which counts. The value is empty but for the 2 s after an
+  /// event; `status.heard` says when the last one came.
+  bool is_event = false;
 
   const std::string& value() const { return tuple.value; }
   /// `proxy.wsn-1.7.sensor.light-1`
   std::string key() const { return tuple.key.substr(0, tuple.key.rfind('.')); }
-  bool good() const { return status.quality == "good"; }
+  bool good() const { return status.quality == "good" && !(is_event && tuple.value.empty()); }
 };
 
 /// Makes points of tuples, such as those that read() or a recording gives: one for each `.value` tuple of a point, with
@@ -156,7 +159,7 @@ std::vector<Point> points_from(const std::vector<Tuple>& tuples);
 
 /// A change of a point.
 enum class PointEvent : std::uint8_t {
-  kValue,    ///< its value was set, also to an equal value
+  kValue,    ///< its value was set, also to an equal value. That an event is over is no change
   kState,    ///< its quality, the reason or the state of its line changed, not the value
   kRemoved,  ///< its tuple was deleted or, if `tuple.owner_present` is false, its island did not return
 };

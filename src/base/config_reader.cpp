@@ -142,10 +142,11 @@ std::string ConfigReader::text(const std::string& key, std::string_view otherwis
   return found ? found->text : std::string(otherwise);
 }
 
-std::string ConfigReader::required_text(const std::string& key) {
+std::string ConfigReader::required_text(const std::string& key, std::string_view expected) {
   if (!has(key)) {
     known_.insert(key);
-    errors_->add(map_->place, path_, fmt::format("'{}' is missing", key));
+    errors_->add(map_->place, path_,
+                 fmt::format("'{}' is missing{}{}", key, expected.empty() ? "" : ", expected ", expected));
     return {};
   }
   return text(key, {});

@@ -38,7 +38,7 @@ class ConfigReader {
   bool has(const std::string& key) const;
   std::string text(const std::string& key, std::string_view otherwise);
   /// Reports a missing key.
-  std::string required_text(const std::string& key);
+  std::string required_text(const std::string& key, std::string_view expected = {});
   std::string choice(const std::string& key, std::string_view otherwise, std::initializer_list<std::string_view> words);
   bool boolean(const std::string& key, bool otherwise);
   std::int64_t integer(const std::string& key, std::int64_t otherwise,

@@ -21,4 +21,8 @@ std::optional<HostPort> parse_host_port(std::string_view text);
 /// The same, or only `HOST`, which then has the default port.
 std::optional<HostPort> parse_host_port(std::string_view text, std::uint16_t default_port);
 
+/// Why a text is no host to connect to, a name or a numeric address; empty = it may be one. `expected ...` or what it
+/// is.
+std::string host_fault(std::string_view text);
+
 }  // namespace rubicon::base

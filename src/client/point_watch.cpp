@@ -55,7 +55,8 @@ void PointWatch::valued(const tuples::Event& event) {
   if (!entry.has_value) note_if_lost(event.tuple);
   if (entry.fresh) std::ignore = report(name, entry);  // two sets within a turn are two events
   entry.point.tuple = Tuple(event.tuple);
-  entry.has_value = entry.fresh = true;
+  entry.fresh = !(entry.point.is_event && event.tuple.value.empty());
+  entry.has_value = true;
   touch(name);
 }
 

@@ -67,6 +67,7 @@ void describe(Point& point, std::string_view description) {
   auto about = model::point_description_from_json(description).value_or(model::PointDescription{});
   point.type = std::move(about.type);
   point.unit = std::move(about.unit);
+  point.is_event = about.report == "event";
 }
 
 void hide_behind_lost_island(Point& point) {

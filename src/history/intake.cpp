@@ -118,7 +118,7 @@ void Intake::value(Series& series, std::string_view text, WallTime time, const I
   }
   series.held.reset();
   // The file has a gap since the history before this one ended: the value is in force again since now.
-  const bool returns = series.seeded && !series.last && series.live && now.wall - time > kFresh;
+  const bool returns = !series.event && series.seeded && !series.last && series.live && now.wall - time > kFresh;
   store(series, text, returns ? now.wall : time);
 }
 
@@ -128,7 +128,7 @@ void Intake::quality(Series& series, Quality quality, WallTime time, const Insta
   const bool after = series.observed();
   if (before && !after) {
     mark_gap(series, time);
-    if (!series.held && !series.text.empty()) series.held = Held{WallTime(), series.text};
+    if (!series.held && !series.text.empty() && !series.event) series.held = Held{WallTime(), series.text};
   }
   if (after && series.held) {
     // The value from before the gap is true again since now.
@@ -142,6 +142,7 @@ void Intake::describe(Series& series, std::string_view json, const Instant& now)
   if (!description) return;
   series.described = true;
   series.data_type = description->data_type;
+  series.event = description->report == "event";
   if (series.declaration.unit != description->unit) {
     series.declaration.unit = description->unit;
     series.declared = false;
@@ -215,7 +216,7 @@ void Intake::store_word(Series& series, std::string_view text, std::int64_t time
 
 void Intake::store_text(Series& series, std::string_view text, std::int64_t time) {
   if (text.size() > kLongestText) return refuse(series);
-  if (series.last && !series.last->gap() && series.text == text) return;
+  if (series.last && !series.last->gap() && series.text == text && !series.event) return;
   if (!write_gap(series) || !room(series, kTextBytes + text.size()))
     return drop(series, series.last ? series.last->time + 1 : time);
   series.text = text;
@@ -226,7 +227,7 @@ void Intake::store_text(Series& series, std::string_view text, std::int64_t time
 void Intake::put(Series& series, const Point& point) {
   const auto& last = series.last;
   const bool same = last && !last->gap() && last->value == point.value;
-  if (same && point.time >= last->time && point.time - last->time < kRepeat) {
+  if (same && !series.event && point.time >= last->time && point.time - last->time < kRepeat) {
     if (point.time > last->time) series.skipped = point.time;
     return;
   }
@@ -304,7 +305,7 @@ void Intake::tick(const Instant& now) {
     std::ignore = write_gap(series);
     if (series.held && !early(series, now) && series.observed()) release(series, now);
     const auto& last = series.last;
-    if (!last || last->gap() || !series.live || series.declaration.kind == SeriesKind::kText) continue;
+    if (!last || last->gap() || !series.live || series.declaration.kind == SeriesKind::kText || series.event) continue;
     const bool due = at - last->time >= kRepeat || last->time - at >= kRepeat;
     if (due) emit(series, {at, last->value});
   }

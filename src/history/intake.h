@@ -74,6 +74,7 @@ class Intake {
     bool point = false;     ///< has a status and a description
     std::optional<Quality> quality{};
     bool described = false;
+    bool event = false;  ///< each value counts, and none is in force later
     std::string data_type{};
     SteadyTime seen{};            ///< first
     std::optional<Held> held{};   ///< a value that waits for the quality, or for it to become good

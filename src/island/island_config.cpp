@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/nearest.h"
 #include "config/network_numbers.h"
 #include "config/site_types.h"
 #include "config/yaml_text.h"
@@ -129,6 +130,9 @@ void read_devices(ConfigReader& network, proxy::NetworkRules& rules, std::map<st
   }
 }
 
+/// Sections that are read only where they stand.
+constexpr std::string_view kSections[] = {"web", "history", "rights", "audit", "recorders"};
+
 const network::NetworkType* find_type(std::span<const network::NetworkType> types, std::string_view name) {
   const auto found = std::find_if(types.begin(), types.end(), [name](const auto& type) { return type.name == name; });
   return found == types.end() ? nullptr : &*found;
@@ -179,10 +183,14 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
                   IslandConfig& config) {
   NetworkSetup setup{.id = {}, .key = key};
   proxy::NetworkRules rules;
-  const auto type = network.required_text("type");
+  const auto type = network.required_text("type", "one of: " + type_names(types));
   setup.type = find_type(types, type);
   if (!setup.type && !type.empty()) {
-    network.error("type", fmt::format("is '{}', expected one of: {}", type, type_names(types)));
+    std::vector<std::string> names;
+    for (const auto& one : types) names.emplace_back(one.name);
+    const auto near = base::did_you_mean(type, names);
+    network.error("type", fmt::format("is '{}'{} expected one of: {}", type, near.empty() ? "," : "; " + near,
+                                      type_names(types)));
   }
   setup.id = played_id(key, network, type);
   if (key != model::to_key_part(key)) network.error("", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
@@ -251,6 +259,7 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
   config.history = config::read_history(root);
   config.rights = config::read_rights(root);
   config.audit = config::read_audit(root);
+  root.also_known(kSections);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
     const auto* node = std::as_const(root_node).find(section);

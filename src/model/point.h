@@ -30,7 +30,8 @@ struct Capability {
   std::string unit;
   std::optional<double> minimum;
   std::optional<double> maximum;
-  /// Of an enumeration or a set of bits whose type names no words; sorted by value, none empty.
+  /// Of an enumeration or a set of bits; sorted by value, none empty. Empty: those of the type. Others are refused as
+  /// commands, as are numbers without a word unless the point has bounds.
   std::vector<Word> words;
   /// Longest normal silence of this point; zero = never stale (reports only changes). Absent: the proxy's rule.
   std::optional<Duration> deadline;

@@ -101,7 +101,13 @@ class TypeCatalogue {
   /// expectation.
   static Result<Value> parse(const Type& type, std::string_view text);
 
-  /// Whether a value a device reported fits (kind of data and range).
+  /// The same for what a device reported: of an enumeration any word or number (docs/types.md).
+  static Result<Value> parse_reading(const Type& type, std::string_view text);
+  /// Whether the word is one of the type's own.
+  static bool names(const Type& type, std::string_view word);
+
+  /// Whether a value a device reported fits (kind of data and range). Of an enumeration any word and any number does:
+  /// devices report more than they declare.
   static Result<void> check(const Type& type, const Value& value);
 
  private:

@@ -71,9 +71,11 @@ std::optional<Number> number_in(std::string_view text) {
 }
 
 Result<Value> parse_boolean(const Type& type, std::string_view text) {
-  if (const auto index = word_index(type.words, text); index && *index < 2) return Value(*index == 1);
-  if (text == "on" || text == "true" || text == "1") return Value(true);
-  if (text == "off" || text == "false" || text == "0") return Value(false);
+  const auto alike = alike_word(type.words, text);
+  if (const auto index = alike ? word_index(type.words, *alike) : std::nullopt; index && *index < 2)
+    return Value(*index == 1);
+  if (same_word(text, "on") || same_word(text, "true") || text == "1") return Value(true);
+  if (same_word(text, "off") || same_word(text, "false") || text == "0") return Value(false);
   return refuse(ErrorCode::kInvalid, type, text,
                 type.words.empty() ? "one of off, on" : fmt::format("one of {} (or off, on)", type.words));
 }
@@ -150,6 +152,16 @@ Result<Value> TypeCatalogue::parse(const Type& type, std::string_view text) {
   return refuse(ErrorCode::kUnsupported, type, text, "of a known data type");
 }
 
+Result<Value> TypeCatalogue::parse_reading(const Type& type, std::string_view text) {
+  auto value = parse(type, text);
+  if (value || type.data != DataType::kEnumeration) return value;
+  return parse_own_word(type, text, number_in<std::int64_t>(text));
+}
+
+bool TypeCatalogue::names(const Type& type, std::string_view word) {
+  return word_index(type.words, word).has_value();
+}
+
 Result<void> TypeCatalogue::check(const Type& type, const Value& value) {
   switch (type.data) {
     case DataType::kReal: return check_number(type, value);
@@ -161,13 +173,12 @@ Result<void> TypeCatalogue::check(const Type& type, const Value& value) {
     case DataType::kBoolean:
       if (std::holds_alternative<bool>(value)) return {};
       return refuse(ErrorCode::kInvalid, type, to_text(value), "off or on");
-    case DataType::kEnumeration: {
-      const auto* word = std::get_if<std::string>(&value);
-      if (type.words.empty() && word && !word->empty()) return {};
-      if (type.words.empty()) return check_number(type, value);
-      if (word && word_index(type.words, *word)) return {};
-      return refuse(ErrorCode::kInvalid, type, to_text(value), fmt::format("one of {}", type.words));
-    }
+    case DataType::kEnumeration:
+      if (const auto* word = std::get_if<std::string>(&value)) {
+        if (!word->empty() && word->size() <= kMaxValueText) return {};
+        return refuse(ErrorCode::kInvalid, type, *word, "a word or a number");
+      }
+      return check_number(type, value);
     case DataType::kJson:
       if (std::holds_alternative<Json>(value)) return {};
       return refuse(ErrorCode::kInvalid, type, to_text(value), "JSON");

@@ -113,6 +113,16 @@ Result<Value> set_value(const Words& words, std::string_view text) {
 
 }  // namespace
 
+Words words_in(std::string_view words) {
+  Words list;
+  while (!words.empty()) {
+    const auto comma = words.find(',');
+    list.push_back({static_cast<std::uint32_t>(list.size()), std::string(words.substr(0, comma))});
+    words.remove_prefix(comma == words.npos ? words.size() : comma + 1);
+  }
+  return list;
+}
+
 bool same_word(std::string_view left, std::string_view right) {
   return std::ranges::equal(left, right, {}, small, small);
 }

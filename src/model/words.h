@@ -19,6 +19,9 @@ struct Word {
   friend bool operator==(const Word&, const Word&) = default;
 };
 
+/// Those of a type: `closed,open` (Type::words).
+std::vector<Word> words_in(std::string_view words);
+
 /// Text of a user -> value, by the words of one point; `words` is not empty.
 ///
 /// An enumeration: the word, or its number; a number without a word (`7`, `reserved (7)`) stays a number. Of words

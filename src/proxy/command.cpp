@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "model/words.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -48,11 +49,37 @@ Result<Value> in_range(const model::Type& type, Value value) {
   return value;
 }
 
-/// A peer may declare words for a point of any type; they count only where the type has none.
+/// A peer may declare words for a point of any type; they count only where there is a use for them.
 bool has_own_words(const Point& point) {
-  const bool takes = point.type->words.empty() &&
-                     (point.type->data == model::DataType::kEnumeration || point.type->data == model::DataType::kJson);
+  const auto data = point.type->data;
+  const bool takes =
+      data == model::DataType::kEnumeration || (data == model::DataType::kJson && point.type->words.empty());
   return takes && !point.details->capability->words.empty();
+}
+
+std::string words_text(const Point& point) {
+  const auto& own = point.details->capability->words;
+  std::string list;
+  for (const auto& word : own.empty() ? model::words_in(point.type->words) : own)
+    list += (list.empty() ? "" : ", ") + word.text;
+  return list;
+}
+
+/// A number that has no word: only where the bounds of the point say which numbers there are.
+Result<Value> number_without_word(const model::Type& type, const Point& point, std::int64_t number) {
+  const auto& own = *point.details->capability;
+  if (own.minimum && own.maximum) return in_range(type, Value(number));
+  return fail(ErrorCode::kInvalid, fmt::format("{}: '{}' is not one of {}", type.name, number, words_text(point)));
+}
+
+Result<Value> parse_enumeration(const model::Type& type, const Point& point, std::string_view text) {
+  auto value = has_own_words(point) ? model::parse_words(type, point.details->capability->words, text)
+                                    : TypeCatalogue::parse(type, text);
+  const auto* number = value ? std::get_if<std::int64_t>(&*value) : nullptr;
+  const bool has_words = has_own_words(point) || !type.words.empty();
+  if (number && has_words) return number_without_word(type, point, *number);
+  const auto given = value ? std::nullopt : base::parse_number<std::int64_t>(text);
+  return given ? number_without_word(type, point, *given) : value;
 }
 
 }  // namespace
@@ -89,6 +116,7 @@ Result<Value> parse_command(const Point& point, std::string_view text) {
   }
   const auto type = bounded(point);
   if (!point.type) return in_range(type, untyped(text));
+  if (type.data == model::DataType::kEnumeration) return parse_enumeration(type, point, text);
   if (!has_own_words(point)) return TypeCatalogue::parse(type, text);
   auto value = model::parse_words(type, point.details->capability->words, text);
   return value ? in_range(type, std::move(*value)) : value;

@@ -17,6 +17,10 @@ std::string_view to_string(DeviceStatus status) {
   return "unknown";
 }
 
+bool is_event(const Point& point) {
+  return (point.type ? point.type->report : point.details->capability->report) == model::Report::kEvent;
+}
+
 bool is_rate(const Point& point) {
   const bool of_device = point.id.kind == Kind::kProperty && point.id.instance.empty();
   return of_device && point.type && point.type->name == "rate" && !model::is_open(point.id.type);

@@ -197,6 +197,8 @@ Quality shown_quality(const Device& device, const Point& point);
 
 model::PointKey point_key(const Device& device, const Point& point);
 
+/// Whether its values are events: each counts, and none is in force later (docs/types.md).
+bool is_event(const Point& point);
 Point* find_point(Device& device, const PointId& id);
 Point* find_point(Device& device, PointNumber number);
 

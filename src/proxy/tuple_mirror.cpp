@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <tuple>
 
 #include "proxy/tuple_text.h"
@@ -21,12 +22,24 @@ bool writable(const Point& point) {
          (point.id.kind == Kind::kProperty && point.details->capability->access != Access::kRead);
 }
 
+/// What a reader should know of a word that the point does not declare; empty for one that it does.
+std::string mark_of(const Point& point, const Value& value) {
+  const auto text = to_text(value);
+  const auto& own = point.details->capability->words;
+  const bool none = own.empty() && point.type->words.empty();
+  const bool known = own.empty()
+                         ? TypeCatalogue::names(*point.type, text)
+                         : std::any_of(own.begin(), own.end(), [&](const auto& word) { return word.text == text; });
+  return none || known ? std::string() : fmt::format("{} is not among the words of the point", model::quoted(text));
+}
+
 }  // namespace
 
 TupleMirror::TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory)
     : context_(context),
       directory_(directory),
       memory_(memory),
+      event_end_(context.scheduler, [this] { end_events(); }),
       next_flush_(context.scheduler, [this] { flush(); }),
       last_flush_(context.clock.now().steady - kRefreshPause) {}
 
@@ -90,7 +103,7 @@ void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) 
 
 void TupleMirror::initial_value(const Device& device, Point& point) {
   const auto& initial = point.details->capability->initial;
-  if (std::holds_alternative<std::monostate>(initial)) return;
+  if (std::holds_alternative<std::monostate>(initial) || is_event(point)) return;
   if (point.type && !TypeCatalogue::check(*point.type, initial)) return;
   own_value(device, point, initial, device.status == DeviceStatus::kReachable ? Quality::kGood : Quality::kStored);
 }
@@ -135,11 +148,16 @@ void TupleMirror::renamed(Device& device, const std::map<PointNumber, Kept>& kep
 }
 
 void TupleMirror::remembered(const Device& device, Point& point, const state::StoredValue& stored) {
+  if (is_event(point)) {
+    point.heard = std::max(point.heard, stored.heard);
+    point.changed = std::max(point.changed, stored.changed);
+    return publish_status(device, point);
+  }
   // A value that came with the join is newer.
   if (point.quality != Quality::kUnknown && point.quality != Quality::kStored) return;
   const auto* json = std::get_if<Json>(&stored.value);
   const auto text = json ? json->text : to_text(stored.value);
-  if (point.type && !TypeCatalogue::parse(*point.type, text)) return;
+  if (point.type && !TypeCatalogue::parse_reading(*point.type, text)) return;
   point.mirror.text = text;
   point.heard = stored.heard;
   point.changed = stored.changed;
@@ -170,11 +188,12 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
   const auto& now = context_.clock.now();
   point.heard_at = now.steady;
   point.heard = now.wall;
-  store_value(point, reading.value, reading.user_time);
-  if (point.quality != Quality::kGood) [[unlikely]] {
-    set_quality(device, point, Quality::kGood, {});
-    return true;
-  }
+  store_value(device, point, reading.value, reading.user_time);
+  const bool was_good = point.quality == Quality::kGood;
+  const bool has_words = point.type && point.type->data == model::DataType::kEnumeration;
+  if (!was_good || has_words) [[unlikely]]
+    set_quality(device, point, Quality::kGood, has_words ? mark_of(point, reading.value) : std::string());
+  if (!was_good) return true;
   if (!point.mirror.dirty) {
     mark(device, point);
     schedule_flush(false);
@@ -182,14 +201,40 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
   return false;
 }
 
-void TupleMirror::store_value(Point& point, const Value& value, WallTime user_time) {
+void TupleMirror::store_value(const Device& device, Point& point, const Value& value, WallTime user_time) {
   write_value(point.type, value, value_text_);
+  const bool event = is_event(point);
+  if (event) end_later(device, point);
   Memory::note_value(point);
-  if (point.mirror.text != value_text_) {
+  if (event || point.mirror.text != value_text_) {
     point.mirror.text = value_text_;
     point.changed = context_.clock.now().wall;
   }
   std::ignore = context_.space.set(point.mirror.value, value_text_, {media_type(value), user_time, {}});
+}
+
+void TupleMirror::end_later(const Device& device, const Point& point) {
+  const auto ends = context_.clock.now().steady + kEventLasts;
+  events_[{device.number, point.number}] = ends;
+  event_end_.advance_to(ends);
+}
+
+void TupleMirror::end_events() {
+  context_.clock.refresh();
+  const auto now = context_.clock.now().steady;
+  auto next = SteadyTime::max();
+  for (auto at = events_.begin(); at != events_.end();) {
+    if (at->second > now) {
+      next = std::min(next, at->second);
+      ++at;
+      continue;
+    }
+    auto* device = directory_.find(at->first.first);
+    const auto* point = device ? find_point(*device, at->first.second) : nullptr;
+    if (point) std::ignore = context_.space.set(point->mirror.value, {}, {});
+    at = events_.erase(at);
+  }
+  event_end_.set_at(next);
 }
 
 /// A value is dated by its user time, or by when it arrived. One without a time replaces only what was stored before.
@@ -203,11 +248,12 @@ bool TupleMirror::is_news(const Device& device, const Point& point, const model:
 }
 
 void TupleMirror::repeated(const Device& device, Point& point, const model::Reading& reading) {
+  if (is_event(point)) return;
   const bool fits = !point.type || TypeCatalogue::check(*point.type, reading.value);
   if (std::holds_alternative<std::monostate>(reading.value) || !fits) return;
   write_value(point.type, reading.value, value_text_);
   if (!is_news(device, point, reading)) return;
-  store_value(point, reading.value, reading.user_time);
+  store_value(device, point, reading.value, reading.user_time);
   set_quality(device, point, Quality::kStored, "remembered by the network");
 }
 
@@ -218,13 +264,13 @@ void TupleMirror::bad_value(const Device& device, Point& point, const std::strin
 }
 
 void TupleMirror::assume(const Device& device, Point& point, const Value& value) {
-  store_value(point, value, {});
+  store_value(device, point, value, {});
   set_quality(device, point, Quality::kAssumed, "commanded; the actuator does not report");
 }
 
 void TupleMirror::own_value(const Device& device, Point& point, const Value& value, Quality quality) {
   const auto& now = context_.clock.now();
-  store_value(point, value, {});
+  store_value(device, point, value, {});
   point.heard_at = now.steady;
   if (quality == Quality::kGood) point.heard = now.wall;
   set_quality(device, point, quality, {});

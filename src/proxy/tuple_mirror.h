@@ -1,9 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "base/deadline.h"
@@ -12,8 +14,14 @@
 
 namespace rubicon::proxy {
 
+inline constexpr Duration kEventLasts = std::chrono::seconds(2);
+
 /// Publishes the tuples of devices and their points (docs/tuple-keys.md). A status whose only news is the time of the
 /// last reading waits for a flush, at most one per second; a changed quality is published at once.
+///
+/// An event (a button, a scene: docs/types.md) is no present value: kEventLasts after it came its tuple is empty again,
+/// so that who subscribes later, or returns, does not take it for news. `heard` in the status says when the last one
+/// came.
 class TupleMirror {
  public:
   TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory);
@@ -71,7 +79,9 @@ class TupleMirror {
   void remember(TupleRef tuple, Place place);
   void bad_value(const Device& device, Point& point, const std::string& why);
   bool is_news(const Device& device, const Point& point, const model::Reading& reading) const;
-  void store_value(Point& point, const Value& value, WallTime user_time);
+  void store_value(const Device& device, Point& point, const Value& value, WallTime user_time);
+  void end_later(const Device& device, const Point& point);
+  void end_events();
   void mark(Device& device, Point& point);
   void schedule_flush(bool at_once);
   void flush();
@@ -86,6 +96,8 @@ class TupleMirror {
   Memory& memory_;
   std::unordered_map<std::uint32_t, Known> places_;  ///< by TupleRef::index
   std::vector<DeviceNumber> dirty_, flushing_;
+  std::map<std::pair<DeviceNumber, PointNumber>, SteadyTime> events_;  ///< that are present, and when they are over
+  base::Deadline event_end_;
   base::Deadline next_flush_;
   SteadyTime last_flush_{};
   bool urgent_ = false;  ///< a line or device changed: the next flush must not wait

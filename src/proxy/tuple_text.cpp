@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "model/point_tuples.h"
+#include "model/words.h"
 
 namespace rubicon::proxy {
 
@@ -19,17 +20,6 @@ std::pair<std::string_view, WallTime> reason_of(const Device& device, const Poin
   std::string_view reason = point.details->reason.text();
   if (reason.empty() && point.demand.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal.text();
   return {reason, point.since};
-}
-
-/// The words of a type: `closed,open`.
-std::vector<model::Word> words_of(std::string_view words) {
-  std::vector<model::Word> list;
-  while (!words.empty()) {
-    const auto comma = words.find(',');
-    list.push_back({static_cast<std::uint32_t>(list.size()), std::string(words.substr(0, comma))});
-    words.remove_prefix(comma == words.npos ? words.size() : comma + 1);
-  }
-  return list;
 }
 
 std::optional<double> bound_of(std::optional<double> own, double of_type) {
@@ -89,9 +79,9 @@ std::string point_description(const Point& point) {
   description.data_type = point.type ? to_string(type.data) : std::string_view("unknown");
   description.minimum = bound_of(capability.minimum, type.minimum);
   description.maximum = bound_of(capability.maximum, type.maximum);
-  description.words = capability.words.empty() ? words_of(type.words) : capability.words;
+  description.words = capability.words.empty() ? model::words_in(type.words) : capability.words;
   description.access = to_string(capability.access);
-  description.report = type.report == model::Report::kEvent ? "event" : "state";
+  description.report = is_event(point) ? "event" : "state";
   description.instance = id.substr(std::min(id.find('-'), id.size() - 1) + 1);
   return model::point_description_to_json(description);
 }

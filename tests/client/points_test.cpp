@@ -177,6 +177,21 @@ TEST_F(WatchedPoints, WhatIsThereIsToldOnceWithItsQualityAndLine) {
   EXPECT_THAT(news(), IsEmpty());
 }
 
+TEST_F(WatchedPoints, ThatAnEventIsOverIsNoNews) {
+  news();
+  ASSERT_TRUE(island->space.set(kPoint + ".description", R"({"type":"action","report":"event"})", {kJson}));
+  news();
+  value("toggle");
+  EXPECT_THAT(news(), ElementsAre("value toggle good"));
+  value("");
+  EXPECT_THAT(news(), IsEmpty());
+  value("toggle");
+  EXPECT_THAT(news(), ElementsAre("value toggle good"));
+  value("");
+  watch({.passive = true});
+  EXPECT_THAT(news(), ElementsAre("state  good")) << "who looks later finds no event";
+}
+
 TEST_F(WatchedPoints, AChangeOfQualityIsToldThoughTheValueStays) {
   news();
   quality("stale", "not heard for 3s");

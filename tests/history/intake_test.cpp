@@ -117,6 +117,19 @@ TEST_F(IntakeTest, StoresEqualValuesOnceInTenMinutes) {
   EXPECT_EQ(points(), (List{{0, 5}, {600, 5}, {1200, 5}}));
 }
 
+TEST_F(IntakeTest, StoresEachEventOnceAndNoneThatIsOver) {
+  describe(0, R"({"data_type":"enumeration","report":"event","words":["toggle","hold"]})");
+  quality(0, "good");
+  value(1, "toggle");
+  value(2, "toggle");
+  value(4, "");
+  for (int i = 10; i <= 1300; i += 10) intake_.tick(Instant::recorded(at(i)));
+  quality(1301, "stale");
+  quality(1302, "good");
+  value(1303, "toggle");
+  EXPECT_EQ(points(), (List{{1, 0}, {2, 0}, {1301, -99}, {1303, 0}}));
+}
+
 TEST_F(IntakeTest, StoresTheEndOfASteadyTime) {
   good_number();
   for (int i = 0; i <= 100; ++i) value(i, "5");
@@ -263,6 +276,29 @@ TEST_F(IntakeTest, TakesABoundedNumberOfSeries) {
   set(1, "robot.s1", "2");  // one of those that are there
   const auto batch = intake_.take(at(1));
   EXPECT_EQ(batch.points.size(), Intake::kMostSeries + 1);
+}
+
+TEST_F(IntakeTest, AfterARestartAValueOfARecordingKeepsItsTimeAndAPresentOneIsInForceSinceNow) {
+  const auto first_after = [this](double measured, double now) {
+    Intake intake{{}};
+    intake.seed({{{kSource, kLight + ".value"}, SeriesKind::kNumber, "lx", {}}});
+    const auto change = [&](const std::string& key, const std::string& text, double time) {
+      TupleView tuple;
+      tuple.owner = kSource;
+      tuple.key = key;
+      tuple.value = text;
+      tuple.write_time = at(time);
+      intake.changed(tuple, Instant::recorded(at(now)));
+    };
+    change(kLight + ".description", R"({"data_type":"real","unit":"lx"})", now);
+    change(kLight + ".status", R"({"quality":"good","since":1})", now);
+    change(kLight + ".value", "5", measured);
+    const auto batch = intake.take(at(now));
+    return batch.points.empty() ? -1 : static_cast<double>(batch.points[0].point.time - kBegin) / 1000;
+  };
+  EXPECT_EQ(first_after(1000, 1600), 1600) << "of ten minutes ago, and still true";
+  EXPECT_EQ(first_after(1000, 1001), 1000) << "it came just now";
+  EXPECT_EQ(first_after(1000, 100'000), 1000) << "of a recording";
 }
 
 TEST_F(IntakeTest, KeepsTheKindThatTheFileHas) {

@@ -71,6 +71,25 @@ TEST_F(RetentionTest, TurnsOldPointsIntoHoursAndRemovesOldHours) {
   EXPECT_TRUE(past->series[0].gaps.empty());
 }
 
+TEST_F(RetentionTest, OfBlocksInAnyOrderTheLatestPointIsTheLastOfItsHour) {
+  const auto slot = number_series(kOld);
+  const auto write = [&](std::vector<std::pair<int, double>> minutes) {
+    Points points;
+    for (const auto& [minute, value] : minutes) points.push_back({kBegin + minute * 60 * kSecond, value});
+    ASSERT_TRUE(store_->write(batch_of(slot, points, kBegin + kHour)));
+    store_->forget_slots();
+    ASSERT_TRUE(store_->close_all());
+  };
+  write({{0, 1}, {50, 7}});
+  write({{10, 2}, {20, 3}});  // written later, and ends earlier
+  Retention retention(*store_, {std::chrono::hours(1), std::chrono::hours(7 * 24), 1'000'000'000});
+  run(retention, kBegin + kDay, std::chrono::hours(1));
+  const auto past = answer(*store_, {{{OwnerId(6541), kOld}}, wall(kBegin), wall(kBegin + kHour), 1});
+  ASSERT_TRUE(past);
+  EXPECT_EQ(past->series[0].buckets.at(0).last, 7);
+  EXPECT_EQ(past->series[0].buckets.at(0).count, 4U);
+}
+
 TEST_F(RetentionTest, AnswersTheSameAcrossTheBorder) {
   fill(kBegin, kBegin + 6 * kDay);
   const Question question{{{OwnerId(6541), kOld}}, wall(kBegin), wall(kBegin + 6 * kDay), 200};

@@ -182,9 +182,14 @@ TEST_F(IslandConfigTest, WhatIsWrongInAListOfNetworksHasItsPlace) {
   const auto errors = all_errors(
       "island: {id: 1}\nnetworks:\n  - {type: dummy, sede: 7}\n  - {silence: 5s}\n  - text\n  - {type: bacnet}\n");
   EXPECT_THAT(errors, Contains(StartsWith("x.yaml:3:19: networks.dummy-1: unknown key 'sede'; did you mean 'seed'?")));
-  EXPECT_THAT(errors, Contains("x.yaml:4:5: networks.network-2: 'type' is missing"));
+  EXPECT_THAT(errors,
+              Contains(StartsWith("x.yaml:4:5: networks.network-2: 'type' is missing, expected one of: dummy, ")));
   EXPECT_THAT(errors, Contains("x.yaml:5:5: networks.network-3: is a value, expected a map"));
   EXPECT_THAT(errors, Contains(HasSubstr("networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
+  const auto typed = all_errors("island: {id: 1}\nwbe: {port: 80}\nhistroy: {file: x}\nnetworks: {knx: {type: kmx}}\n");
+  for (const auto* text :
+       {"'wbe'; did you mean 'web'?", "'histroy'; did you mean 'history'?", "'kmx'; did you mean 'knx'?"})
+    EXPECT_THAT(typed, Contains(HasSubstr(text)));
 }
 
 TEST_F(IslandConfigTest, AnIslandKeepsOfItsOptionsOnlyWhatAReloadCompares) {

@@ -150,15 +150,16 @@ TEST(TypeCatalogue, DoesNotKnowWhatIsNotThere) {
 }
 
 TEST(TypeParse, ABooleanTakesItsWordsAndTheGeneralOnes) {
-  for (const auto* text : {"on", "true", "1"}) EXPECT_EQ(parsed("switch", text), Value(true)) << text;
+  for (const auto* text : {"on", "true", "1", "ON", "True"}) EXPECT_EQ(parsed("switch", text), Value(true)) << text;
   for (const auto* text : {"off", "false", "0"}) EXPECT_EQ(parsed("switch", text), Value(false)) << text;
   EXPECT_EQ(parsed("contact", "open"), Value(true));
+  EXPECT_EQ(parsed("contact", "Closed"), Value(false));
   EXPECT_EQ(parsed("contact", "closed"), Value(false));
   EXPECT_EQ(parsed("contact", "on"), Value(true));
   EXPECT_EQ(parse_error("switch", "open"), (Error{ErrorCode::kInvalid, "switch: 'open' is not one of off, on"}));
   EXPECT_EQ(parse_error("contact", "ajar"),
             (Error{ErrorCode::kInvalid, "contact: 'ajar' is not one of closed,open (or off, on)"}));
-  EXPECT_EQ(parse_error("switch", "ON").text, "switch: 'ON' is not one of off, on");
+  EXPECT_EQ(parse_error("switch", "onn").text, "switch: 'onn' is not one of off, on");
   EXPECT_EQ(parse_error("switch", "").text, "switch: '' is not one of off, on");
   EXPECT_EQ(parse_error("contact", "").code, ErrorCode::kInvalid);
 }
@@ -258,10 +259,22 @@ TEST(TypeCheck, RefusesTheWrongKindOfData) {
   EXPECT_EQ(check_error("temperature", std::numeric_limits<double>::infinity()).code, ErrorCode::kInvalid);
   EXPECT_EQ(check_error("unsigned8BitInput", 1.0), invalid("unsigned8BitInput: '1' is not a whole number"));
   EXPECT_EQ(check_error("switch", std::int64_t{1}), invalid("switch: '1' is not off or on"));
-  EXPECT_EQ(check_error("blindStep", std::string("left")), invalid("blindStep: 'left' is not one of up,down"));
-  EXPECT_EQ(check_error("blindStep", std::int64_t{0}).code, ErrorCode::kInvalid);
+  EXPECT_EQ(check_error("blindStep", std::string()), invalid("blindStep: '' is not a word or a number"));
+  EXPECT_EQ(check_error("blindStep", true).code, ErrorCode::kInvalid);
   EXPECT_EQ(check_error("record", std::string("{}")), invalid("record: '{}' is not JSON"));
   EXPECT_EQ(check_error("label", 1.5), invalid("label: '1.5' is not text"));
+}
+
+TEST(TypeCheck, AReadingOfAnEnumerationMayBeAnyWordOrNumber) {
+  const TypeCatalogue types;
+  const auto& step = *types.find("blindStep");
+  for (const auto& value : {Value(std::string("up")), Value(std::string("left")), Value(std::int64_t{7})})
+    EXPECT_TRUE(TypeCatalogue::check(step, value)) << to_text(value);
+  EXPECT_EQ(*TypeCatalogue::parse_reading(step, "UP"), Value(std::string("up")));
+  EXPECT_EQ(*TypeCatalogue::parse_reading(step, "left"), Value(std::string("left")));
+  EXPECT_EQ(*TypeCatalogue::parse_reading(step, "7"), Value(std::int64_t{7}));
+  EXPECT_FALSE(TypeCatalogue::parse_reading(step, ""));
+  EXPECT_FALSE(TypeCatalogue::parse(step, "left")) << "but not what a user writes";
 }
 
 TEST(TypeCheck, RefusesWhatIsOutOfRange) {

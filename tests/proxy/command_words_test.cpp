@@ -49,6 +49,60 @@ TEST_F(CommandsInWords, AnEnumerationIsCommandedAndShownInTheWordsOfItsPoint) {
   EXPECT_EQ(set(mode + ".command", "256").text, "enumerationOutput: '256' is not a number from 0 to 255");
 }
 
+TEST_F(CommandsInWords, AReadingOfAWordThatIsNotDeclaredIsShownAndMarked) {
+  start();
+  Join join;
+  join.capabilities.push_back(capability(Kind::kActuator, kMood));
+  join.capabilities.push_back(capability(Kind::kSensor, types.find("enumerationInput")->id));
+  join.capabilities.back().words = {{0, "auto"}, {1, "heat"}};
+  say("7", join);
+  const std::string mood = "proxy.hall.7.actuator.mood-1", mode = "proxy.hall.7.sensor.enumerationInput-1";
+  const auto reason = [this](const std::string& point) { return json(point + ".status")["reason"].get<std::string>(); };
+  report("7", join.capabilities[0].point, std::string("dusk"));
+  report("7", join.capabilities[1].point, std::int64_t{5});
+  for (const auto& [point, value] : {std::pair(mood, "dusk"), std::pair(mode, "5")}) {
+    EXPECT_EQ(text(point + ".value"), value);
+    EXPECT_EQ(quality(point), "good");
+    EXPECT_EQ(reason(point), std::string("'") + value + "' is not among the words of the point");
+  }
+  report("7", join.capabilities[0].point, std::string("night"));
+  report("7", join.capabilities[1].point, std::string("heat"));
+  EXPECT_EQ(reason(mood), "");
+  EXPECT_EQ(reason(mode), "");
+  report("7", join.capabilities[0].point, std::string());
+  EXPECT_EQ(quality(mood), "bad") << "no word at all";
+}
+
+TEST_F(CommandsInWords, ADeviceWithFewerWordsThanItsTypeTakesThoseOnly) {
+  start();
+  Join join;
+  join.capabilities.push_back(capability(Kind::kActuator, kMood));
+  join.capabilities.back().words = {{1, "night"}};
+  say("7", join);
+  const std::string mood = "proxy.hall.7.actuator.mood-1";
+  EXPECT_EQ(json(mood + ".description")["words"], std::vector<std::string>{"night"});
+  EXPECT_EQ(set(mood + ".command", "day").verdict, Verdict::kRefused);
+  EXPECT_EQ(set(mood + ".command", "0").text, "mood: '0' is not one of night");
+  EXPECT_EQ(set(mood + ".command", "1").verdict, Verdict::kApplied);
+  EXPECT_EQ(actuated().back().value, Value(std::string("night")));
+}
+
+TEST_F(CommandsInWords, ANumberWithoutAWordIsTakenWithinTheBoundsOfThePointOnly) {
+  start();
+  Join join;
+  join.capabilities.push_back(capability(Kind::kActuator, kMood));
+  say("7", join);
+  const std::string command = "proxy.hall.7.actuator.mood-1.command";
+  EXPECT_EQ(set(command, "5").text, "mood: '5' is not one of day, night");
+  join.capabilities.back().minimum = 0;
+  join.capabilities.back().maximum = 255;
+  say("7", join);
+  EXPECT_EQ(set(command, "5").verdict, Verdict::kApplied);
+  EXPECT_EQ(actuated().back().value, Value(std::int64_t{5}));
+  EXPECT_EQ(set(command, "256").text, "mood: '256' is not a number from 0 to 255");
+  EXPECT_EQ(set(command, "cosy").verdict, Verdict::kRefused);
+}
+
 TEST_F(CommandsInWords, ASetOfBitsIsCommandedByNameAndConfirmedByItsFullForm) {
   start();
   Join join;

@@ -22,6 +22,83 @@ TEST_F(Mirror, AReadingBecomesATextValue) {
   EXPECT_EQ(space->get(kIsland, kPoint + ".value")->media_type, "text/plain");
 }
 
+class Chimes : public Island {
+ protected:
+  const std::string kChimes = "proxy.hall.7.sensor.chime-1";
+  void chime(std::int64_t tune) { report("7", sensor(kChime), tune); }
+  Join with_chime() const {
+    auto device = lamp();
+    device.capabilities.push_back(capability(Kind::kSensor, kChime));
+    return device;
+  }
+};
+
+TEST_F(Chimes, AnEventIsOverAfterTwoSecondsSoThatALaterSubscriberFindsNone) {
+  start();
+  join("7", with_chime());
+  std::vector<std::string> seen, late;
+  const auto ears = space->subscribe({kIsland, kChimes + ".value"}, {.passive = true},
+                                     [&](const Event& event) { seen.emplace_back(event.tuple.value); });
+  time.run_ready();
+  seen.clear();
+  chime(3);
+  time.run_for(1500ms);
+  chime(3);  // each of two equal ones counts
+  const auto last = base::to_seconds(time.wall_now());
+  time.run_for(1900ms);
+  EXPECT_EQ(seen, (std::vector<std::string>{"3", "3"})) << "the second began the two seconds again";
+  time.run_for(200ms);
+  EXPECT_EQ(seen, (std::vector<std::string>{"3", "3", ""}));
+  const auto later = space->subscribe({kIsland, kChimes + ".value"}, {.passive = true},
+                                      [&](const Event& event) { late.emplace_back(event.tuple.value); });
+  time.run_for(1s);
+  EXPECT_EQ(late, std::vector<std::string>{""});
+  EXPECT_EQ(quality(kChimes), "good");
+  EXPECT_EQ(json(kChimes + ".status")["heard"], last);
+  EXPECT_EQ(json(kChimes + ".status")["changed"], last);
+  time.run_for(1h);
+  EXPECT_EQ(seen.size(), 3U);
+  chime(4);
+  time.run_ready();
+  EXPECT_EQ(seen.back(), "4");
+}
+
+TEST_F(Chimes, AnEventOfADeviceThatLeavesEndsWithIt) {
+  start();
+  join("7", with_chime());
+  chime(3);
+  say("7", model::Leave{});
+  time.run_for(3s);
+  join("7", with_chime());
+  EXPECT_EQ(text(kChimes + ".value"), "");
+  chime(5);
+  time.run_for(1s);
+  EXPECT_EQ(text(kChimes + ".value"), "5");
+}
+
+TEST_F(Chimes, AnEventFromBeforeARestartIsNotThereButItsTimeIs) {
+  remember();
+  start();
+  join("7", with_chime());
+  chime(3);
+  const auto heard = json(kChimes + ".status")["heard"].get<double>();
+  restart();
+  time.run_ready();
+  EXPECT_EQ(text(kChimes + ".value"), "");
+  EXPECT_DOUBLE_EQ(json(kChimes + ".status")["heard"].get<double>(), heard);
+}
+
+TEST_F(Chimes, AnEventThatANetworkRemembersIsNoNews) {
+  start();
+  join("7", with_chime());
+  model::Updates remembered;
+  remembered.heard = false;
+  remembered.readings.push_back({sensor(kChime), std::int64_t{3}, time.wall_now(), {}});
+  say("7", remembered);
+  EXPECT_EQ(text(kChimes + ".value"), "");
+  EXPECT_EQ(quality(kChimes), "unknown");
+}
+
 TEST_F(Mirror, ABooleanIsSpelledByTheWordsOfItsType) {
   begin();
   report("7", actuator(kFlap), true);

@@ -6,6 +6,7 @@
 
 #include "config/yaml.h"
 #include "island/network_types.h"
+#include "model/point_keys.h"
 
 namespace rubicon::recorder {
 
@@ -50,6 +51,12 @@ std::map<std::string, Seen> TestIsland::picture(const std::string& network) {
       all[std::string(tuple.key)] = {std::string(tuple.value), std::string(tuple.media_type), tuple.user_time};
     });
   }
+  // An event is over some time after it came: it is in the history, not in the picture.
+  std::erase_if(all, [&](const auto& one) {
+    const auto about = all.find(std::string(model::parent_key(one.first)) + ".description");
+    return one.first.ends_with(".value") && about != all.end() &&
+           about->second.value.find(R"("report":"event")") != std::string::npos;
+  });
   return all;
 }
 

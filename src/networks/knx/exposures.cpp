@@ -61,7 +61,8 @@ void Exposures::watch(const std::shared_ptr<Entry>& added, Exposure exposure) {
 Result<wire::Payload> Exposures::payload_of(const Exposure& exposure, std::string_view text) const {
   const auto* dpt = dpt::find_dpt(exposure.dpt);
   const auto* type = types_.find(dpt->sensor);
-  const auto value = type ? TypeCatalogue::parse(*type, text) : Result<Value>(fail(ErrorCode::kInvalid, "no type"));
+  const auto value =
+      type ? TypeCatalogue::parse_reading(*type, text) : Result<Value>(fail(ErrorCode::kInvalid, "no type"));
   if (!value) return dpt::encode_text(*dpt, text);
   const auto converted = dpt::from_catalogue(*dpt, Kind::kSensor, *value);
   return converted ? encode(*dpt, *converted) : fail(converted.error());

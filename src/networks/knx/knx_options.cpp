@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "base/host_port.h"
 #include "base/text.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
@@ -45,7 +46,9 @@ line::Outbox::Limits read_limits(ConfigReader& options) {
 }
 
 void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
-  out.host = options.required_text("host");
+  out.host = options.required_text("host", "the name or address of the interface");
+  if (const auto fault = base::host_fault(out.host); options.has("host") && !fault.empty())
+    options.error("host", fault);
   out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
   out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
   const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});

@@ -34,7 +34,7 @@ constexpr double kNoBound = 1e15;
 void add_range(Capability& capability, const dpt::Dpt& dpt, const model::Type& type) {
   const bool numeric = type.data == model::DataType::kReal || type.data == model::DataType::kInteger ||
                        type.data == model::DataType::kEnumeration;
-  const auto range = numeric && type.words.empty() ? dpt::range_of(dpt) : std::nullopt;
+  const auto range = numeric ? dpt::range_of(dpt) : std::nullopt;
   if (!range) return;
   const bool commanded = capability.point.kind == Kind::kActuator;
   const bool meaningful = commanded || dpt.form != dpt::Form::kFloat16;

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "model/former_types.h"
 #include "model/point_tuples.h"
+#include "model/words.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
@@ -46,7 +47,6 @@ bool has_unit(const Type* type) {
 void set_open_type(RecordedPoint& point, const model::PointDescription& described) {
   auto& capability = point.capability;
   capability.data = model::parse_data_type(described.data_type);
-  capability.report = described.report == "event" ? model::Report::kEvent : model::Report::kState;
   if (!capability.data) return;
   point.own_type = std::make_shared<const model::OpenType>(capability);
   point.type = &point.own_type->type();
@@ -157,6 +157,7 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   capability.point = {point.kind, TypeId(id), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
   capability.access = access_of(described->access, point.kind);
+  if (point.type == nullptr && described->report == "event") capability.report = model::Report::kEvent;
   const auto& unit = described->unit;
   point.unit =
       has_unit(point.type) && unit != point.type->unit ? model::conversion(unit, point.type->unit) : std::nullopt;
@@ -168,7 +169,9 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   };
   capability.minimum = own_bound(described->minimum, point.type ? point.type->minimum : 0);
   capability.maximum = own_bound(described->maximum, point.type ? point.type->maximum : 0);
-  if (point.type == nullptr || point.type->words.empty()) {
+  const bool enumeration = point.type != nullptr && point.type->data == model::DataType::kEnumeration;
+  if (point.type == nullptr || point.type->words.empty() ||
+      (enumeration && described->words != model::words_in(point.type->words))) {
     capability.words = std::move(described->words);
     if (capability.words.size() > kMaxListed) capability.words.resize(kMaxListed);
   }
@@ -285,7 +288,7 @@ Result<Value> recorded_value(const Type* type, std::string_view text, std::strin
     case model::DataType::kReal: return real_value(*type, text);
     case model::DataType::kText:
     case model::DataType::kBytes: return Value(std::string(text));
-    default: return TypeCatalogue::parse(*type, text);
+    default: return TypeCatalogue::parse_reading(*type, text);
   }
 }
 

@@ -11,7 +11,7 @@ Result<void> MoteProbes::probe(std::uint16_t mote, DoneCallback done) {
   const auto lost = lost_.find(mote);
   const bool is_lost = lost != lost_.end();
   if (is_lost && scheduler_.now() < lost->second.due)
-    return fail(ErrorCode::kBusy,
+    return fail(ErrorCode::kDuplicate,  // it is planned: nothing is lost
                 fmt::format("mote {} did not answer its last probe: the next one follows after a pause", mote));
   if (!pending_.insert(mote).second)
     return fail(ErrorCode::kDuplicate, fmt::format("a probe of mote {} is under way", mote));

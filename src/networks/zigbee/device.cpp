@@ -70,6 +70,8 @@ struct Device::Impl {
   std::optional<bool> available;
   bool bridge_decides = false;
   bool up = false;
+  /// Since then only copies came: they may be those of the device that had the name before.
+  bool renamed = false;
 };
 
 Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record)
@@ -268,6 +270,7 @@ Device::~Device() = default;
 
 void Device::update(bridge::DeviceRecord record) {
   const auto before = impl_->join();
+  impl_->renamed |= impl_->record.name != record.name;
   impl_->set_record(std::move(record));
   auto now = impl_->join();
   const bool same = before.name == now.name && before.model == now.model && before.capabilities == now.capabilities;
@@ -275,7 +278,8 @@ void Device::update(bridge::DeviceRecord record) {
 }
 
 Result<void> Device::state(std::string_view payload, bool retained) {
-  if (payload.empty()) return {};
+  if (payload.empty() || (retained && impl_->renamed)) return {};
+  impl_->renamed = false;
   const auto members = state_reader().read(payload);
   if (!members) return fail(members.error());
   auto found = impl_->reports.take(*members, retained);

@@ -135,8 +135,10 @@ void Feed::ended(Node& node, EventKind kind) {
   if (node.second.items == 0) push(items_, {&node, node.first.owner});
 }
 
-/// The first event is what was there before; it takes no room in the stock, so that a snapshot loses nothing.
+/// The first event is what was there before; it takes no room in the stock, so that a snapshot loses nothing. That an
+/// event is over (its value is empty then) is no event.
 void Feed::keep_event(Node& node, const TupleView& tuple) {
+  if (tuple.value.empty() && (node.second.introduced || node.second.items > 0)) return;
   Item item{&node, tuple.owner, writer_->update(tuple)};
   if (!node.second.introduced && node.second.items == 0) return push(items_, std::move(item));
   if (!stock_.has_room(item.event.size()) && !drop_oldest_event()) {

@@ -38,6 +38,13 @@ const StateAnswer& answer_of(std::string_view state) {
   return found == kStates.end() ? *(kStates.end() - 3) : *found;  // a state of later islands: failed
 }
 
+/// A request that cannot be meant is no conflict with what the island has.
+unsigned status_of(const StateAnswer& answer, const std::optional<Error>& error) {
+  if (!error || answer.status != 409) return answer.status;
+  if (error->code == ErrorCode::kNotFound) return 404;
+  return error->code == ErrorCode::kInvalid || error->code == ErrorCode::kOutOfRange ? 400 : answer.status;
+}
+
 constexpr Duration kUsualWait = std::chrono::seconds(15);
 constexpr Duration kLongestWait = std::chrono::minutes(9);  // the server ends what is not answered after ten
 /// An owner that is there replies in this time.
@@ -124,7 +131,7 @@ void PutExchange::finish(std::optional<Error> error) {
   if (answer.status >= 400 && !error)
     error = Error{answer.code, outcome_.reason.empty() ? outcome_.state : outcome_.state + ": " + outcome_.reason};
   if (error) tree["error"] = {{"code", to_string(error->code)}, {"text", error->text}};
-  auto response = json_response(tree, answer.status);
+  auto response = json_response(tree, status_of(answer, error));
   if (may_have_states(request_.key))
     response.headers.emplace_back("Location",
                                   fmt::format("/api/v1/tuples/{}/{}", number(request_.owner),

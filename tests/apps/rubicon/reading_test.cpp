@@ -170,6 +170,16 @@ TEST_F(Reading, NetworksSayWhyALineIsDown) {
   EXPECT_EQ(lines[0]["devices"], 1);
   EXPECT_TRUE(lines[0]["counters"].contains("bad-values"));
   EXPECT_EQ(rubicon({"networks", "--island", "7"}).code, 8);
+  const auto one = rubicon({"networks", "6541:dummy-away", "--json"});  // as the table writes it
+  EXPECT_EQ(lines_of(one).size(), 1U) << one.errors;
+  EXPECT_EQ(rubicon({"networks", "7:dummy-away"}).code, 8);
+}
+
+TEST_F(Reading, APatternOfAPointFitsAnyDevice) {
+  const auto lines = lines_of(rubicon({"watch", "humid*", "--passive", "--count", "1", "--json"}));
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0]["key"], "proxy.dummy-rooms.living-10.sensor.humidity-1.value");
+  EXPECT_EQ(rubicon({"watch", "humidi*", "nothing*", "--passive", "--count", "1"}).code, 0);
 }
 
 TEST_F(Reading, DevicesAndDescriptionsShowTheLineAndTheReason) {

@@ -467,16 +467,5 @@ TEST_F(Discovery, DecisionsUnderWayDoNotBringARemovedNetworkBack) {
   EXPECT_TRUE(exists("proxy.hall.status"));
 }
 
-TEST_F(Discovery, DevicesThatARuleHidesMakeRoomForThoseThatWait) {
-  config.max_devices = 3;
-  config.discovery.rules = {{"", "", "s*", DiscoveryAction::kIgnore}};
-  start();
-  for (int i = 0; i < 10; ++i) join("s" + std::to_string(i), lamp());
-  EXPECT_EQ(inbox()["ignored"], 3);
-  for (int i = 0; i < 3; ++i) join(std::to_string(i), lamp());
-  EXPECT_EQ(inbox()["count"], 3);
-  EXPECT_EQ(inbox()["ignored"], 0);
-}
-
 }  // namespace
 }  // namespace rubicon::proxy::admission

@@ -241,9 +241,10 @@ TEST_F(Rest, EachOutcomeOfAPutHasItsStatus) {
   EXPECT_EQ(Json::parse(timed_out.body)["state"], "timed-out");
   EXPECT_EQ(Json::parse(timed_out.body)["error"]["code"], "expired");
   const auto refused = ask("PUT", lamp, "purple");
-  EXPECT_EQ(refused.status, 409U);
+  EXPECT_EQ(refused.status, 400U);
   EXPECT_THAT(Json::parse(refused.body)["error"]["text"].get<std::string>(), HasSubstr("purple"));
   EXPECT_EQ(ask("PUT", "/api/v1/tuples/9/a", "1").status, 404U);
+  EXPECT_EQ(ask("PUT", "/api/v1/tuples/1/proxy.scripted-1.nobody.actuator.switch-1.command", "on").status, 404U);
   EXPECT_EQ(ask("PUT", lamp, "on", {}, Role::kView).status, 403U);
   EXPECT_EQ(ask("PUT", "/api/v1/tuples/1/proxy.inbox", "approve x.*", {}, Role::kCommand).status, 403U);
 }

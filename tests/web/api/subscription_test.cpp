@@ -80,13 +80,21 @@ TEST_F(Subscriptions, EachPressOfAButtonArrivesInOrder) {
     devices_of(1).say("7", reading(sensor("button"), TypeCatalogue::parse(*type, press).value()));
     scheduler.run_for(10ms);
   }
-  scheduler.run_for(1s);
+  scheduler.run_for(5s);
   std::vector<std::uint64_t> sequences;
   for (const auto& frame : page.frames) {
     for (const auto& set : frame["set"]) sequences.push_back(set[2]);
   }
-  ASSERT_EQ(sequences.size(), 3U);
+  ASSERT_EQ(sequences.size(), 3U) << "that the event is over is none";
   EXPECT_EQ(sequences[2], sequences[0] + 2);
+  page.take_frames();
+  page.ask({{"do", "subscribe"}, {"pattern", "1:proxy.*.*.sensor.button-1.value"}});
+  scheduler.run_for(1s);
+  std::vector<std::string> late;
+  for (const auto& frame : page.frames) {
+    for (const auto& set : frame.value("set", Json::array())) late.push_back(set[1]);
+  }
+  EXPECT_EQ(late, std::vector<std::string>{""}) << "who comes later finds no event";
 }
 
 TEST_F(Subscriptions, EventsBeyondTheStockAreCountedAsLostAndTheNewestArrive) {

@@ -128,14 +128,13 @@ Value own_word(const Dpt& type, std::int64_t number) {
   return means_it ? Value(std::string(word)) : Value(number);
 }
 
-/// The catalogue's word of a number. If the catalogue type has no words, the KNX word or the number.
+/// The catalogue's word of a number, or the number. If the catalogue type has no words, the KNX word or the number.
 Result<Value> catalogue_word(const Dpt& type, const model::Type& target, const Value& value) {
   const auto* number = std::get_if<std::int64_t>(&value);
-  if (number && target.words.empty()) return own_word(type, *number);
-  const auto word = number ? word_at(target.words, *number) : std::string_view();
-  if (!word.empty()) return Value(std::string(word));
-  return fail(ErrorCode::kOutOfRange,
-              fmt::format("{}: {} is not one of {}", name_of(type), label(type, value), target.words));
+  if (!number) return wrong_kind(type, value, "a number");
+  if (target.words.empty()) return own_word(type, *number);
+  const auto word = word_at(target.words, *number);
+  return word.empty() ? Value(*number) : Value(std::string(word));
 }
 
 Result<Value> converted(const Dpt& type, const model::Type& target, const Value& value) {
@@ -152,6 +151,7 @@ Result<Value> converted(const Dpt& type, const model::Type& target, const Value&
 }
 
 Result<Value> number_of_word(const Dpt& type, const model::Type& given, const Value& value) {
+  if (std::holds_alternative<std::int64_t>(value)) return value;
   const auto* word = std::get_if<std::string>(&value);
   for (std::int64_t index = 0; word; ++index) {
     const auto at = word_at(given.words, index);

@@ -23,7 +23,7 @@ tl::unexpected<Error> undecodable(const Dpt& type, ByteView bytes, std::string_v
   return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not {}", name_of(type), base::to_hex(bytes), expected));
 }
 
-/// Up to the first NUL (knx.md 9.1).
+/// Up to the first NUL (knx.md 9.1). Devices and ETS write ISO 8859-1 to texts in ASCII too, which it contains.
 Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
   const auto text = bytes.first(static_cast<std::size_t>(std::ranges::find(bytes, 0) - bytes.begin()));
   if (type.maximum > kLatin1) {
@@ -32,20 +32,20 @@ Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
   }
   std::string out;
   for (const auto byte : text) {
-    if (byte > type.maximum) return undecodable(type, text, "ASCII");
     base::append_utf8(byte, out);
   }
   return Value(std::move(out));
 }
 
-/// One octet per character; characters outside the code page become `?` (knx.md 9.1).
+/// One octet per character. What the code page lacks is refused: the receiver would show another text than the island.
 Result<Bytes> in_code_page(const Dpt& type, const std::string& text) {
   Bytes bytes;
   for (std::string_view rest = text; !rest.empty();) {
     const auto character = base::take_utf8(rest);
     if (character == U'\0') return wrong_kind(type, text, "text without NUL");
-    const bool known = character && *character <= static_cast<char32_t>(type.maximum);
-    bytes.push_back(known ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'});
+    if (!character || *character > static_cast<char32_t>(type.maximum))
+      return wrong_kind(type, text, type.maximum < kLatin1 ? "text in ASCII" : "text in ISO 8859-1");
+    bytes.push_back(static_cast<std::uint8_t>(*character));
   }
   return bytes;
 }

@@ -17,8 +17,9 @@ struct Heard {
   bool at_start = false;  ///< a copy, or a repetition of the last message, that Zigbee2MQTT publishes when it starts
   /// A copy by the time alone: no last_seen, soon after the start. Events are no copies, as Zigbee2MQTT keeps none.
   bool presumed = false;
-  bool older = false;  ///< a copy from before the last message: Zigbee2MQTT lost what came since then
-  bool aged = false;   ///< its last_seen is not of this moment
+  bool answers = false;  ///< it has a property that was asked for and not answered yet: that one is no copy
+  bool older = false;    ///< a copy from before the last message: Zigbee2MQTT lost what came since then
+  bool aged = false;     ///< its last_seen is not of this moment
   /// No property differs from the message before it: a report of what was known, or of nothing.
   bool quiet = false;
 };

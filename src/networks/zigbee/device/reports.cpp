@@ -100,12 +100,12 @@ Reports::Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& 
 Reports::Found Reports::take(std::span<const Member> members, bool retained) {
   Found found;
   auto heard = this->heard(members, retained);
-  found.heard = heard.later && !heard.copy;
   compare(members, heard, found);
+  found.heard |= heard.later && (!heard.copy || heard.answers);
   const bool any_own = take_echoes(heard, found);
   alive_ |= found.heard;
   for (const auto& change : changes_) apply(change, heard, judge(change, heard, any_own), found);
-  if (!heard.copy) verification_.message(heard);
+  if (!heard.copy || heard.presumed) verification_.message(heard);
   note_last_seen(heard);
   if (!alive_) {
     std::move(found.readings.begin(), found.readings.end(), std::back_inserter(found.stored));
@@ -182,10 +182,17 @@ void Reports::compare(std::span<const Member> members, Heard& heard, Found& foun
       event(*property, member.json, heard, found);
       continue;
     }
+    heard.answers |= heard.presumed && is_asked(*property);
     const bool same = property->text == member.json;
     (same ? same_ : changes_).push_back({property, member.json});
     if (!same && !property->of_the_link) heard.quiet = false;
   }
+}
+
+/// By a poll or to prove a command, and the answer may still come.
+bool Reports::is_asked(const Property& property) const {
+  const bool polled = property.asked && scheduler_.now() <= property.asked_at + kAnswerTime;
+  return polled || verification_.asks(properties_.index_of(property));
 }
 
 void Reports::event(const Property& property, std::string_view json, const Heard& heard, Found& found) {
@@ -229,11 +236,12 @@ Reports::Verdict Reports::judge(const Change& change, const Heard& heard, bool b
     if (!traits_.optimistic || (by_device && !can_ask(property))) return Verdict::kReport;
     return Verdict::kEcho;
   }
-  if (heard.copy && !beside_own) return Verdict::kStored;
+  const bool copy = heard.copy && !(heard.presumed && is_asked(property));
+  if (copy && !beside_own) return Verdict::kStored;
   const bool suspect = property.settable && traits_.optimistic && (beside_own || (heard.last_seen && !heard.later));
   if (suspect && can_ask(property) && change.json != "null") return Verdict::kUnproven;
   const bool remembered = !is_known(property) && heard.aged && !heard.later;
-  return heard.copy || remembered ? Verdict::kStored : Verdict::kReport;
+  return copy || remembered ? Verdict::kStored : Verdict::kReport;
 }
 
 void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, Found& found) {
@@ -271,7 +279,8 @@ void Reports::unchanged(Property& property, const Heard& heard, Found& found) {
     property.stored = true;
     property.due = false;
   }
-  if (heard.copy || !heard.later || property.unproven || !is_known(property)) return;
+  const bool copy = heard.copy && !(heard.presumed && is_asked(property));
+  if (copy || !heard.later || property.unproven || !is_known(property)) return;
   if (property.asked && scheduler_.now() > property.asked_at + kAnswerTime) property.asked = false;
   const bool answers = property.asked && heard.quiet;
   // A clock that is behind made it look like a copy.

@@ -93,6 +93,7 @@ class Reports {
   void compare(std::span<const Member> members, Heard& heard, Found& found);
   Verdict judge(const Change& change, const Heard& heard, bool beside_own) const;
   void apply(const Change& change, const Heard& heard, Verdict verdict, Found& found);
+  bool is_asked(const Property& property) const;
   void doubt(Property& property, Verification::Cause cause, const Heard& heard);
   /// Whether the message has the value of a command that waits for its echo; answers that command.
   bool take_echo(Property& property, std::string_view json, const Heard& heard);

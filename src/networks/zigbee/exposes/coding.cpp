@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "base/assert.h"
 #include "base/text.h"
 #include "model/units.h"
+#include "model/words.h"
 
 namespace rubicon::networks::zigbee::exposes {
 
@@ -98,15 +100,23 @@ std::vector<model::Word> words_of(const Leaf& leaf) {
 void code_own_words(const Leaf& leaf, MappedPoint& point) {
   point.coding.form = Coding::Form::kWords;
   point.coding.words = leaf.values;
-  point.coding.own_words = true;
   point.capability.words = words_of(leaf);
 }
 
-/// In the order of the leaf.
-void code_words_of_type(const Leaf& leaf, const TypeRow& row, MappedPoint& point) {
+/// In the order of the leaf. The point declares those that the device has, by their numbers in the type.
+void code_words_of_type(const Leaf& leaf, const TypeRow& row, const Type& type, MappedPoint& point) {
   point.coding.form = Coding::Form::kWords;
-  for (const auto& value : leaf.values)
+  std::set<std::string, std::less<>> had;
+  for (const auto& value : leaf.values) {
     point.coding.words.push_back({std::string(type_word(row, value.name)), value.json});
+    had.insert(point.coding.words.back().name);
+  }
+  auto& words = point.capability.words;
+  const auto all = model::words_in(type.words);
+  for (const auto& word : all) {
+    if (had.contains(word.text)) words.push_back(word);
+  }
+  if (words.size() == all.size()) words.clear();
 }
 
 std::string in_capitals(std::string text) {
@@ -193,7 +203,7 @@ void code_as_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, co
     case LeafForm::kBinary: code_binary(leaf, is_turned(leaf, row), point); return;
     case LeafForm::kEnum:
       if (type.words.empty()) return code_own_words(leaf, point);
-      return code_words_of_type(leaf, row, point);
+      return code_words_of_type(leaf, row, type, point);
     case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
     case LeafForm::kList:
     case LeafForm::kComposite: return code_structure(row, point);

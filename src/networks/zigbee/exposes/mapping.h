@@ -36,7 +36,6 @@ struct MappedPoint {
     /// kBinary: off, on. kWords: the words of the type and their JSON. Numbers: presets, which may lie beyond the
     /// bounds.
     std::vector<NamedValue> words;
-    bool own_words = false;                  ///< kWords: the words are the leaf's; a device may report others
     std::optional<double> minimum, maximum;  ///< of the JSON number
     double step = 0;                         ///< of the JSON number; 0 = none
     friend bool operator==(const Coding&, const Coding&) = default;

@@ -53,6 +53,19 @@ double in_type(const Coding& coding, double number) {
   return model::UnitConversion{coding.multiply, coding.divide, coding.shift}(number) + 0.0;  // no -0
 }
 
+/// A share of a range (brightness) with the fewest digits that mean the same step: 55, not 55.1181102362.
+double rounded_in_type(const Coding& coding, double number) {
+  const auto exact = in_type(coding, number);
+  const bool is_step = coding.rounded && coding.step > 0 && std::remainder(number, coding.step) == 0;
+  if (!is_step || coding.multiply == coding.divide) return exact;
+  const model::UnitConversion back{coding.divide, coding.multiply, 0};
+  for (const double scale : {1.0, 10.0, 100.0}) {
+    const auto value = std::round(exact * scale) / scale;
+    if (std::abs(back(value) - coding.shift - number) < coding.step / 2) return value;
+  }
+  return exact;
+}
+
 /// Some devices write numbers as strings.
 std::optional<double> number_of_json(std::string_view json) {
   if (is_string(json)) json = json.substr(1, json.size() - 2);
@@ -64,7 +77,7 @@ std::optional<double> number_of_json(std::string_view json) {
 Result<Value> decode_number(const MappedPoint& point, std::string_view json) {
   const auto number = number_of_json(json);
   if (number) {
-    const auto value = in_type(point.coding, *number);
+    const auto value = rounded_in_type(point.coding, *number);
     return std::isfinite(value) ? Result<Value>(Value(value)) : unreadable(point, json, "a finite number in its unit");
   }
   for (const auto& preset : point.coding.words) {
@@ -92,16 +105,7 @@ Result<Value> decode_binary(const MappedPoint& point, std::string_view json) {
   return unreadable(point, json, fmt::format("one of {}, {}", words[0].json, words[1].json));
 }
 
-std::string list_of(const std::vector<NamedValue>& words) {
-  constexpr std::size_t kMostNamed = 20;
-  std::string list;
-  for (std::size_t i = 0; i < words.size() && i < kMostNamed; ++i) {
-    if (!list.empty()) list += ", ";
-    list += words[i].name;
-  }
-  return words.size() > kMostNamed ? list + ", ..." : list;
-}
-
+/// A word that the leaf does not declare stands for itself.
 Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
   for (const auto& word : point.coding.words) {
     if (word.json == json) return Value(word.name);
@@ -111,8 +115,8 @@ Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
   for (const auto& word : point.coding.words) {
     if (word.json == respelled) return Value(word.name);
   }
-  if (text && !text->empty() && point.coding.own_words) return Value(std::move(*text));
-  return unreadable(point, json, fmt::format("one of {}", list_of(point.coding.words)));
+  if (text && !text->empty()) return Value(std::move(*text));
+  return unreadable(point, json, "a word");
 }
 
 Result<Value> decode_text(const MappedPoint& point, std::string_view json) {

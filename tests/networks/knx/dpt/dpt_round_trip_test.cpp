@@ -47,6 +47,12 @@ bool is_text(const Dpt& type) {
   return type.form == Form::kText || type.form == Form::kLongText;
 }
 
+/// ISO 8859-1 in a type of ASCII: it is read and never sent.
+bool is_foreign_text(const Dpt& type, const wire::Payload& sample) {
+  const bool ascii = (is_text(type) || type.form == Form::kCharacter) && type.maximum == 127;
+  return ascii && std::ranges::any_of(sample.bytes, [](std::uint8_t byte) { return byte > 127; });
+}
+
 TEST(DptRoundTrip, EncodingWhatWasDecodedGivesTheSameBits) {
   for (const auto* type : all_and_mains()) {
     SCOPED_TRACE(to_string(type->id));
@@ -57,7 +63,7 @@ TEST(DptRoundTrip, EncodingWhatWasDecodedGivesTheSameBits) {
     std::size_t decoded = 0;
     for (const auto& sample : payloads_of(*type, kRandom)) {
       const auto value = decode(*type, sample);
-      if (!value) continue;
+      if (!value || is_foreign_text(*type, sample)) continue;
       ++decoded;
       const auto sent = encode(*type, *value);
       ASSERT_TRUE(sent) << base::to_hex(sample.bytes) << ": " << sent.error().text;
@@ -103,7 +109,7 @@ TEST(DptRoundTrip, TextIsTheSameUpToItsEnd) {
     const auto& type = dpt(name);
     for (const auto& sample : payloads_of(type, kRandom)) {
       const auto value = decode(type, sample);
-      if (!value) continue;
+      if (!value || is_foreign_text(type, sample)) continue;
       auto expected = sample.bytes;
       const auto end = std::ranges::find(expected, 0);
       if (type.form == Form::kText) std::fill(end, expected.end(), std::uint8_t{0});
@@ -121,6 +127,7 @@ TEST(DptRoundTrip, TheLinesOfTheToolReadEachOther) {
     const auto name = to_string(type->id);
     const auto samples = payloads_of(*type, 60);
     for (std::size_t i = 0; i<samples.size(); i += samples.size()> 1000 ? 331U : 1U) {
+      if (is_foreign_text(*type, samples[i])) continue;
       const auto hex = base::to_hex(samples[i].bytes);
       const auto text = decode_line(name + ' ' + hex);
       ASSERT_EQ(text.find('\n'), text.npos);
@@ -143,7 +150,7 @@ TEST(DptCatalogue, EveryValueInRangeComesThroughAndBack) {
       std::size_t fitting = 0;
       for (const auto& sample : payloads_of(*type, kRandom)) {
         const auto value = decode(*type, sample);
-        if (!value) continue;
+        if (!value || is_foreign_text(*type, sample)) continue;
         const auto converted = to_catalogue(*type, kind, *value);
         if (!converted) {
           ASSERT_EQ(converted.error().code, ErrorCode::kOutOfRange) << converted.error().text;
@@ -160,7 +167,7 @@ TEST(DptCatalogue, EveryValueInRangeComesThroughAndBack) {
         }
         if (fitting % 61 != 0) continue;
         // As a command would give it.
-        const auto parsed = TypeCatalogue::parse(target, model::to_text(*converted));
+        const auto parsed = TypeCatalogue::parse_reading(target, model::to_text(*converted));
         ASSERT_TRUE(parsed) << parsed.error().text;
         if (std::holds_alternative<double>(*value) && std::signbit(std::get<double>(*value))) continue;  // -0 becomes 0
         ASSERT_EQ(*encode(*type, *from_catalogue(*type, kind, *parsed)), *sent) << model::to_text(*converted);

@@ -172,7 +172,7 @@ TEST_F(ReplayTest, TheRecordedSetsAsOurCommandsAreConfirmedByTheAnswersToOurGets
     for (const auto& reading : updates.readings) shown[property_of(lamp, reading.point)] = reading.value;
   }
   EXPECT_EQ(shown.at("state"), Value(true));
-  EXPECT_NEAR(std::get<double>(shown.at("brightness")), 40.0 / 254 * 100, 1e-9);
+  EXPECT_NEAR(std::get<double>(shown.at("brightness")), 15.7, 1e-9);
 }
 
 }  // namespace

@@ -73,6 +73,37 @@ TEST_F(ReportsTest, WithoutLastSeenWhatComesAtTheStartOfTheBridgeIsStored) {
   EXPECT_EQ(readings(), (Values{{"humidity", "50"}, {"temperature", "18"}}));
 }
 
+TEST_F(ReportsTest, WithoutLastSeenWhatWasAskedForIsAReportAlsoSoonAfterTheStart) {
+  constexpr std::string_view kMeter = R"([
+    {"type":"numeric","name":"power","property":"power","access":5,"unit":"W"},
+    {"type":"numeric","name":"voltage","property":"voltage","access":1,"unit":"V"}])";
+  start(record_of(kMeter), false);
+  device->line_up();
+  sample({"power"}, seconds(10));
+  run(seconds(1));
+  ASSERT_EQ(host.payloads("get"), std::vector<std::string>{R"({"power":""})"});
+  say_plain(R"("power":7,"voltage":230)");
+  EXPECT_EQ(readings(), (Values{{"power", "7"}}));
+  EXPECT_EQ(readings(false), (Values{{"voltage", "230"}})) << "what Zigbee2MQTT remembers";
+}
+
+TEST_F(ReportsTest, AfterARenameARetainedStateIsThatOfWhoHadTheNameBefore) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":20.7)");
+  forget();
+  auto record = device->record();
+  record.name = "kitchen/two";
+  device->update(record);
+  forget();
+  ASSERT_TRUE(device->state(R"({"temperature":10.7,"last_seen":")" + iso(now() + seconds(5)) + "\"}", true));
+  EXPECT_TRUE(raw_readings().empty());
+  report(R"("temperature":20.8)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20.8"}}));
+  forget();
+  ASSERT_TRUE(device->state(R"({"temperature":21,"last_seen":")" + iso(now() + seconds(60)) + "\"}", true));
+  EXPECT_EQ(readings(false), (Values{{"temperature", "21"}})) << "it was heard under its name since";
+}
+
 TEST_F(ReportsTest, ARetainedStateIsStored) {
   start(record_of(definitions::kWeather, true));
   ASSERT_TRUE(device->state(R"({"temperature":19,"last_seen":")" + iso(now()) + "\"}", true));
