@@ -1,7 +1,7 @@
 # The networks of rubicon-proxy, in the order in which messages name them: one rubicon_network() each. The folders of a
 # big network are libraries of their own. docs/adding-a-network.md
 rubicon_network(dummy BLOCK networks)
-rubicon_network(log BLOCK networks LINKS rubicon_motes rubicon_recording)
+rubicon_network(log BLOCK networks LINKS rubicon_motes rubicon_recording absl::time)
 rubicon_network(salad BLOCK networks)
 rubicon_library(networks/knx/wire BLOCK knx LINKS rubicon_model)
 rubicon_library(networks/knx/secure BLOCK knx LINKS rubicon_networks_knx_wire rubicon_transport OpenSSL::Crypto)

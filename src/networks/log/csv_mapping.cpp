@@ -122,6 +122,25 @@ void read_header(ConfigReader& options, CsvMapping& mapping) {
   }
 }
 
+void read_zone(ConfigReader& options, CsvMapping& mapping) {
+  const auto name = options.text("zone", "UTC");
+  auto zone = TimeZone::load(name);
+  if (!zone) return options.error("zone", zone.error().text);
+  mapping.zone = std::move(*zone);
+}
+
+/// With a decimal comma it separates no cells.
+void read_separators(ConfigReader& options, CsvMapping& mapping) {
+  mapping.decimal = options.choice("decimal", ".", {".", ","})[0];
+  if (mapping.decimal == ',') mapping.separators = ";\t";
+  mapping.separators = options.text("separators", mapping.separators);
+  if (mapping.separators.empty()) options.error("separators", "empty, expected characters, for example \",;\"");
+  if (mapping.separators.find(mapping.decimal) != std::string::npos)
+    options.error(
+        "separators",
+        fmt::format("`{}` is the decimal sign too (`decimal`), expected others, for example \";\"", mapping.decimal));
+}
+
 void read_times(ConfigReader& options, CsvMapping& mapping) {
   if (options.has("time")) {
     ConfigReader time = options.map("time");
@@ -129,6 +148,9 @@ void read_times(ConfigReader& options, CsvMapping& mapping) {
     const std::string unit = time.choice("unit", "s", {"us", "ms", "s", "min", "h", "unix", "unix-ms", "iso"});
     const auto* found = std::find(std::begin(kTimeUnits), std::end(kTimeUnits), unit);
     mapping.time_unit = static_cast<TimeUnit>(found - std::begin(kTimeUnits));
+    mapping.time_format = time.text("format", "");
+    if (!mapping.time_format.empty()) mapping.time_unit = TimeUnit::kIso;
+    if (!mapping.time_format.empty() && time.has("unit")) time.error("format", "expected `format` or `unit`, not both");
     time.finish();
   }
   mapping.period = std::chrono::floor<RecordTime>(options.duration("period", Duration::zero()));
@@ -136,9 +158,10 @@ void read_times(ConfigReader& options, CsvMapping& mapping) {
     options.error("period", "missing, expected `time: {column: .., unit: ..}` or a period, for example 250ms");
   const std::string start = options.text("start-time", "");
   if (start.empty()) return;
-  mapping.start_time = parse_iso_time(start);
-  if (!mapping.start_time)
-    options.error("start-time", fmt::format("`{}`, expected a time, for example 2026-01-31T12:00:00Z", start));
+  const auto read = parse_iso_time(start);
+  if (!read)
+    return options.error("start-time", fmt::format("`{}`, expected a time, for example 2026-01-31T12:00:00Z", start));
+  mapping.start_time = read->is_local && mapping.zone ? mapping.zone->moment_of(read->time, std::nullopt) : read->time;
 }
 
 }  // namespace
@@ -147,22 +170,39 @@ CsvMapping read_csv_mapping(ConfigReader& options, const TypeCatalogue& types) {
   CsvMapping mapping;
   mapping.comment = options.text("comment", "");
   mapping.names_from_comment = options.text("names-from-comment", "");
-  mapping.separators = options.text("separators", mapping.separators);
-  if (mapping.separators.empty()) options.error("separators", "empty, expected characters, for example \",;\"");
+  read_separators(options, mapping);
   if (mapping.comment.empty() && !mapping.names_from_comment.empty())
     options.error("names-from-comment",
                   "given without `comment`, expected the characters that comment lines start with");
   read_header(options, mapping);
+  read_zone(options, mapping);
   read_times(options, mapping);
   for (auto& [id, reader] : options.maps("map")) mapping.devices.push_back(read_device(id, reader, types));
+  for (auto& device : mapping.devices) {
+    for (auto& column : device.columns) column.form.decimal = mapping.decimal;
+    for (auto& property : device.properties) property.form.decimal = mapping.decimal;
+  }
   if (mapping.devices.empty()) options.error("map", "missing or empty, expected a map of devices");
   return mapping;
 }
 
-std::optional<double> number_of(std::string_view text) {
+std::optional<double> number_of(std::string_view text, char decimal) {
   if (text.starts_with('+')) text.remove_prefix(1);
+  std::string with_point;
+  if (decimal != '.') {
+    if (text.find('.') != text.npos) return std::nullopt;
+    with_point = text;
+    std::replace(with_point.begin(), with_point.end(), decimal, '.');
+    text = with_point;
+  }
   const auto number = base::parse_number<double>(text);
   return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+std::string not_a_number(std::string_view text, char decimal) {
+  const auto why = fmt::format("`{}`, expected a number", text.substr(0, 40));
+  if (decimal == '.') return number_of(text, ',') ? why + "; numbers with a comma need `decimal: \",\"`" : why;
+  return number_of(text) ? why + " with the decimal comma that `decimal` names" : why;
 }
 
 Result<model::Value> value_of(const CellForm& form, std::string_view cell) {
@@ -170,9 +210,9 @@ Result<model::Value> value_of(const CellForm& form, std::string_view cell) {
   const std::string_view text = word == form.words.end() ? cell : std::string_view(word->second);
   const auto data = form.type->data;
   if (data != model::DataType::kReal && data != model::DataType::kInteger)
-    return TypeCatalogue::parse(*form.type, text);
-  const auto number = number_of(text);
-  if (!number) return fail(ErrorCode::kInvalid, fmt::format("`{}`, expected a number", text.substr(0, 40)));
+    return TypeCatalogue::parse_reading(*form.type, text);
+  const auto number = number_of(text, form.decimal);
+  if (!number) return fail(ErrorCode::kInvalid, not_a_number(text, form.decimal));
   double scaled = *number * form.scale + form.offset;
   if (form.unit) scaled = (*form.unit)(scaled);
   model::Value value = scaled;
@@ -186,16 +226,19 @@ bool is_absolute(TimeUnit unit) {
   return unit >= TimeUnit::kUnixSeconds;
 }
 
-std::optional<RecordTime> time_of(TimeUnit unit, std::string_view cell) {
-  if (unit == TimeUnit::kIso) {
-    const auto time = parse_iso_time(cell);
-    if (!time) return std::nullopt;
-    return time->time_since_epoch();
+std::optional<RecordTime> time_of(const CsvMapping& mapping, std::string_view cell,
+                                  std::optional<RecordTime> previous) {
+  if (mapping.time_unit == TimeUnit::kIso) {
+    const auto read = mapping.time_format.empty() ? parse_iso_time(cell) : parse_time(mapping.time_format, cell);
+    if (!read) return std::nullopt;
+    if (!read->is_local || !mapping.zone) return read->time.time_since_epoch();
+    const auto before = previous ? std::optional(WallTime(*previous)) : std::nullopt;
+    return mapping.zone->moment_of(read->time, before).time_since_epoch();
   }
   constexpr double kMicroseconds[] = {1, 1e3, 1e6, 60e6, 3600e6, 1e6, 1e3};
-  const auto number = number_of(cell);
+  const auto number = number_of(cell, mapping.decimal);
   if (!number) return std::nullopt;
-  const double scaled = *number * kMicroseconds[static_cast<std::size_t>(unit)];
+  const double scaled = *number * kMicroseconds[static_cast<std::size_t>(mapping.time_unit)];
   if (std::abs(scaled) > kFurthestMicroseconds) return std::nullopt;
   return RecordTime(std::llround(scaled));
 }

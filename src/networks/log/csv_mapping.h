@@ -11,6 +11,7 @@
 #include "model/type_catalogue.h"
 #include "model/units.h"
 #include "networks/log/replay_clock.h"
+#include "networks/log/time_zone.h"
 
 namespace rubicon::networks::log {
 
@@ -22,6 +23,7 @@ struct CellForm {
   double offset = 0;
   std::optional<model::UnitConversion> unit{};
   std::map<std::string, std::string> words;  ///< spelling in the file -> word of the type
+  char decimal = '.';
 };
 
 struct ColumnMapping {
@@ -59,6 +61,9 @@ struct CsvMapping {
   std::string separators = ",;\t";
   std::string time_column;  ///< empty = each row is `period` after the one before
   TimeUnit time_unit = TimeUnit::kMilliseconds;
+  std::string time_format;       ///< of parse_time(); the unit is kIso then
+  std::optional<TimeZone> zone;  ///< of local times; absent = UTC
+  char decimal = '.';            ///< of all numbers, also times
   RecordTime period{0};
   std::optional<WallTime> start_time;
   std::vector<DeviceMapping> devices;
@@ -71,10 +76,11 @@ CsvMapping read_csv_mapping(ConfigReader& options, const TypeCatalogue& types);
 Result<model::Value> value_of(const CellForm& form, std::string_view cell);
 
 /// A finite decimal number without blanks, with or without a sign.
-std::optional<double> number_of(std::string_view text);
+std::optional<double> number_of(std::string_view text, char decimal = '.');
 
-/// The time in a cell, in microseconds since the beginning of the file or since 1970.
-std::optional<RecordTime> time_of(TimeUnit unit, std::string_view cell);
+/// The time in a cell, in microseconds since the beginning of the file or since 1970. `previous`: of the row before, by
+/// which the two times of a repeated hour are told apart.
+std::optional<RecordTime> time_of(const CsvMapping& mapping, std::string_view cell, std::optional<RecordTime> previous);
 bool is_absolute(TimeUnit unit);
 
 }  // namespace rubicon::networks::log

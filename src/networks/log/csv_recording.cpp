@@ -19,6 +19,7 @@ void CsvRecording::begin(std::string_view, std::vector<std::string> labels) {
   time_cell_.reset();
   header_left_ = mapping_.header_lines;
   row_number_ = 0;
+  previous_.reset();
   names_known_ = false;
   described_ = false;
 }
@@ -124,7 +125,9 @@ std::optional<Step> CsvRecording::damaged(const TextLine& line, std::string_view
 std::optional<RecordTime> CsvRecording::row_time() {
   if (mapping_.time_column.empty()) return mapping_.period * static_cast<RecordTime::rep>(row_number_);
   if (!time_cell_ || *time_cell_ >= cells_.size()) return std::nullopt;
-  return time_of(mapping_.time_unit, cells_[*time_cell_]);
+  const auto time = time_of(mapping_, cells_[*time_cell_], previous_);
+  if (time) previous_ = time;
+  return time;
 }
 
 std::optional<Step> CsvRecording::row(const TextLine& line) {

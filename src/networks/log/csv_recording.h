@@ -52,6 +52,7 @@ class CsvRecording final : public Recording {
   std::optional<std::size_t> time_cell_;
   std::size_t header_left_ = 0;
   std::uint64_t row_number_ = 0;
+  std::optional<RecordTime> previous_;  ///< time of the row before
   bool names_known_ = false;
   bool described_ = false;  ///< joins and properties of the present file were played
   bool joined_ = false;     ///< in any file

@@ -51,7 +51,7 @@ std::optional<std::chrono::minutes> take_zone(std::string_view& text) {
 
 }  // namespace
 
-std::optional<WallTime> parse_iso_time(std::string_view text) {
+std::optional<FileTime> parse_iso_time(std::string_view text) {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
   if (!take_number(text, 4, year) || !take_sign(text, "-") || !take_number(text, 2, month) || !take_sign(text, "-") ||
       !take_number(text, 2, day))
@@ -66,12 +66,16 @@ std::optional<WallTime> parse_iso_time(std::string_view text) {
       fraction = *parsed;
     }
   }
+  const bool is_local = text.empty();
+  if (text.starts_with(" +") || text.starts_with(" -")) text.remove_prefix(1);
   const auto zone = take_zone(text);
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
-  if (!zone || !text.empty() || !date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
-  return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) +
-         std::chrono::seconds(second) + fraction - *zone;
+  if (!zone || !text.empty() || !date.ok() || minute > 59 || second > 60) return std::nullopt;
+  if (hour > 24 || (hour == 24 && (minute > 0 || second > 0))) return std::nullopt;
+  const auto time = std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+                    std::chrono::seconds(second) + fraction - *zone;
+  return FileTime{time, is_local};
 }
 
 }  // namespace rubicon::networks::log

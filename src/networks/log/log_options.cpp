@@ -13,8 +13,8 @@ namespace rubicon::networks::log {
 namespace {
 
 /// Keys that only tables have. With one of them and no `format`, the user probably meant a table.
-constexpr const char* kTableKeys[] = {"map",        "period",     "time",    "header",
-                                      "separators", "start-time", "comment", "names-from-comment"};
+constexpr const char* kTableKeys[] = {
+    "map", "period", "time", "header", "separators", "start-time", "comment", "names-from-comment", "decimal", "zone"};
 
 /// Why the options seem to be those of a table; empty = they do not.
 std::string table_hint(ConfigReader& options, const LogOptions& out) {

@@ -73,7 +73,7 @@ Result<ReplayTarget> parse_replay_target(std::string_view text) {
   }
   if (const auto seconds = base::parse_number<double>(text); seconds && *seconds >= 0 && *seconds <= kLatest)
     return ReplayTarget{From::kScale, time_of_seconds(*seconds)};
-  if (const auto date = parse_iso_time(text)) return ReplayTarget{From::kScale, date->time_since_epoch(), true};
+  if (const auto date = parse_iso_time(text)) return ReplayTarget{From::kScale, date->time.time_since_epoch(), true};
   return fail(ErrorCode::kInvalid,
               fmt::format("{}, expected seconds, a date such as 2026-01-31T12:00:00Z, a span from the beginning (90s), "
                           "or from here (+30s, -30s)",

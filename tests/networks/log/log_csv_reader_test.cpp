@@ -111,29 +111,72 @@ TEST(NumberOf, TakesDecimalNumbersOnly) {
 
 TEST(IsoTime, ReadsZonesFractionsAndDates) {
   const WallTime noon = std::chrono::sys_days(std::chrono::year(2026) / 1 / 31) + std::chrono::hours(12);
-  EXPECT_EQ(parse_iso_time("2026-01-31T12:00:00Z"), noon);
-  EXPECT_EQ(parse_iso_time("2026-01-31 12:00"), noon);
-  EXPECT_EQ(parse_iso_time("2026-01-31T13:00:00+01:00"), noon);
-  EXPECT_EQ(parse_iso_time("2026-01-31T06:30:00-0530"), noon);
-  EXPECT_EQ(parse_iso_time("2026-01-31T12:00:00.25Z"), noon + std::chrono::milliseconds(250));
-  EXPECT_EQ(parse_iso_time("2026-01-31"), noon - std::chrono::hours(12));
+  const auto moment = [](std::string_view text) { return parse_iso_time(text).value_or(FileTime{}).time; };
+  for (const auto* text : {"2026-01-31T12:00:00Z", "2026-01-31 12:00", "2026-01-31T13:00:00+01:00",
+                           "2026-01-31T06:30:00-0530", "2026-01-31 20:00:00 +08:00"})
+    EXPECT_EQ(moment(text), noon) << text;
+  EXPECT_EQ(moment("2026-01-31T12:00:00.25Z"), noon + std::chrono::milliseconds(250));
+  EXPECT_EQ(moment("2026-01-31"), noon - std::chrono::hours(12));
+  EXPECT_EQ(moment("2026-01-31T24:00:00Z"), noon + std::chrono::hours(12));
+  EXPECT_TRUE(parse_iso_time("2026-01-31 12:00")->is_local);
+  EXPECT_FALSE(parse_iso_time("2026-01-31 12:00Z")->is_local);
+  EXPECT_FALSE(parse_iso_time("2026-01-31 12:00 +00:00")->is_local);
 }
 
 TEST(IsoTime, RefusesEverythingElse) {
-  for (const char* text : {"", "2026", "2026-13-01", "2026-02-30", "2026-01-31T25:00", "2026-01-31T12:00:00X",
-                           "31.1.2026", "2026-01-31T12:00:00.Z", "2026-01-31T12:00:00+1", "2026--1-31"})
-    EXPECT_EQ(parse_iso_time(text), std::nullopt) << text;
+  for (const char* text :
+       {"", "2026", "2026-13-01", "2026-02-30", "2026-01-31T25:00", "2026-01-31T24:01", "2026-01-31 12:00 ",
+        "2026-01-31T12:00:00X", "31.1.2026", "2026-01-31T12:00:00.Z", "2026-01-31T12:00:00+1", "2026--1-31"})
+    EXPECT_FALSE(parse_iso_time(text)) << text;
+}
+
+std::optional<RecordTime> time_in(TimeUnit unit, std::string_view cell) {
+  CsvMapping mapping;
+  mapping.time_unit = unit;
+  return time_of(mapping, cell, std::nullopt);
 }
 
 TEST(TimeOf, CountsInTheUnitOfTheColumn) {
   using namespace std::chrono_literals;
-  EXPECT_EQ(time_of(TimeUnit::kMilliseconds, "250"), 250ms);
-  EXPECT_EQ(time_of(TimeUnit::kSeconds, "0.5"), 500ms);
-  EXPECT_EQ(time_of(TimeUnit::kMinutes, "2"), 2min);
-  EXPECT_EQ(time_of(TimeUnit::kUnixMilliseconds, "1500"), 1500ms);
-  EXPECT_EQ(time_of(TimeUnit::kIso, "1970-01-01T00:00:01Z"), 1s);
-  EXPECT_EQ(time_of(TimeUnit::kHours, "1e300"), std::nullopt);
-  EXPECT_EQ(time_of(TimeUnit::kSeconds, "soon"), std::nullopt);
+  EXPECT_EQ(time_in(TimeUnit::kMilliseconds, "250"), 250ms);
+  EXPECT_EQ(time_in(TimeUnit::kSeconds, "0.5"), 500ms);
+  EXPECT_EQ(time_in(TimeUnit::kMinutes, "2"), 2min);
+  EXPECT_EQ(time_in(TimeUnit::kUnixMilliseconds, "1500"), 1500ms);
+  EXPECT_EQ(time_in(TimeUnit::kIso, "1970-01-01T00:00:01Z"), 1s);
+  EXPECT_EQ(time_in(TimeUnit::kHours, "1e300"), std::nullopt);
+  EXPECT_EQ(time_in(TimeUnit::kSeconds, "soon"), std::nullopt);
+}
+
+TEST(TimeZones, TheSecondOfTwoEqualLocalTimesIsKnownByWhatCameBefore) {
+  using namespace std::chrono_literals;
+  const auto berlin = TimeZone::load("Europe/Berlin");
+  ASSERT_TRUE(berlin) << berlin.error().text;
+  const auto at = [&](std::string_view local, std::optional<WallTime> previous) {
+    return berlin->moment_of(parse_iso_time(local)->time, previous);
+  };
+  const auto utc = [](std::string_view text) { return parse_iso_time(text)->time; };
+  EXPECT_EQ(at("2025-07-01 12:00", std::nullopt), utc("2025-07-01T10:00Z"));
+  EXPECT_EQ(at("2025-12-01 12:00:00.5", std::nullopt), utc("2025-12-01T11:00:00.5Z"));
+  const auto first = at("2025-10-26 02:15", utc("2025-10-25T23:30Z"));
+  EXPECT_EQ(first, utc("2025-10-26T00:15Z"));
+  EXPECT_EQ(at("2025-10-26 02:15", at("2025-10-26 02:45", first)), utc("2025-10-26T01:15Z"));
+  EXPECT_EQ(at("2025-10-26 02:15", first), first) << "an equal time is no step back";
+  EXPECT_EQ(at("2026-03-29 02:30", std::nullopt), utc("2026-03-29T01:30Z")) << "clocks left it out";
+  EXPECT_EQ(TimeZone::load("Europe/Nowhere").error().code, ErrorCode::kNotFound);
+}
+
+TEST(TimeFormats, AreThoseOfStrptime) {
+  const auto read = [](std::string_view format, std::string_view text) {
+    const auto time = parse_time(format, text);
+    return time ? std::optional(time->time) : std::nullopt;
+  };
+  const auto expected = parse_iso_time("2018-09-20T12:13:34.5Z")->time;
+  EXPECT_EQ(read("%d.%m.%Y %H:%M:%E*S", "20.09.2018 12:13:34.5"), expected);
+  EXPECT_EQ(read("%d.%m.%Y %H:%M:%E*S %z", "20.09.2018 14:13:34.5 +0200"), expected);
+  EXPECT_TRUE(parse_time("%d.%m.%Y", "20.09.2018")->is_local);
+  EXPECT_FALSE(parse_time("%d.%m.%Y %z", "20.09.2018 +0200")->is_local);
+  EXPECT_EQ(read("%d.%m.%Y", "2018-09-20"), std::nullopt);
+  EXPECT_EQ(read("%d.%m.%Y", "infinite-future"), std::nullopt);
 }
 
 }  // namespace

@@ -127,6 +127,63 @@ TEST_F(LogCsv, AGapInTheTimeColumnIsAPause) {
   EXPECT_EQ(updates[2].first, 750ms);
 }
 
+TEST_F(LogCsv, ADecimalCommaIsReadWhereTheOptionNamesIt) {
+  open("\xef\xbb\xbfZeit;t;h\n0,5;21,5;45\n1,25;21,25;46.5\n",
+       {{"decimal", scalar(",")}, {"time", map({{"column", scalar("Zeit")}, {"unit", scalar("s")}})}});
+  listener_.time.run_for(10s);
+  EXPECT_THAT(values(), ElementsAre("21.5", "45", "21.25"));
+  EXPECT_EQ(listener_.of<model::Updates>()[1].first, 750ms);
+  EXPECT_THAT(listener_.lines[0], HasSubstr("`46.5`, expected a number with the decimal comma that `decimal` names"));
+}
+
+TEST_F(LogCsv, ADecimalCommaWithoutTheOptionIsExplained) {
+  open("t;h\n21,5;45\n", {{"separators", scalar(";")}});
+  listener_.time.run_for(10s);
+  EXPECT_THAT(listener_.lines[0], HasSubstr("`21,5`, expected a number; numbers with a comma need `decimal: \",\"`"));
+}
+
+TEST_F(LogCsv, LocalTimesAreOfTheZoneAndTheRepeatedHourComesTwice) {
+  open(
+      "Zeit,t\n2025-10-26 01:30:00,10\n2025-10-26 02:15:00,11\n2025-10-26 02:45:00,12\n2025-10-26 02:15:00,13\n"
+      "2025-10-26 02:45:00,14\n2025-10-26 03:15:00,15\n",
+      {{"time", map({{"column", scalar("Zeit")}, {"unit", scalar("iso")}})},
+       {"zone", scalar("Europe/Berlin")},
+       {"speed", scalar("max")}});
+  listener_.time.run_for(10s);
+  std::vector<std::int64_t> minutes;
+  const auto readings = listener_.readings();
+  for (const auto& reading : readings)
+    minutes.push_back((reading.user_time - readings.front().user_time) / std::chrono::minutes(1));
+  EXPECT_THAT(minutes, ElementsAre(0, 45, 75, 105, 135, 165));
+  EXPECT_EQ(readings.front().user_time,
+            WallTime(std::chrono::sys_days(std::chrono::year(2025) / 10 / 25) + 23h + 30min));
+}
+
+TEST_F(LogCsv, TimesMayHaveAFormatOfTheirOwn) {
+  open("Zeit;t\n20.09.2018 12:13:34;1\n",
+       {{"time", map({{"column", scalar("Zeit")}, {"format", scalar("%d.%m.%Y %H:%M:%S")}})}});
+  listener_.time.run_for(1s);
+  EXPECT_EQ(listener_.readings().at(0).user_time,
+            WallTime(std::chrono::sys_days(std::chrono::year(2018) / 9 / 20) + 12h + 13min + 34s));
+}
+
+TEST_F(LogCsv, MistakesInTheseOptionsAreNamed) {
+  const auto why = [&](std::vector<std::pair<std::string, ConfigNode>> options) {
+    options.emplace_back("format", scalar("csv"));
+    options.emplace_back("file", scalar("room.csv"));
+    if (std::none_of(options.begin(), options.end(), [](const auto& one) { return one.first == "time"; }))
+      options.emplace_back("period", scalar("1s"));
+    options.emplace_back("map", map({{"room", map({{"columns", map({{"t", sensor("temperature-1")}})}})}}));
+    const auto made = make_log(listener_, map(std::move(options)), types_, directory_);
+    return made.errors.empty() ? std::string() : made.errors.front();
+  };
+  EXPECT_THAT(why({{"zone", scalar("Europe/Nowhere")}}), HasSubstr("no time zone `Europe/Nowhere`"));
+  EXPECT_THAT(why({{"decimal", scalar(",")}, {"separators", scalar(",")}}), HasSubstr("the decimal sign too"));
+  EXPECT_THAT(why({{"time", map({{"column", scalar("z")}, {"unit", scalar("s")}, {"format", scalar("%H")}})}}),
+              HasSubstr("expected `format` or `unit`, not both"));
+  EXPECT_EQ(why({{"zone", scalar("Europe/Berlin")}, {"decimal", scalar(",")}}), "");
+}
+
 TEST_F(LogCsv, ARowWithoutReadableTimeIsDropped) {
   open("time,t\n0,1\nnoon,2\n,3\n2,4\n", {{"time", map({{"column", scalar("time")}, {"unit", scalar("s")}})}});
   listener_.time.run_for(10s);

@@ -1,0 +1,44 @@
+#include "networks/log/time_zone.h"
+
+#include <absl/time/time.h>
+#include <fmt/format.h>
+
+namespace rubicon::networks::log {
+
+struct TimeZone::Zone {
+  absl::TimeZone zone;
+};
+
+Result<TimeZone> TimeZone::load(const std::string& name) {
+  auto zone = std::make_shared<Zone>();
+  if (!absl::LoadTimeZone(name, &zone->zone))
+    return fail(ErrorCode::kNotFound, fmt::format("no time zone `{}` in /usr/share/zoneinfo (package tzdata), expected "
+                                                  "a name such as Europe/Berlin",
+                                                  name));
+  return TimeZone(std::move(zone));
+}
+
+WallTime TimeZone::moment_of(WallTime local, std::optional<WallTime> previous) const {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(local);
+  const auto civil =
+      absl::ToCivilSecond(absl::FromUnixSeconds(seconds.time_since_epoch().count()), absl::UTCTimeZone());
+  const auto found = zone_->zone.At(civil);
+  const auto wall = [&](absl::Time time) {
+    return WallTime(std::chrono::seconds(absl::ToUnixSeconds(time))) + (local - seconds);
+  };
+  const bool second = found.kind == absl::TimeZone::TimeInfo::REPEATED && previous && wall(found.pre) < *previous;
+  return wall(second ? found.post : found.pre);
+}
+
+std::optional<FileTime> parse_time(std::string_view format, std::string_view text) {
+  absl::Time time;
+  if (!absl::ParseTime({format.data(), format.size()}, {text.data(), text.size()}, absl::UTCTimeZone(), &time, nullptr))
+    return std::nullopt;
+  if (time == absl::InfiniteFuture() || time == absl::InfinitePast()) return std::nullopt;
+  const auto microseconds = absl::ToUnixMicros(time);
+  return FileTime{WallTime(std::chrono::microseconds(microseconds)), format.find("%z") == format.npos &&
+                                                                         format.find("%Ez") == format.npos &&
+                                                                         format.find("%s") == format.npos};
+}
+
+}  // namespace rubicon::networks::log
