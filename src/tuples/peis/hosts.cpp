@@ -105,10 +105,10 @@ void Hosts::hello(OwnerId id, const Hello& hello, HelloWay way) {
   if (host.state == State::kUp && is_news) calls_.event(HostEvent::kHello, Identity(host.identity));
 }
 
-void Hosts::routable(OwnerId id, std::uint32_t magic) {
+void Hosts::routable(OwnerId id, std::uint32_t magic, bool is_sure) {
   auto* host = obtain(id);
   if (!host) return;
-  if (host->identity.magic != 0 && host->identity.magic != magic) restart(*host, magic, true);
+  if (host->identity.magic != 0 && host->identity.magic != magic) restart(*host, magic, is_sure);
   host->identity.magic = magic;
   if (const auto& claim = host->claim; !host->informed && claim && claim->magic == magic) take(*host, *claim);
   host->routable = true;

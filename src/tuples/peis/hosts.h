@@ -69,8 +69,8 @@ class Hosts {
   bool may_be_hello(OwnerId id, const Hello& hello, HelloWay way) const;
   /// Only if may_be_hello().
   void hello(OwnerId id, const Hello& hello, HelloWay way);
-  /// There is a route, or one to another start.
-  void routable(OwnerId id, std::uint32_t magic);
+  /// There is a route, or one to another start; `is_sure`: which ends the one before.
+  void routable(OwnerId id, std::uint32_t magic, bool is_sure = true);
   /// There is no route any more. A component of ours has the rest of its lease since it was heard.
   void unroutable(OwnerId id, SteadyTime heard);
   void left(OwnerId id);

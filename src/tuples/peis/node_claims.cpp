@@ -113,10 +113,17 @@ void Node::Impl::take_record(NodeLink& link, const PackageHeader& header, const 
   const bool asks = by_itself && source != RecordSource::kItself &&
                     is_other_start(record, fmt::format("component {}", number(link.peer)));
   if (!hosts.learn(record, source)) return;
-  // A kernel that joined by way of another speaks before the next routing of that, up to 10 s later.
-  if (by_itself && link.is_route())
-    apply(routes.hear(link.id, record.id, record.magic, header.hops - 1, scheduler.now()));
+  if (by_itself && link.is_route()) take_newcomer(link, header, record);
   if (asks) dialer.prefer_direct(record.id);
+}
+
+/// A kernel that joined by way of another speaks before the next routing of that, up to 10 s later. Any host behind the
+/// neighbour can say so in the name of another: it ends no start that is up or may come back.
+void Node::Impl::take_newcomer(const NodeLink& link, const PackageHeader& header, const HostRecord& record) {
+  const auto* present = hosts.find(record.id);
+  if (present && present->magic != record.magic) return;
+  for (const auto host : routes.hear(link.id, record.id, record.magic, header.hops - 1, scheduler.now()).found)
+    hosts.routable(host, record.magic, false);
 }
 
 RecordSource Node::Impl::source_of(const NodeLink& link, const PackageHeader& header,

@@ -79,7 +79,7 @@ struct Node::Impl {
   static constexpr Duration kPlaceTime = std::chrono::seconds(5);  ///< for a connection that shows where a kernel runs
   static constexpr Duration kForgetPlace =
       std::chrono::minutes(1);  ///< requests of one that did not show it wait again
-  static constexpr std::size_t kMaxPlaceless = 64, kMaxHeld = 256, kMaxHeldBytes = 1'000'000;
+  static constexpr std::size_t kMaxPlaceless = 64, kMaxHeld = 256, kMaxHeldOfOne = 32, kMaxHeldBytes = 1'000'000;
   static constexpr Duration kForgottenPause = std::chrono::seconds(10);  ///< sending all again costs much
 
   Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l, NodeCalls c);
@@ -139,6 +139,7 @@ struct Node::Impl {
   void judge_doubts();
   void take_hello(NodeLink& link, const Package& package);
   void take_record(NodeLink& link, const PackageHeader& header, const HostRecordMessage& message);
+  void take_newcomer(const NodeLink& link, const PackageHeader& header, const HostRecord& record);
   RecordSource source_of(const NodeLink& link, const PackageHeader& header, const HostRecordMessage& message) const;
   bool is_other_start(const HostRecord& record, std::string_view from);
   bool take_death(const PackageHeader& header, const DeadHost& dead);
@@ -149,6 +150,7 @@ struct Node::Impl {
   bool has_no_place(OwnerId kernel) const;
   void hold(const Package& package);
   void release();
+  bool is_held(OwnerId kernel) const;
 
   // Answers.
   void answer_query(const QueryHost& query);

@@ -152,6 +152,7 @@ void Node::Impl::take_message(const Package& package) {
   if (!hosts.message(header.source)) return void(++counters.unknown_sources);
   const bool is_request = header.port == Port::kSetRemote || header.port == Port::kSetAppend;
   if (is_request && has_no_place(header.source)) return hold(package);
+  if (is_request && is_held(header.source)) release();  // first what came before
   if (header.fragments > 0) {
     auto message = fragments.add(header, package.body);
     if (!message) ++counters.fragments_dropped;

@@ -18,7 +18,9 @@ bool Node::Impl::is_here(OwnerId host) const {
 /// Whether a kernel says that it is of this host, and nothing shows it yet because its packages come by way of others.
 bool Node::Impl::has_no_place(OwnerId kernel) const {
   const auto* host = hosts.find(kernel);
-  if (!host || host->hello || host->host_name != options.host_name || is_here(kernel)) return false;
+  const auto* route = routes.find(kernel);
+  const bool says_here = host && !host->hello && host->host_name == options.host_name;
+  if (!says_here || is_here(kernel) || (route && route->direct)) return false;
   const auto since = placeless.find(kernel);
   return since == placeless.end() || scheduler.now() < since->second + kPlaceTime;
 }
@@ -27,19 +29,28 @@ bool Node::Impl::has_no_place(OwnerId kernel) const {
 /// acknowledged, so that the kernel sends it again if it is lost here.
 void Node::Impl::hold(const Package& package) {
   const auto from = package.header.source;
-  if (placeless.size() >= kMaxPlaceless && !placeless.contains(from)) return void(++counters.held_requests);
+  const bool is_new = !placeless.contains(from);
+  if (is_new) dialer.prefer_direct(from);
+  if (is_new && placeless.size() >= kMaxPlaceless) return void(++counters.held_requests);
   if (placeless.emplace(from, scheduler.now()).second) {
-    dialer.prefer_direct(from);
     place_due.advance_to(scheduler.now() + kPlaceTime);
   }
   const bool is_again = std::any_of(held.begin(), held.end(), [&](const Held& one) {
     return one.header.source == from && one.header.ack_id == package.header.ack_id;
   });
   if (is_again) return;
-  std::size_t bytes = package.body.size();
-  for (const auto& one : held) bytes += one.body.size();
-  if (held.size() >= kMaxHeld || bytes > kMaxHeldBytes) return void(++counters.held_requests);
+  std::size_t bytes = package.body.size(), of_one = 0;
+  for (const auto& one : held) {
+    bytes += one.body.size();
+    if (one.header.source == from) ++of_one;
+  }
+  if (held.size() >= kMaxHeld || of_one >= kMaxHeldOfOne || bytes > kMaxHeldBytes)
+    return void(++counters.held_requests);
   held.push_back({package.header, Bytes(package.body.begin(), package.body.end())});
+}
+
+bool Node::Impl::is_held(OwnerId kernel) const {
+  return std::any_of(held.begin(), held.end(), [&](const Held& one) { return one.header.source == kernel; });
 }
 
 /// The requests of those whose place is known by now, or was not shown in time.

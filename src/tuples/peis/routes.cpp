@@ -129,7 +129,7 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
 }
 
 bool Routes::is_better(OwnerId host, const Route& offered, const Route& present, SteadyTime now) const {
-  if (present.unlisted) return offered.link == present.link || offered.magic == present.magic;
+  if (present.unlisted) return true;  // hearsay
   // Who lives has news each kRoutingPeriod: another start by another way is none as long as the present one lives.
   if (offered.magic != present.magic)
     return offered.link == present.link || is_over_(host, present.magic) || now - present.renewed > kAging;

@@ -109,7 +109,35 @@ TEST_F(NodeBehind, RequestsThatWaitAreBoundedAndCounted) {
   introduce();
   for (int i = 0; i < 300; ++i) set(std::string(900, 'x'));
   world.run(1s);
-  EXPECT_EQ(own.node->counters().held_requests, 300U - 256U);
+  EXPECT_EQ(own.node->counters().held_requests, 300U - 32U);
+}
+
+TEST_F(NodeBehind, AKernelThatIsConnectedFromElsewhereDoesNotWaitThoughItHasTheNameOfThisHost) {
+  young.connect(own.node->local().port);  // of the machine of this test, whose addresses are not those of the node
+  world.run(1s);
+  own.messages.clear();
+  young.send(102, Port::kSetRemote, "go");
+  world.run(100ms);
+  EXPECT_THAT(own.texts(), ElementsAre("go"));
+}
+
+TEST_F(NodeBehind, WhatComesByWayOfAnotherEndsNoStartThatMayComeBack) {
+  young.connect(own.node->local().port);
+  world.run(1s);
+  ASSERT_TRUE(own.sees(301));
+  young.close();  // its connection breaks
+  world.run(1s);
+  own.events.clear();
+  const auto magic = young.magic;
+  ++young.magic;
+  introduce();
+  world.run(1s);
+  EXPECT_THAT(own.events_of(301), IsEmpty());
+  young.magic = magic;
+  young.connect(own.node->local().port);
+  world.run(1s);
+  ASSERT_TRUE(own.sees(301));
+  EXPECT_EQ(own.node->host(OwnerId{301})->magic, magic);
 }
 
 }  // namespace
