@@ -13,6 +13,7 @@ BridgeState::BridgeState(Scheduler& scheduler, const std::string& base, std::fun
 
 void BridgeState::connected() {
   online_.reset();
+  ++connections_;
   set(LineState::kConnecting, "waiting for Zigbee2MQTT");
   patience_ = scheduler_.after(kStateTime, [this] {
     set(LineState::kDown, fmt::format("Zigbee2MQTT is not there: the broker has no message on {}/bridge/state", base_));
@@ -25,12 +26,13 @@ void BridgeState::lost(const std::string& why) {
   set(LineState::kDown, why);
 }
 
-Result<void> BridgeState::state(std::string_view payload) {
+Result<void> BridgeState::state(std::string_view payload, bool retained) {
   const auto online = bridge::read_online(payload);
   if (!online) return fail(online.error());
   const bool again = online_ == true && *online && scheduler_.now() - online_since_ > kRepetition;
   const bool fresh = online_ != *online;
   online_ = *online;
+  if (*online) started_ = !retained;
   if (*online && (fresh || again)) online_since_ = scheduler_.now();
   if (fresh)
     decide();

@@ -26,8 +26,10 @@ class BridgeState {
 
   void connected();
   void lost(const std::string& why);
-  /// A payload of `bridge/state`.
-  Result<void> state(std::string_view payload);
+  /// A payload of `bridge/state`. `retained`: the broker kept it, so the bridge did not start just now.
+  Result<void> state(std::string_view payload, bool retained);
+  /// Whether the bridge or the broker was started again: old states may be published as if they were new.
+  bool repeats() const { return started_ || connections_ > 1; }
   void info(bridge::BridgeDescription info);
 
   model::LineState line() const { return line_; }
@@ -47,6 +49,8 @@ class BridgeState {
   std::string reason_;
   std::optional<bool> online_;  ///< nullopt: not received on this connection
   SteadyTime online_since_{};
+  bool started_ = false;  ///< the last `online` came live
+  unsigned connections_ = 0;
   bool described_ = false;  ///< bridge/info came, on this connection or an earlier one
   std::string unsupported_;
   Timer patience_;

@@ -334,9 +334,9 @@ void Device::line_lost(const std::string& why) {
   impl_->silence.line(false);
 }
 
-void Device::line_up() {
+void Device::line_up(bool repeats) {
   impl_->up = true;
-  impl_->reports.line_up();
+  impl_->reports.line_up(repeats);
   impl_->polling.line(true);
   impl_->silence.line(true);
   impl_->refresh();

@@ -61,7 +61,7 @@ class Device {
   /// stay.
   void line_lost(const std::string& why);
   /// The bridge is there (again): states that follow may be start-up copies.
-  void line_up();
+  void line_up(bool repeats = true);
 
   const bridge::DeviceRecord& record() const;
   /// Of its state messages: their last_seen, else the arrival of the last live one; zero = none came.

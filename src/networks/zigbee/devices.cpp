@@ -72,7 +72,7 @@ void Devices::changed(const bridge::DeviceRecord& record) {
     ++counters_.joins;
     entity.device = std::make_unique<Device>(*this, types_, record);
     apply_info(*entity.device);
-    if (down_.empty()) entity.device->line_up();
+    if (down_.empty()) entity.device->line_up(repeats_);
   } else {
     if (entity.device->record().name != record.name) ++counters_.renames;
     entity.device->update(record);
@@ -223,10 +223,11 @@ void Devices::availability(const std::string& address, Entity& entity, std::stri
     entity.device->availability(*online);
 }
 
-void Devices::line_up() {
+void Devices::line_up(bool repeats) {
   down_.clear();
+  repeats_ = repeats;
   for (auto& [address, entity] : entities_) {
-    entity.device->line_up();
+    entity.device->line_up(repeats_);
     if (const auto online = std::exchange(entity.available_later, std::nullopt)) entity.device->availability(*online);
   }
 }

@@ -52,7 +52,8 @@ class Devices final : public DeviceHost {
   bool repeats(const transport::MqttMessage& message) const;
 
   /// The bridge is there: commands can be sent, and what devices can be asked for is asked.
-  void line_up();
+  /// `repeats`: BridgeState::repeats().
+  void line_up(bool repeats);
   /// The bridge or the broker is gone.
   void line_lost(const std::string& why);
   /// Actuate, SetProperty, Sample, Probe of a device. A Probe of a device that the lists lack is answered by its Leave.
@@ -116,7 +117,8 @@ class Devices final : public DeviceHost {
   base::LimitedLog log_;
   PollPlaces poll_places_;
   std::size_t most_devices_;
-  std::string down_;  ///< why the bridge is not there; empty = it is
+  std::string down_;     ///< why the bridge is not there; empty = it is
+  bool repeats_ = true;  ///< of the last line_up()
   bool listed_ = false;
   bridge::BridgeDescription info_;
   bridge::Groups groups_;

@@ -168,7 +168,7 @@ void ZigbeeNetwork::from_bridge(const Topics::Found& found, const transport::Mqt
   switch (found.kind) {
     case Topics::Kind::kBridgeState:
       arrivals_.drain();  // they came before
-      if (auto read = bridge_.state(message.payload); !read) unreadable(message, read.error());
+      if (auto read = bridge_.state(message.payload, message.retained); !read) unreadable(message, read.error());
       break;
     case Topics::Kind::kInfo: info(message.payload); break;
     case Topics::Kind::kDevices:
@@ -222,7 +222,7 @@ void ZigbeeNetwork::bridge_changed() {
   const bool up = bridge_.line() == LineState::kUp;
   tools_.use(up, bridge_.reason());
   if (up) {
-    devices_.line_up();
+    devices_.line_up(bridge_.repeats());
     await_list();
   } else if (up_) {
     devices_.line_lost(bridge_.reason());

@@ -189,10 +189,10 @@ void Reports::compare(std::span<const Member> members, Heard& heard, Found& foun
   }
 }
 
-/// By a poll or to prove a command, and the answer may still come.
+/// To prove a command, and the answer may still come. The command had its echo, so what Zigbee2MQTT repeats at its
+/// start came before.
 bool Reports::is_asked(const Property& property) const {
-  const bool polled = property.asked && scheduler_.now() <= property.asked_at + kAnswerTime;
-  return polled || verification_.asks(properties_.index_of(property));
+  return verification_.asks(properties_.index_of(property));
 }
 
 void Reports::event(const Property& property, std::string_view json, const Heard& heard, Found& found) {
@@ -315,8 +315,8 @@ void Reports::commanded(const Command& command) {
                       newest_, newest_);
 }
 
-void Reports::line_up() {
-  copies_until_ = scheduler_.now() + kStartTime;
+void Reports::line_up(bool repeats) {
+  copies_until_ = scheduler_.now() + (repeats ? kStartTime : Duration(0));
   newest_age_ = Duration(0);
   for (auto& property : properties_.all()) {
     property.asked = false;

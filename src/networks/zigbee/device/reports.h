@@ -44,8 +44,9 @@ class Reports {
   Found proven(std::size_t property, std::optional<WallTime> seen);
   /// A command was published: its value may come back as an echo.
   void commanded(const Command& command);
-  /// The line is back. What Zigbee2MQTT repeats after this moment without last_seen may be old.
-  void line_up();
+  /// The line is back. `repeats`: what Zigbee2MQTT publishes soon after this moment without last_seen may be
+  /// old, because it or the broker was started again.
+  void line_up(bool repeats);
   /// The line is lost, or the device is out of reach: its values count again when it is heard. Until then what
   /// Zigbee2MQTT changes by itself (a timer, the echo of a group) is only stored.
   void interrupted();

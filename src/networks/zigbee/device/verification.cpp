@@ -36,6 +36,12 @@ bool Verification::is_running(std::size_t property) const {
   return std::any_of(items_.begin(), items_.end(), [&](const Item& item) { return item.property == property; });
 }
 
+bool Verification::asks(std::size_t property) const {
+  return open_ == property && scheduler_.now() < open_until_ &&
+         std::any_of(items_.begin(), items_.end(),
+                     [&](const Item& item) { return item.property == property && item.cause == Cause::kEcho; });
+}
+
 void Verification::start(std::size_t property, Cause cause, bool can_ask, std::optional<WallTime> seen,
                          std::optional<WallTime> before) {
   auto* item = find(property);

@@ -49,8 +49,8 @@ class Verification {
   /// Call for each message that is no copy, after reported().
   void message(const Heard& heard);
   bool is_running(std::size_t property) const;
-  /// The device was asked for the property, and the answer may still come.
-  bool asks(std::size_t property) const { return open_ == property && scheduler_.now() < open_until_; }
+  /// The device was asked for the property because a command had its echo, and the answer may still come.
+  bool asks(std::size_t property) const;
   void clear();
 
  private:
