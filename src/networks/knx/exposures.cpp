@@ -12,6 +12,9 @@ namespace {
 
 /// Pause before a telegram that did not reach the bus is sent again.
 constexpr Duration kRetryPause = std::chrono::seconds(10);
+constexpr Duration kClockLook = std::chrono::minutes(1);
+/// A clock that differs by more was set.
+constexpr Duration kClockSet = std::chrono::seconds(2);
 
 /// Whether a value with this `.status` beside it may be sent to the bus.
 bool is_usable(std::string_view status) {
@@ -35,12 +38,40 @@ void Exposures::set(std::vector<Exposure> exposures) {
       watch(entries_.emplace_back(std::make_shared<Entry>()), std::move(exposure));
     }
   }
+  const bool clocks =
+      std::any_of(entries_.begin(), entries_.end(), [](const auto& one) { return one->exposure.clock.has_value(); });
+  clock_look_ = clocks ? host_.scheduler().after(kClockLook, [this] { look_at_clock(); }) : Timer();
+  clock_offset_ = host_.scheduler().wall_now().time_since_epoch() - host_.scheduler().now().time_since_epoch();
+}
+
+void Exposures::look_at_clock() {
+  clock_look_ = host_.scheduler().after(kClockLook, [this] { look_at_clock(); });
+  const auto now = host_.scheduler().wall_now();
+  const Duration offset = now.time_since_epoch() - host_.scheduler().now().time_since_epoch();
+  const bool was_set = std::chrono::abs(offset - std::exchange(clock_offset_, offset)) > kClockSet;
+  for (const auto& entry : entries_) {
+    const auto& clock = entry->exposure.clock;
+    if (up_ && clock && entry->exposure.on_change && (was_set || clock_era(*clock, now) != entry->era)) write(*entry);
+  }
+}
+
+std::optional<wire::Payload> Exposures::present(const Entry& entry) const {
+  const auto& clock = entry.exposure.clock;
+  if (!clock) return entry.payload;
+  auto payload = clock_payload(entry.exposure.dpt, *clock, host_.scheduler().wall_now(), is_clock_synchronised());
+  if (payload) return std::move(*payload);
+  on_error_(entry.exposure, payload.error());
+  return std::nullopt;
 }
 
 /// The `.status` is watched too: a controller on the bus must not act on a value that is bad, stale or gone.
 void Exposures::watch(const std::shared_ptr<Entry>& added, Exposure exposure) {
   auto& entry = *added;
   entry.exposure = std::move(exposure);
+  if (entry.exposure.clock) {
+    if (up_ && (entry.exposure.on_change || entry.exposure.every)) write(entry);
+    return;
+  }
   if (model::last_part(entry.exposure.tuple) == "value") {
     const model::PointKey point{std::string(model::parent_key(entry.exposure.tuple))};
     if (auto watched = host_.watch_tuple(point.status(), [this, &entry](std::string_view text) {
@@ -69,6 +100,9 @@ Result<wire::Payload> Exposures::payload_of(const Exposure& exposure, std::strin
 }
 
 void Exposures::update(Entry& entry) {
+  // An event that is over while its telegram waits is written all the same (`stop` of a blind).
+  entry.ends = entry.text.empty() && entry.usable && entry.change_waits;
+  if (entry.ends) return;
   if (entry.text.empty() || !entry.usable) return clear(entry);
   auto payload = payload_of(entry.exposure, entry.text);
   if (!payload) {
@@ -102,45 +136,55 @@ void Exposures::write_change(Entry& entry) {
 /// line, this waits for its end: the bus gets no values that are out of date.
 void Exposures::write(Entry& entry) {
   entry.change_waits = entry.on_the_way;
-  if (std::exchange(entry.on_the_way, true)) return;
+  if (entry.on_the_way) return;
+  auto payload = present(entry);
+  if (entry.exposure.clock) entry.era = clock_era(*entry.exposure.clock, host_.scheduler().wall_now());
+  repeat(entry);
+  if (!payload) return;
+  entry.on_the_way = true;
   start_pause(entry);
   wire::Telegram telegram;
   telegram.destination = entry.exposure.address;
-  telegram.payload = *entry.payload;
+  telegram.payload = std::move(*payload);
+  if (std::exchange(entry.ends, false)) clear(entry);
   const auto self =
       std::find_if(entries_.begin(), entries_.end(), [&](const auto& one) { return one.get() == &entry; });
   send_(std::move(telegram), [this, weak = std::weak_ptr<Entry>(*self)](bool sent) {
     if (const auto one = weak.lock()) written(*one, sent);
   });
+}
+
+void Exposures::repeat(Entry& entry) {
   if (!entry.exposure.every) return;
   entry.cyclic = host_.scheduler().after(*entry.exposure.every, [this, &entry] {
-    if (up_ && entry.payload) write(entry);
+    if (up_ && has_value(entry)) write(entry);
   });
 }
 
 void Exposures::written(Entry& entry, bool sent) {
   entry.on_the_way = false;
   if (!sent) return retry(entry);
-  if (entry.change_waits && !entry.pause.pending() && up_ && entry.payload) write(entry);
+  if (entry.change_waits && !entry.pause.pending() && up_ && has_value(entry)) write(entry);
 }
 
 void Exposures::start_pause(Entry& entry) {
   if (!entry.exposure.on_change || entry.exposure.pause == Duration::zero()) return;
   entry.pause = host_.scheduler().after(entry.exposure.pause, [this, &entry] {
-    if (entry.change_waits && up_ && entry.payload) write(entry);
+    if (entry.change_waits && up_ && has_value(entry)) write(entry);
   });
 }
 
 void Exposures::retry(Entry& entry) {
   entry.retry = host_.scheduler().after(kRetryPause, [this, &entry] {
-    if (up_ && entry.payload) write(entry);
+    if (up_ && has_value(entry)) write(entry);
   });
 }
 
 void Exposures::line_up() {
   if (std::exchange(up_, true)) return;
   for (const auto& entry : entries_) {
-    if (entry->payload && (entry->exposure.on_change || entry->exposure.every)) write(*entry);
+    if (std::exchange(entry->ends, false)) clear(*entry);
+    if (has_value(*entry) && (entry->exposure.on_change || entry->exposure.every)) write(*entry);
   }
 }
 
@@ -148,11 +192,12 @@ bool Exposures::answer(const wire::Telegram& read) {
   const auto found = std::find_if(entries_.begin(), entries_.end(),
                                   [&](const auto& entry) { return entry->exposure.address == read.destination; });
   if (found == entries_.end()) return false;
-  if (!(*found)->payload) return true;
+  auto payload = present(**found);
+  if (!payload) return true;
   wire::Telegram response;
   response.service = wire::Service::kResponse;
   response.destination = read.destination;
-  response.payload = *(*found)->payload;
+  response.payload = std::move(*payload);
   response.priority = read.priority;
   send_(std::move(response), [](bool) {});
   return true;

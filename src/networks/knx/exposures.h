@@ -7,16 +7,18 @@
 #include <vector>
 
 #include "network/network.h"
+#include "networks/knx/bus_clock.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/groups/group_point.h"
 
 namespace rubicon::networks::knx {
 
-/// A tuple that the bus can read and whose changes are written to the bus.
+/// A tuple that the bus can read and whose changes are written to the bus; or the clock of this host.
 struct Exposure {
   wire::GroupAddress address{};
   dpt::DptId dpt;
-  std::string tuple;                         ///< a key of this island, or `ID:key` of another one
+  std::string tuple;  ///< a key of this island, or `ID:key` of another one; `clock`
+  std::optional<ClockZone> clock;
   bool on_change = true;                     ///< the value is written when it changes
   Duration pause = std::chrono::seconds(5);  ///< least time from one write to the next changed value
   std::optional<Duration> every;             ///< the value is also written this often
@@ -24,7 +26,9 @@ struct Exposure {
   friend bool operator==(const Exposure&, const Exposure&) = default;
 };
 
-/// Keeps the values of exposed tuples, writes them to the bus and answers reads. The host must outlive it.
+/// Keeps the values of exposed tuples, writes them to the bus and answers reads. Clocks are told the time when the line
+/// is up, when the day or the offset from UTC changes and when the clock of the host is set, within a minute. The host
+/// must outlive it.
 class Exposures {
  public:
   /// Sends a telegram to the bus; calls `done` with whether it reached the bus.
@@ -55,16 +59,22 @@ class Exposures {
     Timer cyclic;  ///< the next write by `every`
     Timer pause;   ///< while pending, changes wait
     Timer retry;
+    std::int64_t era = 0;  ///< clock_era() of the last write of the clock
     bool change_waits = false;
+    bool ends = false;        ///< there is no value any more; the change that waits is written first
     bool on_the_way = false;  ///< a telegram waits for its turn, or for its confirmation
   };
   void watch(const std::shared_ptr<Entry>& added, Exposure exposure);
+  std::optional<wire::Payload> present(const Entry& entry) const;
+  bool has_value(const Entry& entry) const { return entry.exposure.clock || entry.payload; }
+  void look_at_clock();
   void update(Entry& entry);
   void clear(Entry& entry);
   void write(Entry& entry);
   void write_change(Entry& entry);
   void written(Entry& entry, bool sent);
   void start_pause(Entry& entry);
+  void repeat(Entry& entry);
   void retry(Entry& entry);
   Result<wire::Payload> payload_of(const Exposure& exposure, std::string_view text) const;
 
@@ -73,6 +83,8 @@ class Exposures {
   Send send_;
   OnError on_error_;
   bool up_ = false;
+  Timer clock_look_;
+  Duration clock_offset_{0};  ///< of the wall clock from the steady one, at the last look
   std::vector<std::shared_ptr<Entry>> entries_;
 };
 

@@ -94,6 +94,20 @@ void read_line(ConfigReader& options, LineOptions& out) {
   }
 }
 
+/// One of `tuple` and `clock`.
+void read_source(ConfigReader& entry, Exposure& exposure) {
+  if (entry.has("clock")) {
+    if (entry.has("tuple")) entry.error("clock", "expected 'clock' or 'tuple', not both");
+    exposure.clock = entry.choice("clock", "local", {"local", "utc"}) == "utc" ? ClockZone::kUtc : ClockZone::kLocal;
+    exposure.tuple = "clock";
+    return;
+  }
+  exposure.tuple = entry.required_text("tuple", "the key of a tuple; or 'clock'");
+  const auto pattern = Pattern::parse(exposure.tuple);
+  if (!exposure.tuple.empty() && (!pattern || !pattern->exact()))
+    entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
+}
+
 void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Exposure>& out) {
   Exposure exposure;
   if (auto parsed = wire::parse_group(key)) {
@@ -101,19 +115,20 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
   } else {
     entry.error("", parsed.error().text);
   }
-  exposure.tuple = entry.required_text("tuple");
-  const auto pattern = Pattern::parse(exposure.tuple);
-  if (!exposure.tuple.empty() && (!pattern || !pattern->exact()))
-    entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
+  read_source(entry, exposure);
   const auto dpt = entry.required_text("dpt");
   if (auto id = dpt::parse_dpt(dpt); id && dpt::find_dpt(*id)) {
     exposure.dpt = *id;
   } else if (!dpt.empty()) {
     entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
   }
+  if (exposure.clock && dpt::find_dpt(exposure.dpt) && !is_clock_type(exposure.dpt))
+    entry.error("dpt",
+                fmt::format("is {}, expected that of a clock: 10.001, 11.001 or 19.001", to_string(exposure.dpt)));
   exposure.on_change = entry.boolean("on-change", true);
   exposure.pause = entry.duration("pause", exposure.pause);
-  exposure.every = entry.duration_or_never("every", std::nullopt);
+  exposure.every =
+      entry.duration_or_never("every", exposure.clock ? std::optional<Duration>(std::chrono::hours(1)) : std::nullopt);
   if (exposure.every && *exposure.every < std::chrono::seconds(1))
     entry.error("every", "expected at least 1s, or never");
   const bool twice =
