@@ -55,8 +55,7 @@ void PointWatch::valued(const tuples::Event& event) {
   if (!entry.has_value) note_if_lost(event.tuple);
   if (entry.fresh) std::ignore = report(name, entry);  // two sets within a turn are two events
   entry.point.tuple = Tuple(event.tuple);
-  entry.fresh = !(entry.point.is_event && event.tuple.value.empty());
-  entry.has_value = true;
+  entry.has_value = entry.fresh = true;
   touch(name);
 }
 
@@ -141,6 +140,7 @@ void PointWatch::settle() {
 bool PointWatch::report(const Name& name, Entry& entry) {
   if (!entry.has_value) return true;  // it is reported with its value
   if (!complete(name.first)) return false;
+  if (entry.point.is_event && entry.point.tuple.value.empty()) entry.fresh = false;  // it is over, or none came yet
   const auto point = shown(name, entry);
   const bool news = !same(point.status, entry.shown_status) || !same(point.line, entry.shown_line);
   if (!entry.fresh && !news) return true;

@@ -227,7 +227,8 @@ void Intake::store_text(Series& series, std::string_view text, std::int64_t time
 void Intake::put(Series& series, const Point& point) {
   const auto& last = series.last;
   const bool same = last && !last->gap() && last->value == point.value;
-  if (same && !series.event && point.time >= last->time && point.time - last->time < kRepeat) {
+  const auto equal_for = series.event ? 1 : kRepeat;  // an event that comes by two patterns has one time
+  if (same && point.time >= last->time && point.time - last->time < equal_for) {
     if (point.time > last->time) series.skipped = point.time;
     return;
   }

@@ -192,6 +192,15 @@ TEST_F(WatchedPoints, ThatAnEventIsOverIsNoNews) {
   EXPECT_THAT(news(), ElementsAre("state  good")) << "who looks later finds no event";
 }
 
+TEST_F(WatchedPoints, OfEventsThatAppearHaveNoEventYet) {
+  news();
+  const std::string button = "proxy.wsn-1.7.sensor.button-1";
+  ASSERT_TRUE(island->space.set(button + ".value", ""));  // in the order in which an island declares a point
+  ASSERT_TRUE(island->space.set(button + ".status", R"({"quality":"unknown"})", {kJson}));
+  ASSERT_TRUE(island->space.set(button + ".description", R"({"type":"button","report":"event"})", {kJson}));
+  EXPECT_THAT(news(), ElementsAre("state  unknown"));
+}
+
 TEST_F(WatchedPoints, AChangeOfQualityIsToldThoughTheValueStays) {
   news();
   quality("stale", "not heard for 3s");

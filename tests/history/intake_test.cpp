@@ -122,6 +122,7 @@ TEST_F(IntakeTest, StoresEachEventOnceAndNoneThatIsOver) {
   quality(0, "good");
   value(1, "toggle");
   value(2, "toggle");
+  value(2, "toggle");  // by another pattern
   value(4, "");
   for (int i = 10; i <= 1300; i += 10) intake_.tick(Instant::recorded(at(i)));
   quality(1301, "stale");

@@ -85,8 +85,8 @@ TEST(Worker, AThreadThatTheSystemRefusesIsAnError) {
     const rlimit none{1 << 20, 1 << 20};
     ::setrlimit(RLIMIT_AS, &none);
     std::vector<std::unique_ptr<Worker>> workers;
-    workers.reserve(10);  // some may use the memory of threads that ended
-    while (workers.size() < 10) {
+    workers.reserve(200);  // the first ones use the memory of threads of the parent
+    while (workers.size() < 200) {
       auto worker = start_worker("test");
       if (!worker) ::_exit(worker.error().code == ErrorCode::kIo ? 0 : 2);
       workers.push_back(std::move(*worker));

@@ -3,7 +3,18 @@
 #include <absl/time/time.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
 namespace rubicon::networks::log {
+
+namespace {
+
+/// Microseconds since 1970 of the year 9999, so that differences and offsets are numbers too.
+constexpr std::int64_t kFurthest = 253'402'300'799'000'000;
+constexpr std::array<std::string_view, 4> kOffsets{"%z", "%Ez", "%E*z", "%s"};
+
+}  // namespace
 
 struct TimeZone::Zone {
   absl::TimeZone zone;
@@ -34,11 +45,11 @@ std::optional<FileTime> parse_time(std::string_view format, std::string_view tex
   absl::Time time;
   if (!absl::ParseTime({format.data(), format.size()}, {text.data(), text.size()}, absl::UTCTimeZone(), &time, nullptr))
     return std::nullopt;
-  if (time == absl::InfiniteFuture() || time == absl::InfinitePast()) return std::nullopt;
   const auto microseconds = absl::ToUnixMicros(time);
-  return FileTime{WallTime(std::chrono::microseconds(microseconds)), format.find("%z") == format.npos &&
-                                                                         format.find("%Ez") == format.npos &&
-                                                                         format.find("%s") == format.npos};
+  if (microseconds > kFurthest || microseconds < -kFurthest) return std::nullopt;
+  const bool has_offset = std::any_of(kOffsets.begin(), kOffsets.end(),
+                                      [&](std::string_view one) { return format.find(one) != format.npos; });
+  return FileTime{WallTime(std::chrono::microseconds(microseconds)), !has_offset};
 }
 
 }  // namespace rubicon::networks::log

@@ -175,6 +175,8 @@ TEST(TimeFormats, AreThoseOfStrptime) {
   EXPECT_EQ(read("%d.%m.%Y %H:%M:%E*S %z", "20.09.2018 14:13:34.5 +0200"), expected);
   EXPECT_TRUE(parse_time("%d.%m.%Y", "20.09.2018")->is_local);
   EXPECT_FALSE(parse_time("%d.%m.%Y %z", "20.09.2018 +0200")->is_local);
+  EXPECT_FALSE(parse_time("%d.%m.%Y %E*z", "20.09.2018 +02:00:00")->is_local);
+  EXPECT_EQ(read("%d.%m.%Y", "20.09.30000"), std::nullopt);
   EXPECT_EQ(read("%d.%m.%Y", "2018-09-20"), std::nullopt);
   EXPECT_EQ(read("%d.%m.%Y", "infinite-future"), std::nullopt);
 }
