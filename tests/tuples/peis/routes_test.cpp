@@ -64,6 +64,9 @@ TEST_F(PeisRoutes, AHostThatSpokeByWayOfANeighbourIsReachedThatWayUntilThePagesS
   EXPECT_THAT(routes.hear(kLeftLink, kFar, 8, 1, now).found, ElementsAre(kFar)) << "another start";
   now += 21s;
   EXPECT_THAT(hear(kLeftLink, {}).lost, ElementsAre(kFar)) << "nobody lists it";
+  EXPECT_THAT(routes.hear(kLeftLink, kFar, 8, 1, now).found, ElementsAre(kFar)) << "no sequence of it was known";
+  now += 21s;
+  hear(kLeftLink, {});
   over.insert(9);
   EXPECT_FALSE(routes.hear(kLeftLink, kFar, 9, 1, now).any()) << "a start that has ended";
 }

@@ -65,5 +65,18 @@ TEST_F(LostAnswers, WithoutLastSeenTheAnswerToOurGetIsTheProofAlsoSoonAfterTheSt
   EXPECT_EQ(readings(), (Values{{"state", "on"}}));
 }
 
+TEST_F(LostAnswers, WithoutLastSeenTheAnswerOfADeviceThatDidNotObeyIsAReportAlsoSoonAfterTheStart) {
+  start(record_of(definitions::kPlug), false);
+  device->line_up();
+  run(seconds(1));
+  say_plain(R"("state":"OFF","power":0)");
+  forget();
+  commanded("state", true);
+  say_plain(R"("state":"ON","power":0)");
+  run(milliseconds(300));
+  say_plain(R"("state":"OFF","power":0)");
+  EXPECT_EQ(readings(), (Values{{"state", "off"}}));
+}
+
 }  // namespace
 }  // namespace rubicon::networks::zigbee
