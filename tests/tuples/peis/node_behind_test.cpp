@@ -112,15 +112,6 @@ TEST_F(NodeBehind, RequestsThatWaitAreBoundedAndCounted) {
   EXPECT_EQ(own.node->counters().held_requests, 300U - 32U);
 }
 
-TEST_F(NodeBehind, AKernelThatIsConnectedFromElsewhereDoesNotWaitThoughItHasTheNameOfThisHost) {
-  young.connect(own.node->local().port);  // of the machine of this test, whose addresses are not those of the node
-  world.run(1s);
-  own.messages.clear();
-  young.send(102, Port::kSetRemote, "go");
-  world.run(100ms);
-  EXPECT_THAT(own.texts(), ElementsAre("go"));
-}
-
 TEST_F(NodeBehind, WhatComesByWayOfAnotherEndsNoStartThatMayComeBack) {
   young.connect(own.node->local().port);
   world.run(1s);
