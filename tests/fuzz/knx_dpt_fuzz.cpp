@@ -19,8 +19,10 @@ FUZZ_TARGET(knx_dpt) {
   const ByteView bytes(data + 3, size - 3);
   const auto text = base::as_text(bytes);
   if (const auto value = decode(*type, PayloadView{bytes, (data[2] & 1) != 0})) {
-    // What was understood can be sent, and is understood again.
+    // What was understood can be sent, and is understood again; but ISO 8859-1 in a text of ASCII is read only.
     const auto sent = encode(*type, *value);
+    const bool reads_more = type->maximum == 127 && std::holds_alternative<std::string>(*value);
+    if (!sent && reads_more) return 0;
     if (!sent) std::abort();
     const auto again = decode(*type, *sent);
     if (!again || *again != *value) std::abort();
