@@ -30,8 +30,8 @@ struct Capability {
   std::string unit;
   std::optional<double> minimum;
   std::optional<double> maximum;
-  /// Of an enumeration or a set of bits; sorted by value, none empty. Empty: those of the type. Others are refused as
-  /// commands, as are numbers without a word unless the point has bounds.
+  /// Of an enumeration or a set of bits; sorted by value, none empty. Empty: those of the type. Commands must be
+  /// one of them; a number that has no word is a command only where the point has bounds.
   std::vector<Word> words;
   /// Longest normal silence of this point; zero = never stale (reports only changes). Absent: the proxy's rule.
   std::optional<Duration> deadline;

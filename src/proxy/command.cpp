@@ -78,7 +78,7 @@ Result<Value> parse_enumeration(const model::Type& type, const Point& point, std
   const auto* number = value ? std::get_if<std::int64_t>(&*value) : nullptr;
   const bool has_words = has_own_words(point) || !type.words.empty();
   if (number && has_words) return number_without_word(type, point, *number);
-  const auto given = value ? std::nullopt : base::parse_number<std::int64_t>(text);
+  const auto given = value || !has_words ? std::nullopt : base::parse_number<std::int64_t>(text);
   return given ? number_without_word(type, point, *given) : value;
 }
 

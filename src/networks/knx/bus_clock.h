@@ -19,7 +19,7 @@ bool is_clock_type(dpt::DptId id);
 /// right.
 Result<wire::Payload> clock_payload(dpt::DptId id, ClockZone zone, WallTime now, bool synchronised);
 
-/// Another value whenever the day or the offset from UTC is another one: then clocks are told at once.
+/// A number that changes when the day or the offset from UTC changes: clocks on the bus are then set at once.
 std::int64_t clock_era(ClockZone zone, WallTime now);
 
 /// Whether the system keeps the clock of this host synchronised: adjtimex(2), or, where that is forbidden, the word of
