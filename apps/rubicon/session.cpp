@@ -14,6 +14,8 @@ namespace {
 constexpr Duration kFirstPeerWait = std::chrono::seconds(1), kFirstKernelWait = std::chrono::seconds(3);
 /// With trust the first component is there when the handshake with it is over.
 constexpr Duration kFirstMemberWait = std::chrono::seconds(2);
+/// A stop of this process counts as one step of the wait.
+constexpr Duration kStep = std::chrono::milliseconds(50);
 
 volatile std::sig_atomic_t signalled = 0, ended_by = 0;
 Client* woken = nullptr;
@@ -65,7 +67,8 @@ void Session::discover() {
   const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait
                        : client_->member().empty()                    ? kFirstPeerWait
                                                                       : kFirstMemberWait;
-  client_->run_until([this] { return !client_->tuples().peers().empty(); }, longest);
+  const auto somebody = [this] { return !client_->tuples().peers().empty(); };
+  for (auto left = longest; left > Duration(0) && !somebody(); left -= kStep) client_->run_until(somebody, kStep);
   client_->discover();
 }
 

@@ -12,6 +12,8 @@ constexpr Duration kLookAgain = std::chrono::milliseconds(20);
 /// Pause between two observations. A pause of more than twice that means that the process was stopped; it counts as
 /// one.
 constexpr Duration kObserve = std::chrono::milliseconds(50);
+/// A component that was lost is met again by its next announcement (DDS: SPDP, at most a lease of 2 s apart).
+constexpr Duration kReturn = std::chrono::seconds(2);
 
 }  // namespace
 
@@ -21,12 +23,13 @@ PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const Disc
       pace_(pace),
       expects_(std::move(expects)),
       started_(scheduler.now()),
-      last_came_(started_),
+      last_change_(started_),
       noticed_(started_) {
   peers_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
-    if (event != tuples::PeerEvent::kUp) return;
     notice_stop();
-    last_came_ = scheduler_.now();
+    last_change_ = scheduler_.now();
+    left_alone_ = event == tuples::PeerEvent::kLost && space_.peers().empty();
+    if (left_alone_) started_ = last_change_;
     if (!observes_) observe();
   });
   observe();
@@ -35,7 +38,8 @@ PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const Disc
 /// Repeats itself until all bounds of the pace have passed.
 void PeerDiscovery::observe() {
   notice_stop();
-  observes_ = noticed_ < std::max(last_came_ + pace_.quiet, started_ + std::max(pace_.search, pace_.named_owner));
+  observes_ =
+      noticed_ < std::max(last_change_ + pace_.quiet, started_ + std::max({pace_.search, pace_.named_owner, kReturn}));
   if (observes_) again_ = scheduler_.after(kObserve, [this] { observe(); });
 }
 
@@ -44,7 +48,7 @@ void PeerDiscovery::notice_stop() {
   if (!observes_ || now - before <= 2 * kObserve) return;
   const auto lost = now - before - kObserve;
   started_ += lost;
-  last_came_ += lost;
+  last_change_ += lost;
 }
 
 bool PeerDiscovery::present(OwnerId id) const {
@@ -55,7 +59,8 @@ bool PeerDiscovery::present(OwnerId id) const {
 SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) {
   notice_stop();
   if (owner) return present(*owner) ? started_ : started_ + pace_.named_owner;
-  const auto usual = std::max(last_came_ + pace_.quiet, started_ + pace_.search);
+  if (left_alone_) return started_ + std::max(pace_.named_owner, kReturn);
+  const auto usual = std::max(last_change_ + pace_.quiet, started_ + pace_.search);
   const auto now = scheduler_.now(), longest = started_ + pace_.named_owner;
   if (usual > now || now >= longest || !expects_ || !expects_()) return usual;
   return std::min(now + kLookAgain, longest);

@@ -9,7 +9,7 @@ namespace rubicon::client {
 
 /// How long discovery takes on the engines of a component.
 struct DiscoveryPace {
-  Duration quiet;        ///< it counts as complete when no peer came up for this long
+  Duration quiet;        ///< it counts as complete when no peer came or went for this long
   Duration search;       ///< but not before this time
   Duration named_owner;  ///< how long an owner that is named may take to appear
 };
@@ -24,7 +24,7 @@ inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::ch
 
 /// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides, and
 /// what the engine knows of components that are on their way. Time in which this process or its host was stopped counts
-/// as one short observation, because this process could hear no component then.
+/// as one short observation, because this process could hear no component then; whoever is lost by it is awaited again.
 class PeerDiscovery {
  public:
   /// Whether the engine has found a component that is no peer yet. It is waited for as long as for a named owner.
@@ -47,8 +47,9 @@ class PeerDiscovery {
   TupleSpace& space_;
   DiscoveryPace pace_;
   Expects expects_;
-  SteadyTime started_, last_came_, noticed_;
-  bool observes_ = false;  ///< whether `again_` measures stops
+  SteadyTime started_, last_change_, noticed_;
+  bool left_alone_ = false;  ///< since `started_`: the last one was lost
+  bool observes_ = false;    ///< whether `again_` measures stops
   Timer again_;
   tuples::Handle peers_;
 };

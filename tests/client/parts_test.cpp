@@ -94,6 +94,22 @@ TEST_F(ClientParts, AReadingDoesNotWaitForeverForThem) {
   EXPECT_EQ(times, 1);
 }
 
+/// A stop of this process may end the lease of a component that it has just met.
+TEST_F(ClientParts, AReadingWaitsForTheComponentThatWasLost) {
+  ASSERT_TRUE(island->space.set("a", "x"));
+  time.run_for(100ms);
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
+  ecology.cut(OwnerId(1), OwnerId(70000));
+  time.run_for(1900ms);
+  EXPECT_EQ(times, 0);
+  ASSERT_TRUE(island->space.set("a", "again"));
+  ecology.mend(OwnerId(1), OwnerId(70000));
+  time.run_for(kDdsPace.quiet + 1ms);
+  EXPECT_EQ(times, 1);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].value, "again");
+}
+
 /// As in a virtual machine that gets no processor for a while: what others sent meanwhile is taken afterwards.
 TEST_F(ClientParts, AStopOfThisProcessIsNoTimeInWhichNobodyCame) {
   const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
