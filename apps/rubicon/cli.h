@@ -61,6 +61,7 @@ void add_devices(Cli& cli);
 void add_describe(Cli& cli);
 void add_rename(Cli& cli);
 void add_inbox(Cli& cli);
+void add_alerts(Cli& cli);
 void add_send(Cli& cli);
 void add_receive(Cli& cli);
 void add_publish(Cli& cli);

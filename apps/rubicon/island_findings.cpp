@@ -201,6 +201,15 @@ Findings check_clock(const IslandSeen& seen, WallTime when) {
   return {{"clock", Grade::kGood, fmt::format("{} agrees with this one", whose)}};
 }
 
+Findings check_alerts(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& one : seen.alerts.all) {
+    if (one.kind != "battery-low" && one.kind != "command-failed") continue;
+    all.push_back({"alerts", Grade::kNote, fmt::format("island {}: {}", name_of(seen.island), one.what), one.fix});
+  }
+  return all;
+}
+
 Findings check_inbox(const IslandSeen& seen) {
   const auto waiting = seen.numbers.find("inbox-waiting");
   if (waiting == seen.numbers.end() || waiting->second == 0) return {};

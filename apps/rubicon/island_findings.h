@@ -7,6 +7,7 @@
 #include "apps/rubicon/findings.h"
 #include "apps/rubicon/log_lines.h"
 #include "apps/rubicon/losses.h"
+#include "model/alerts.h"
 
 namespace rubicon::cli {
 
@@ -18,7 +19,8 @@ struct IslandSeen {
   std::vector<client::Network> before, now;
   Counters numbers_before, numbers;               ///< its own
   std::map<std::string, std::string> properties;  ///< its own at the second observation, also texts
-  std::string history;                            ///< status of its history; empty = it has none
+  model::AlertList alerts;
+  std::string history;  ///< status of its history; empty = it has none
   /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
   /// The newest line of its log about a peer that it refused; nullopt: none, or this program may not read its log.
@@ -40,6 +42,8 @@ Findings check_disks(const IslandSeen& seen);
 Findings check_history(const IslandSeen& seen);
 /// `clock`: of the island against ours, and ours. `when`: what ours said.
 Findings check_clock(const IslandSeen& seen, WallTime when);
+/// `alerts`: what the island itself finds that no other check of this page says: batteries, commands that failed.
+Findings check_alerts(const IslandSeen& seen);
 /// `inbox`: devices that wait for a decision.
 Findings check_inbox(const IslandSeen& seen);
 /// `settings`: what the server behind a network should be set to (Zigbee2MQTT), as the network found it.

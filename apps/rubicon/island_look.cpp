@@ -68,6 +68,8 @@ void IslandLook::look_again(IslandSeen& seen) {
   seen.numbers = counters_of(seen.properties);
   const auto history = client_.read({id, model::IslandKey{"*"}.history().status()}, patience_);
   if (!history.empty()) seen.history = history.front().value;
+  const auto alerts = client_.read({id, model::IslandKey{"*"}.alerts()}, patience_);
+  if (!alerts.empty()) seen.alerts = model::alerts_from_json(alerts.front().value);
   if (has_refused_peers(seen)) seen.refusal = refusal_of(id);
   if (const auto offset = clock_offsets_.find(id); offset != clock_offsets_.end()) seen.clock_offset = offset->second;
 }

@@ -13,10 +13,10 @@ namespace rubicon::cli {
 bool counts_loss(std::string_view name) {
   if (is_secure_counter(name)) return true;
   if (name == "dds-refused-peers") return false;  // strangers; check_island_trust() has them
-  constexpr std::array<std::string_view, 21> kWords{
-      "dropped",    "lost",    "refused",     "undeliverable", "undelivered", "undecodable", "malformed",
-      "looped",     "damaged", "failures",    "failed",        "bad",         "cut",         "missing",
-      "undeclared", "unknown", "unconfirmed", "expired",       "skipped",     "not",         "forged"};
+  constexpr std::array<std::string_view, 22> kWords{
+      "dropped",     "lost",     "refused", "undeliverable", "undelivered", "undecodable", "malformed",  "looped",
+      "damaged",     "failures", "failed",  "bad",           "cut",         "missing",     "undeclared", "unknown",
+      "unconfirmed", "expired",  "skipped", "not",           "forged",      "implausible"};
   while (!name.empty()) {
     const auto word = name.substr(0, name.find('-'));
     if (std::find(kWords.begin(), kWords.end(), word) != kWords.end()) return true;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/yaml.h"
+#include "island/alerts.h"
 #include "island/free_space.h"
 #include "island/island_metrics.h"
 #include "island/island_presence.h"
@@ -55,6 +56,7 @@ struct Island::Impl {
         controls({scheduler, space, config.proxy}, networks),
         free_space(scheduler),
         metrics(scheduler, space, config.proxy.prefix),
+        alerts(scheduler, space, config.proxy.prefix),
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
@@ -64,9 +66,11 @@ struct Island::Impl {
     networks.provide_memory(memory);
     watch_numbers();
     watch_disks();
+    watch_troubles(scheduler);
   }
   void watch_numbers();
   void watch_disks();
+  void watch_troubles(Scheduler& scheduler);
   Result<network::TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const island::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
@@ -97,6 +101,7 @@ struct Island::Impl {
   std::shared_ptr<trust::rights::RightsJudge> judge;
   FreeSpace free_space;
   IslandMetrics metrics;
+  Alerts alerts;
   IslandPresence presence;
   std::map<std::string, FileDigests> file_digests;  ///< of what options name, by network id
 };
@@ -110,6 +115,28 @@ void Island::Impl::watch_disks() {
     if (state) tell("state", state_path(config));
     recorders.each([&](const std::string& name, const std::string& path) { tell("recorder-" + name, path); });
   });
+}
+
+/// The island itself first, then its networks and devices.
+void Island::Impl::watch_troubles(Scheduler& scheduler) {
+  alerts.add([this, &scheduler, failures = StateFailures()](model::AlertList& list) mutable {
+    const model::IslandKey island{config.proxy.prefix};
+    add_clock(island.text, scheduler.wall_now(), list);
+    if (state) {
+      add_disk(island.text + ".state", {"the state file", free_space.beside(state_path(config))}, list);
+      failures.look(state->stats().failures, scheduler.now());
+      failures.add(island.text + ".state", scheduler.now() - 2 * config.proxy.save_period, list);
+    }
+    recorders.each([&](const std::string& name, const std::string& path) {
+      add_disk(island.recorder(name).text, {"the recorder " + name, free_space.beside(path)}, list);
+    });
+    for (const auto& key : {island.history(), island.recorder("*")}) {
+      space.list({space.self(), key.status()}, [&](const TupleView& tuple) {
+        add_unwritten(std::string(model::parent_key(tuple.key)), tuple.value, list);
+      });
+    }
+  });
+  alerts.add([this](model::AlertList& list) { proxy.add_alerts(list); });
 }
 
 void Island::Impl::watch_numbers() {
@@ -227,6 +254,7 @@ void Island::start() {
   impl_->controls.refresh();
   impl_->networks.start();
   impl_->metrics.start();
+  impl_->alerts.start();
   impl_->presence.start();
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/nearest.h"
+#include "base/text.h"
 #include "config/network_numbers.h"
 #include "config/site_types.h"
 #include "config/yaml_text.h"
@@ -109,7 +110,48 @@ std::map<std::string, std::string> read_names(ConfigReader& device, const std::s
   return names;
 }
 
-void read_devices(ConfigReader& network, proxy::NetworkRules& rules, std::map<std::string, ConfigPlace>& places) {
+proxy::Valid read_rules(ConfigReader& map) {
+  proxy::Valid rules;
+  const auto number = [&map](const char* key) { return map.has(key) ? std::optional(map.real(key, 0)) : std::nullopt; };
+  rules.minimum = number("minimum");
+  rules.maximum = number("maximum");
+  rules.step = number("step");
+  rules.rises = map.boolean("rises", false);
+  if (map.has("not")) {
+    rules.never.emplace();
+    for (const auto& text : map.texts("not")) {
+      const auto code = base::parse_number<double>(text);
+      code ? rules.never->push_back(*code) : map.error("not", fmt::format("'{}' is no number", text));
+    }
+  }
+  if (rules.minimum && rules.maximum && *rules.minimum > *rules.maximum)
+    map.error("minimum", fmt::format("is {}, expected at most the maximum {}", *rules.minimum, *rules.maximum));
+  if (rules.step && *rules.step <= 0) map.error("step", "expected more than 0");
+  map.finish();
+  return rules;
+}
+
+bool is_number(const model::Type& type) {
+  return type.data == model::DataType::kReal || type.data == model::DataType::kInteger;
+}
+
+/// `valid:` of a network by type, of a device by default ids.
+std::map<std::string, proxy::Valid> read_valid(ConfigReader& parent, bool by_type, const model::TypeCatalogue& types) {
+  std::map<std::string, proxy::Valid> valid;
+  for (auto& [key, map] : parent.maps("valid")) {
+    const auto id = by_type ? std::string(model::current_type(key)) : model::current_id(key);
+    const auto dash = id.rfind('-');
+    const auto* type = types.find(id.substr(0, dash));
+    if (by_type && !type) map.error("", "is no type, expected one such as temperature (`rubicon types`)");
+    if (!by_type && dash == id.npos) map.error("", "expected a sensor or actuator id such as light-1");
+    if (type && !is_number(*type)) map.error("", fmt::format("{} is no number: its values have no limits", type->name));
+    if (!valid.emplace(id, read_rules(map)).second) map.error("", fmt::format("{} has rules already", id));
+  }
+  return valid;
+}
+
+void read_devices(ConfigReader& network, proxy::NetworkRules& rules, const model::TypeCatalogue& types,
+                  std::map<std::string, ConfigPlace>& places) {
   std::map<std::string, std::string> addresses;  // by key part
   for (auto& [address, device] : network.maps("devices")) {
     proxy::DeviceNames names;
@@ -118,6 +160,7 @@ void read_devices(ConfigReader& network, proxy::NetworkRules& rules, std::map<st
     names.area = device.text("area", "");
     names.sensors = read_names(device, "sensors");
     names.actuators = read_names(device, "actuators");
+    names.valid = read_valid(device, false, types);
     device.finish();
     if (!names.id.empty() && names.id != model::to_key_part(names.id)) {
       device.error("id", "expected one key part: [A-Za-z0-9_-]+, at most 64 characters");
@@ -207,7 +250,8 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   rules.probes = setup.type && setup.type->probes;
   rules.unique_names = setup.type && setup.type->unique_names;
   if (setup.type) rules.answer_time = setup.type->answer_time;
-  read_devices(network, rules, config.device_places[setup.id]);
+  rules.valid = read_valid(network, true, config.types);
+  read_devices(network, rules, config.types, config.device_places[setup.id]);
   if (!config.proxy.networks.emplace(setup.id, std::move(rules)).second) {
     network.error(network.has("as") ? "as" : "", fmt::format("the network id '{}' is taken", setup.id));
   }

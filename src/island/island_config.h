@@ -38,8 +38,8 @@ struct NetworkSetup {
 };
 
 /// The keys of a network that are no plug-in's own.
-inline constexpr std::string_view kCommonNetworkKeys[] = {"type",    "silence", "rate",   model::kSamplingRate,
-                                                          "devices", "as",      "roaming"};
+inline constexpr std::string_view kCommonNetworkKeys[] = {"type",    "silence", "rate",    model::kSamplingRate,
+                                                          "devices", "as",      "roaming", "valid"};
 
 /// Where the options of one network differ, at most `limit` paths.
 std::vector<std::string> differences(const NetworkSetup& before, const NetworkSetup& now, std::size_t limit);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 namespace rubicon::island {
 
@@ -60,16 +61,30 @@ void refuse_changes(const std::string& section, const ConfigNode& now, const Con
 
 std::vector<std::string> renamed_devices(const NetworkRules& now, const NetworkRules& next) {
   std::vector<std::string> addresses;
+  const auto names_in = [](DeviceNames names) {
+    names.valid.clear();
+    return names;
+  };
   const auto compare = [&](const NetworkRules& these, const NetworkRules& those, bool both) {
-    for (const auto& [address, names] : these.devices) {
+    for (const auto& [address, device] : these.devices) {
+      const auto names = names_in(device);
       const auto other = those.devices.find(address);
-      const bool differs = other == those.devices.end() ? !(names == DeviceNames{}) : both && !(other->second == names);
+      const bool differs =
+          other == those.devices.end() ? !(names == DeviceNames{}) : both && !(names_in(other->second) == names);
       if (differs) addresses.push_back(address);
     }
   };
   compare(next, now, true);
   compare(now, next, false);
   return addresses;
+}
+
+std::map<std::string, std::map<std::string, proxy::Valid>> limits_in(const NetworkRules& rules) {
+  std::map<std::string, std::map<std::string, proxy::Valid>> limits{{std::string(), rules.valid}};
+  for (const auto& [address, device] : rules.devices) {
+    if (!device.valid.empty()) limits[address] = device.valid;
+  }
+  return limits;
 }
 
 void compare_rules(const std::string& id, const NetworkRules& now, const NetworkRules& next, ReloadPlan& plan) {
@@ -83,6 +98,8 @@ void compare_rules(const std::string& id, const NetworkRules& now, const Network
     plan.lines.push_back(
         fmt::format("network {}: roaming changes from {} to {}", id, word(now.roaming), word(next.roaming)));
   }
+  if (limits_in(now) != limits_in(next))
+    plan.lines.push_back(fmt::format("network {}: what values are plausible changes", id));
   const auto renamed = renamed_devices(now, next);
   if (!renamed.empty()) {
     plan.lines.push_back(fmt::format("network {}: {} devices are renamed: {}", id, renamed.size(), list(renamed)));

@@ -64,6 +64,8 @@ struct IslandKey {
   PointKey recorder(std::string_view name) const;
   /// What its history does.
   PointKey history() const { return {text + ".history"}; }
+  /// What needs a person: model::AlertList.
+  std::string alerts() const { return text + ".alerts"; }
   /// The last lines of the log.
   std::string log_lines() const { return text + ".log.lines"; }
   NetworkKey network(std::string_view id) const;

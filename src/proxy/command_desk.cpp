@@ -333,6 +333,8 @@ void CommandDesk::change(Device& device, Point& point, Command& command, Command
   command.state = state;
   command.reason = std::move(reason);
   point.details->last_command = command_text(command);
+  point.commands.failed =
+      state == CommandState::kFailed || state == CommandState::kTimedOut || state == CommandState::kExpired;
   mirror_.publish_status(device, point);
 }
 

@@ -12,6 +12,7 @@
 #include "model/message.h"
 #include "model/point_keys.h"
 #include "model/quality.h"
+#include "proxy/plausibility.h"
 #include "proxy/proxy_config.h"
 #include "proxy/rare_text.h"
 #include "proxy/shared_capabilities.h"
@@ -40,6 +41,7 @@ std::string_view to_string(DeviceStatus status);
 struct PointDetails {
   std::shared_ptr<const PointCapability> capability;  ///< SharedCapabilities
   std::string id;                                     ///< its part of the keys: `light-window`
+  std::unique_ptr<Plausibility> plausibility;         ///< nullptr: each reading that fits the type is believed
   RareText reason;                                    ///< of the quality
   RareText last_command;                              ///< JSON of the last command and its state; empty = none yet
   bool set_by_user = false;                           ///< a property that a user set
@@ -51,8 +53,9 @@ struct PointDetails {
 /// Owned by TupleMirror.
 struct PointMirror {
   TupleRef value;
-  bool dirty = false;  ///< the status tuple waits for the next flush
-  std::string text;    ///< the last good value
+  bool dirty = false;    ///< the status tuple waits for the next flush
+  bool doubted = false;  ///< PointDetails::plausibility is there; DeviceDirectory sets both
+  std::string text;      ///< the last good value
   TupleRef status, command;
 };
 /// Owned by Demand.
@@ -64,7 +67,8 @@ struct PointDemand {
 };
 /// Owned by CommandDesk.
 struct PointCommands {
-  std::uint16_t live = 0;  ///< commands in a state that is not final
+  std::uint16_t live : 15 = 0;   ///< commands in a state that is not final
+  std::uint16_t failed : 1 = 0;  ///< the last one could not be carried out
 };
 /// Owned by Memory.
 struct PointStorage {
@@ -150,12 +154,13 @@ struct Device {
 
 /// Errors of a network; published as counters.
 struct NetworkFaults {
-  std::uint64_t refused_joins = 0;      ///< device cap, or another device has the key
-  std::uint64_t refused_points = 0;     ///< key taken, too long, or too many points
-  std::uint64_t unknown_devices = 0;    ///< messages of devices that never joined
-  std::uint64_t undeclared_points = 0;  ///< readings that name a point which was not declared and cannot be added
-  std::uint64_t bad_values = 0;         ///< readings that do not fit their type
-  std::uint64_t roamed_messages = 0;    ///< messages of devices that another island lists
+  std::uint64_t refused_joins = 0;       ///< device cap, or another device has the key
+  std::uint64_t refused_points = 0;      ///< key taken, too long, or too many points
+  std::uint64_t unknown_devices = 0;     ///< messages of devices that never joined
+  std::uint64_t undeclared_points = 0;   ///< readings that name a point which was not declared and cannot be added
+  std::uint64_t bad_values = 0;          ///< readings that do not fit their type
+  std::uint64_t implausible_values = 0;  ///< readings that Plausibility refused
+  std::uint64_t roamed_messages = 0;     ///< messages of devices that another island lists
 };
 
 /// One network of the island and its devices.

@@ -197,6 +197,7 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
       changed |= !(*known->details->capability == capability) || !known->details->declared;
       known->details->capability = capabilities_.of(capability);
       known->type = type_of(context_.types, *known->details->capability);
+      doubt(device, *known);
       known->details->declared = true;
       taken.emplace(known->id.kind, known->details->id);
       points.push_back(std::move(*known));
@@ -237,8 +238,17 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
   if (longest_key.size() > model::kMaxKeyLength) {
     return fail(ErrorCode::kOutOfRange, fmt::format("key {} is too long", model::quoted(longest_key)));
   }
+  doubt(device, point);
   point.number = ++device.last_point;
   return point;
+}
+
+void DeviceDirectory::doubt(const Device& device, Point& point) {
+  auto& known = point.details->plausibility;
+  auto rules = rules_of(device.network->rules, device.address, *point.details->capability, point.type);
+  point.mirror.doubted = rules.has_value();
+  if (!rules) return known.reset();
+  if (!known || !(known->rules() == *rules)) known = std::make_unique<Plausibility>(std::move(*rules));
 }
 
 Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {

@@ -60,6 +60,8 @@ class DeviceDirectory {
   Result<std::vector<Point>> name(Device& device);
   /// Sets name and area by the present rules; true if one of them changed.
   static bool update_name(Device& device);
+  /// Sets what readings of the point must be by the present rules.
+  static void doubt(const Device& device, Point& point);
   /// The network must have no devices.
   void remove_network(const std::string& id);
   std::size_t size() const { return by_number_.size(); }

@@ -34,7 +34,8 @@ void check_names(const std::string& path, const std::map<std::string, std::strin
   }
 }
 
-void add_lost(const std::string& kind, const std::map<std::string, std::string>& names,
+template <class Map>
+void add_lost(const std::string& kind, const std::string& section, const Map& names,
               const std::vector<std::string>& there, std::vector<LostName>& out) {
   constexpr std::size_t kMaxNamed = 20;
   for (const auto& [id, name] : names) {
@@ -42,7 +43,7 @@ void add_lost(const std::string& kind, const std::map<std::string, std::string>&
     const auto near = base::did_you_mean(id, there);
     const std::vector<std::string> some(there.begin(),
                                         there.begin() + static_cast<std::ptrdiff_t>(std::min(there.size(), kMaxNamed)));
-    out.push_back({{kind + "s", id},
+    out.push_back({{section, id},
                    fmt::format("the device has no such {}{}{} {}", kind, near.empty() ? ", there are:" : "; ",
                                near.empty() ? "" : near + " There are:",
                                there.empty() ? "none" : fmt::format("{}", fmt::join(some, ", ")))});
@@ -54,13 +55,16 @@ void add_lost(const std::string& kind, const std::map<std::string, std::string>&
 std::vector<LostName> lost_names(const DeviceNames& names, const std::vector<std::string>& sensors,
                                  const std::vector<std::string>& actuators) {
   std::vector<LostName> out;
-  add_lost("sensor", names.sensors, sensors, out);
-  add_lost("actuator", names.actuators, actuators, out);
+  add_lost("sensor", "sensors", names.sensors, sensors, out);
+  add_lost("actuator", "actuators", names.actuators, actuators, out);
+  auto both = sensors;
+  both.insert(both.end(), actuators.begin(), actuators.end());
+  add_lost("sensor or actuator", "valid", names.valid, both, out);
   return out;
 }
 
 std::vector<LostName> lost_names(const DeviceNames& names, const Device& device) {
-  if (names.sensors.empty() && names.actuators.empty()) return {};
+  if (names.sensors.empty() && names.actuators.empty() && names.valid.empty()) return {};
   std::vector<std::string> sensors, actuators;
   for (const auto& point : device.points) {
     if (point.id.kind == Kind::kProperty) continue;

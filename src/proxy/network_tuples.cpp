@@ -147,15 +147,12 @@ void NetworkTuples::publish_counters() {
     for (const auto& [name, text] : network.reported) publish_property(network, name, text);
     const auto queue = context_.gateway.counters(id);
     const auto& faults = network.faults;
-    const std::pair<const char*, std::uint64_t> own[] = {{"devices", network.devices.size()},
-                                                         {"dropped-readings", queue.dropped_readings},
-                                                         {"refused-busy", queue.refused_busy},
-                                                         {"undeliverable", queue.undeliverable},
-                                                         {"refused-joins", faults.refused_joins},
-                                                         {"refused-points", faults.refused_points},
-                                                         {"unknown-devices", faults.unknown_devices},
-                                                         {"undeclared-points", faults.undeclared_points},
-                                                         {"bad-values", faults.bad_values}};
+    const std::pair<const char*, std::uint64_t> own[] = {
+        {"devices", network.devices.size()},         {"dropped-readings", queue.dropped_readings},
+        {"refused-busy", queue.refused_busy},        {"undeliverable", queue.undeliverable},
+        {"refused-joins", faults.refused_joins},     {"refused-points", faults.refused_points},
+        {"unknown-devices", faults.unknown_devices}, {"undeclared-points", faults.undeclared_points},
+        {"bad-values", faults.bad_values},           {"implausible-values", faults.implausible_values}};
     for (const auto& [name, count] : own) publish_property(network, name, std::to_string(count));
     if (!network.rules.roaming.empty())
       publish_property(network, "roamed-messages", std::to_string(faults.roamed_messages));

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "base/assert.h"
+#include "proxy/alerts.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
 #include "proxy/reload_checks.h"
@@ -408,6 +409,10 @@ std::map<std::string, std::uint64_t> Proxy::device_counts() const {
   std::map<std::string, std::uint64_t> counts;
   for (const auto& [id, network] : impl_->directory.networks()) counts[id] = network->devices.size();
   return counts;
+}
+
+void Proxy::add_alerts(model::AlertList& list) const {
+  proxy::add_alerts(impl_->directory, impl_->context.scheduler.wall_now(), list);
 }
 
 void Proxy::restart(const std::string& network) {

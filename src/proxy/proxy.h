@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "gateway/gateway.h"
+#include "model/alerts.h"
 #include "model/type_catalogue.h"
 #include "proxy/proxy_config.h"
 #include "proxy/reload_checks.h"
@@ -48,6 +49,8 @@ class Proxy {
   InboxCounters inbox_counters() const;
   /// How many devices each network lists, reachable or not.
   std::map<std::string, std::uint64_t> device_counts() const;
+  /// What of the networks and devices needs a person.
+  void add_alerts(model::AlertList& list) const;
 
  private:
   struct Impl;

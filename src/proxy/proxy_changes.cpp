@@ -82,6 +82,7 @@ void Proxy::Impl::change_rules(Network& network, NetworkRules rules) {
   rename(network, std::move(rules), renamed);
   for (auto& [address, device] : network.devices) {
     if (directory.update_name(device)) mirror.described(device);
+    for (auto& point : device.points) directory.doubt(device, point);
     if (old_rate != network.rules.rate && device.rate == old_rate) set_rate(device, network.rules.rate);
     liveness.watch(device);
   }

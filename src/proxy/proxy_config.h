@@ -11,6 +11,16 @@
 
 namespace rubicon::proxy {
 
+/// What a number must be to be believed (docs/types.md, "Plausible values").
+struct Valid {
+  std::optional<double> minimum, maximum;    ///< in the unit of the type
+  std::optional<double> step;                ///< largest difference to the last good value
+  bool rises = false;                        ///< a counter: never below the last good value
+  std::optional<std::vector<double>> never;  ///< codes for "no value"; absent = those known for the type
+
+  friend bool operator==(const Valid&, const Valid&) = default;
+};
+
 /// Names given to one device at installation time. Keys of the maps are default ids (`light-1`), values the instance
 /// that replaces theirs (`window` -> `light-window`).
 struct DeviceNames {
@@ -19,6 +29,7 @@ struct DeviceNames {
   std::string area;  ///< room or place; empty = from a user
   std::map<std::string, std::string> sensors;
   std::map<std::string, std::string> actuators;
+  std::map<std::string, Valid> valid;  ///< by default id; no name, but also of one point
 
   friend bool operator==(const DeviceNames&, const DeviceNames&) = default;
 };
@@ -26,6 +37,7 @@ struct DeviceNames {
 struct NetworkRules {
   std::optional<Duration> silence = std::chrono::seconds(60);  ///< nullopt = never unreachable by silence
   std::chrono::milliseconds rate{1000};                        ///< sampling period where no subscriber names one
+  std::map<std::string, Valid> valid;                          ///< by type, for all its devices
   std::map<std::string, DeviceNames> devices;                  ///< by address, or announced name (adopt_names())
   std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its options name all its devices (NetworkType::lists_devices)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "base/text.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -185,6 +186,8 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
       return false;
     }
   }
+  if (point.mirror.doubted && !believes(device, point, reading.value)) [[unlikely]]
+    return false;
   const auto& now = context_.clock.now();
   point.heard_at = now.steady;
   point.heard = now.wall;
@@ -198,6 +201,18 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
     mark(device, point);
     schedule_flush(false);
   }
+  return false;
+}
+
+/// A value that is stale or from before a restart says nothing of the next step.
+bool TupleMirror::believes(const Device& device, Point& point, const Value& value) {
+  const bool old = point.quality == Quality::kStale || point.quality == Quality::kStored;
+  const bool comparable = point.details->plausibility->rules().rises || !old;
+  const auto before = comparable ? base::parse_number<double>(point.mirror.text) : std::nullopt;
+  auto why = point.details->plausibility->objection(value, before);
+  if (why.empty()) return true;
+  ++device.network->faults.implausible_values;
+  refuse(device, point, why);
   return false;
 }
 
@@ -251,6 +266,8 @@ void TupleMirror::repeated(const Device& device, Point& point, const model::Read
   if (is_event(point)) return;
   const bool fits = !point.type || TypeCatalogue::check(*point.type, reading.value);
   if (std::holds_alternative<std::monostate>(reading.value) || !fits) return;
+  if (point.details->plausibility && !point.details->plausibility->objection(reading.value, std::nullopt).empty())
+    return;
   write_value(point.type, reading.value, value_text_);
   if (!is_news(device, point, reading)) return;
   store_value(device, point, reading.value, reading.user_time);
@@ -259,6 +276,10 @@ void TupleMirror::repeated(const Device& device, Point& point, const model::Read
 
 void TupleMirror::bad_value(const Device& device, Point& point, const std::string& why) {
   ++device.network->faults.bad_values;
+  refuse(device, point, why);
+}
+
+void TupleMirror::refuse(const Device& device, Point& point, const std::string& why) {
   context_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));
   set_quality(device, point, Quality::kBad, why);
 }

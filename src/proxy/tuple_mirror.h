@@ -77,7 +77,9 @@ class TupleMirror {
   void initial_value(const Device& device, Point& point);
   TupleRef declare(std::string_view key, std::string_view value, std::string_view media_type, WallTime user_time = {});
   void remember(TupleRef tuple, Place place);
+  bool believes(const Device& device, Point& point, const Value& value);
   void bad_value(const Device& device, Point& point, const std::string& why);
+  void refuse(const Device& device, Point& point, const std::string& why);
   bool is_news(const Device& device, const Point& point, const model::Reading& reading) const;
   void store_value(const Device& device, Point& point, const Value& value, WallTime user_time);
   void end_later(const Device& device, const Point& point);

@@ -109,6 +109,37 @@ TEST_F(IslandConfigTest, ReadsEveryCommonKey) {
   EXPECT_EQ(names.actuators.at("lamp-1"), "top");
 }
 
+TEST_F(IslandConfigTest, ReadsWhatValuesArePlausible) {
+  const auto config = read(with_network(
+      "dummy: {type: dummy, valid: {illuminance: {maximum: 5000}},\n"
+      "    devices: {1: {valid: {temperature-1: {minimum: -5.5, maximum: 40, step: 3, not: [85, 0]}, energy-1: "
+      "{rises: yes, not: []}}}}}"));
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  const auto& rules = config.proxy.networks.at("dummy");
+  EXPECT_EQ(rules.valid, (std::map<std::string, proxy::Valid>{{"light", {.maximum = 5000}}}));
+  const std::map<std::string, proxy::Valid> of_device{
+      {"temperature-1", {.minimum = -5.5, .maximum = 40, .step = 3, .never = {{85, 0}}}},
+      {"energy-1", {.rises = true, .never = std::vector<double>{}}}};
+  EXPECT_EQ(rules.devices.at("1").valid, of_device);
+}
+
+TEST_F(IslandConfigTest, MistakesInWhatIsPlausibleNameTheirPlace) {
+  const std::pair<std::string, std::string> mistakes[] = {
+      {"valid: {tempreture: {minimum: 3}}", "valid.tempreture: is no type"},
+      {"valid: {temperature: {minimum: 3, maximum: 2}}", "temperature.minimum: is 3, expected at most the maximum 2"},
+      {"valid: {temperature: {step: 0}}", "temperature.step: expected more than 0"},
+      {"valid: {temperature: {not: [x]}}", "temperature.not: 'x' is no number"},
+      {"valid: {temperature: {min: 3}}", "minimum"},
+      {"valid: {lamp: {minimum: 3}}", "lamp is no number"},
+      {"devices: {1: {valid: {temperature: {minimum: 3}}}}", "expected a sensor or actuator id such as light-1"}};
+  for (const auto& [text, error] : mistakes) {
+    errors_ = {};
+    read(with_network("dummy: {type: dummy, " + text + "}"));
+    EXPECT_THAT(errors_.text(), HasSubstr(error)) << text;
+    EXPECT_EQ(errors_.lines().size(), 1U) << errors_.text();
+  }
+}
+
 TEST_F(IslandConfigTest, NamesGivenToFormerTypesHoldForThoseOfToday) {
   const auto config = read(
       with_network("dummy: {type: dummy, devices: {1: {sensors: {illuminance-1: window, pir-2: hall, motion-1: x}}}}"));

@@ -64,7 +64,7 @@ async function timedOut({ page, open }) {
   await turn(rowOf(page, "boiler-1"));
   await outcomeIs(page, "boiler-1", "timed-out");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
-  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "boiler-1" }).waitFor();
+  await page.locator(".card", { hasText: "Needs attention" }).locator("li", { hasText: "boiler-1" }).waitFor();
 }
 
 /** A slider whose value is not known stands nowhere. */
@@ -83,7 +83,7 @@ async function failed({ page, open }) {
   await valve.getByRole("button", { name: "Set" }).click();
   await outcomeIs(page, "valve-1", "failed");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
-  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "valve-1" }).waitFor();
+  await page.locator(".card", { hasText: "Needs attention" }).locator("li", { hasText: "valve-1" }).waitFor();
 }
 
 /** The device has it and has not reported yet. */

@@ -4,10 +4,10 @@ import { tabTo } from "./browser.mjs";
 /** A line that is not up is on the overview with its reason, until it is up; what waits then is counted there. */
 async function aLineComesUp({ page, open, island }) {
   await open("overview");
-  const card = page.locator(".card", { hasText: "Lines not up" });
-  await card.locator("li", { hasText: "wsn-hall" }).locator("p", { hasText: "19202" }).waitFor();
+  const card = page.locator(".card", { hasText: "Needs attention" });
+  await card.locator("li", { hasText: "wsn-hall" }).locator("a", { hasText: "19202" }).waitFor();
   island.startMotes();
-  await card.getByText(/All lines of/).waitFor();
+  await card.locator("li", { hasText: "wsn-hall" }).waitFor({ state: "detached" });
   await page.locator(".card", { hasText: "Inbox" }).getByText("3 devices wait for a decision.").waitFor();
   await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "3" }).waitFor();
 }

@@ -46,6 +46,7 @@ const always: Want[] = [
   { pattern: "*:*.*.*.status", min: 250 },
   { pattern: "*:*.*.status", min: 250 },
   { pattern: "*:*.inbox", min: 250 },
+  { pattern: "*:*.alerts", min: 250 },
 ];
 export const baseFeeds: Subscription[] = [];
 

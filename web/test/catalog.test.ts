@@ -3,6 +3,7 @@ import { test } from "node:test";
 import { Catalog, networkToShow } from "../src/core/catalog";
 import { readKey } from "../src/core/keys";
 import { Store } from "../src/core/store";
+import { alertsIn, placeOf } from "../src/views/overview_facts";
 
 function setUp() {
   const store = new Store(() => {});
@@ -28,6 +29,7 @@ test("keys of points, devices, networks, counters and the inbox differ", () => {
     "proxy.wsn-1.property.line.value": "counter",
     "proxy.inbox.wsn-1.7": "waiting",
     "proxy.inbox": "inbox",
+    "proxy.alerts": "alerts",
     "proxy.recorder.day.status": "other",
     "proxy.history.status": "other",
     "proxy.property.clock.value": "other",
@@ -143,6 +145,26 @@ test("what histories say of themselves is known, also of other components than i
   assert.equal(catalog.networks.size, 0);
   store.release(failing);
   assert.equal(catalog.histories.size, 1);
+});
+
+test("alerts of all islands or one, problems first, each with the view it leads to", () => {
+  const { catalog, put, island } = setUp();
+  const list = (...alerts: object[]) => JSON.stringify({ alerts, more: 2 });
+  put("7:proxy.wsn.3.status", "{}");
+  put("7:proxy.wsn.status", "{}");
+  put(
+    "7:proxy.alerts",
+    list({ about: "proxy.wsn.3.sensor.battery-1", severity: "warning", what: "low" }, { about: "proxy", severity: "problem", what: "clock" }),
+  );
+  island(8);
+  put("8:proxy.alerts", list({ about: "proxy.wsn", severity: "problem", since: 9, what: "down", fix: "look" }, 3 as never));
+  put("70000:proxy.alerts", list({ what: "of no island" }));
+  const { alerts, more } = alertsIn(catalog, 0);
+  assert.deepEqual([alerts.map(({ what }) => what), more], [["clock", "down", "low"], 4]);
+  assert.deepEqual(alertsIn(catalog, 8).alerts, [{ owner: 8, about: "proxy.wsn", problem: true, since: 9, what: "down", fix: "look" }]);
+  const places = alertsIn(catalog, 7).alerts.map((alert) => placeOf(catalog, alert));
+  assert.deepEqual(places, [null, { view: "devices", path: ["7", "wsn", "3"] }]);
+  assert.deepEqual(placeOf(catalog, { ...alerts[2]!, about: "proxy.wsn" }), { view: "networks", path: ["7/wsn"] });
 });
 
 test("of several networks the first whose line is up is shown, unless one is named", () => {

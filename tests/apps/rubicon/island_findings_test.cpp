@@ -207,6 +207,19 @@ TEST(IslandFindings, AClockThatIsOffIsAProblem) {
   EXPECT_THAT(check_clock(seen, WallTime(1h)).at(0).what, HasSubstr("the clock of this host says"));
 }
 
+TEST(IslandFindings, AlertsOfTheIslandThatNoOtherCheckSays) {
+  auto seen = island();
+  EXPECT_THAT(check_alerts(seen), IsEmpty());
+  seen.alerts.all = {
+      {"line-down", "proxy.knx-hall", model::Severity::kProblem, kNow, "down", "cable"},
+      {"battery-low", "proxy.knx-hall.7", model::Severity::kWarning, kNow, "7: the battery is low", "change it"}};
+  const auto found = check_alerts(seen);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].grade, Grade::kNote);
+  EXPECT_EQ(found[0].what, "island 6541 home: 7: the battery is low");
+  EXPECT_EQ(found[0].fix, "change it");
+}
+
 TEST(IslandFindings, DevicesThatWaitForADecisionAreNamed) {
   auto seen = island();
   EXPECT_THAT(check_inbox(seen), IsEmpty());

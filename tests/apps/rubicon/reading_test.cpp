@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <map>
 #include <thread>
 
 #include "apps/rubicon/live_island.h"
@@ -191,6 +192,24 @@ TEST_F(Reading, DevicesAndDescriptionsShowTheLineAndTheReason) {
   EXPECT_THAT(rubicon({"describe", "barn"}).output, ContainsRegex("line +down for "));
   EXPECT_THAT(rubicon({"describe", "living-9"}).output, ContainsRegex("line +up for "));
   EXPECT_THAT(rubicon({"tree"}).output, HasSubstr("dummy-away  line down: "));
+}
+
+TEST_F(Reading, AlertsSayWhatNeedsAPersonAndWhatToDo) {
+  std::map<std::string, nlohmann::json> by_key;
+  for (int i = 0; i < 100 && !by_key.contains("proxy.dummy-sleepy.attic"); ++i) {
+    by_key.clear();
+    for (const auto& line : lines_of(rubicon({"alerts", "--json"}))) by_key[line["about"]] = line;
+  }
+  const auto& silent = by_key["proxy.dummy-sleepy.attic"];
+  EXPECT_EQ(silent["kind"], "device-silent");
+  EXPECT_EQ(silent["severity"], "warning");
+  EXPECT_EQ(silent["island"], 6541);
+  EXPECT_FALSE(by_key.contains("proxy.dummy-rooms.living-10"));
+  const auto table = rubicon({"alerts", "--island", "6541"});
+  EXPECT_EQ(table.code, 0) << table.errors;
+  EXPECT_THAT(table.output, HasSubstr("attic) is not reachable"));
+  EXPECT_THAT(table.output, HasSubstr("check its power or battery"));
+  EXPECT_EQ(rubicon({"alerts", "--island", "6542"}).code, 8);
 }
 
 TEST_F(Reading, TheInboxNamesItsIsland) {

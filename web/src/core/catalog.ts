@@ -186,6 +186,8 @@ export class Catalog {
   readonly waiting = new Map<string, Tuple>();
   /** What each inbox says of itself, by OWNER:KEY. */
   readonly inboxes = new Map<string, Tuple>();
+  /** What of each island needs a person, by OWNER:KEY. */
+  readonly alerts = new Map<string, Tuple>();
   /** What each history says of itself, by OWNER:KEY; any component may publish such a tuple. */
   readonly histories = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
@@ -264,6 +266,9 @@ export class Catalog {
         break;
       case "inbox":
         setOrDelete(this.inboxes, tuple.id, now);
+        break;
+      case "alerts":
+        setOrDelete(this.alerts, tuple.id, now);
         break;
       case "other":
         break;

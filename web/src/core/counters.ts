@@ -9,7 +9,7 @@ export type CounterKind = "loss" | "oddity" | "flow" | "fact";
 const losses =
   /^(dropped|undeliver|undecodable|unreadable|lost|failed|garbage|damaged|skipped|expired|unsent)|-(lost|expired|failures|dropped)(-|$)|^(bad|refused)-|^share-(dropped|refused)|^telegrams-refused|^not-acknowledged|^data-secure-(plain|no-|unknown|wrong|old|other|refused)|^secure-(plain|early-|wrong|replays|other|forbidden|old|bad)/;
 const oddities =
-  /^(unknown|undeclared|unusable|unanswered|unacknowledged|unconfirmed|unassigned|missing|wrong|foreign|repeat|duplicates|doubled|broken|long-frames|short-frames|forbidden|late|reconnects|other-frames|bus-repetitions|joined-again|renames)/;
+  /^(unknown|undeclared|implausible|unusable|unanswered|unacknowledged|unconfirmed|unassigned|missing|wrong|foreign|repeat|duplicates|doubled|broken|long-frames|short-frames|forbidden|late|reconnects|other-frames|bus-repetitions|joined-again|renames)/;
 /** Numbers that say how much there is now, or what it is: they have no rate. */
 const levels = /^(attempts|next-attempt|devices|line|port|waiting|pending|telegrams-waiting|share-clients|replay|rounds|starts)/;
 

@@ -14,7 +14,6 @@ import {
   store,
   useFeeds,
 } from "../app";
-import { type Device, number, text as textOf } from "../core/catalog";
 import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
 import { Rates } from "../core/rates";
@@ -25,14 +24,11 @@ import { NoIsland } from "../parts/no_island";
 import { NotWritten } from "../parts/not_written";
 import { Loaded, State } from "../parts/state";
 import * as text from "../words/overview";
-import * as commandText from "../words/command";
 import * as words from "../words/frame";
-import * as networksText from "../words/networks";
-import { failingCommands, gone, linesNotUp, reachableOf, waitingIn } from "./overview_facts";
+import { type Alert, alertsIn, placeOf, reachableOf, waitingIn } from "./overview_facts";
 import type { View } from "./views";
 
-/** Rows of a section; the rest is behind its link. */
-const shown = 8;
+const shownAlerts = 12;
 const floods = 5;
 /** Seconds until rates mean something. */
 const settled = 4;
@@ -41,10 +37,6 @@ const settled = 4;
 function Overview() {
   void second.value;
   const owner = ownerPattern();
-  const feeds = useFeeds([
-    { pattern: `${owner}:*.*.*.actuator.*.status`, min: 1000 },
-    { pattern: `${owner}:*.*.*.property.*.status`, min: 1000 },
-  ]);
   const values = useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 1000 }]);
   const state = loadingOf(baseFeeds);
   if (noIslands()) return <NoIsland />;
@@ -55,20 +47,13 @@ function Overview() {
         <Islands />
         <NotWritten owners={[...islands.value, server.value]} />
         <div class="cards">
-          <Lines state={state} />
-          <Gone state={state} />
-          <Commands state={loadingOf([...baseFeeds, ...feeds])} />
+          <Alerts state={state} />
           <Inbox state={state} />
           <Floods state={loadingOf(values)} />
         </div>
       </Loaded>
     </section>
   );
-}
-
-function ofChosen<T extends { owner: number }>(all: T[]): T[] {
-  const island = chosenIsland();
-  return island ? all.filter(({ owner }) => owner === island) : all;
 }
 
 function Islands() {
@@ -148,74 +133,28 @@ function Card({ title, count, none, state, more, bad, children }: CardProps) {
 
 type OfState = Pick<CardProps, "state">;
 
-function Lines({ state }: OfState) {
-  const lines = ofChosen(linesNotUp(catalog));
-  const networks = ofChosen([...catalog.networks.values()]).length;
+function Alerts({ state }: OfState) {
+  const { alerts, more } = alertsIn(catalog, chosenIsland());
+  const count = alerts.length + more;
   return (
-    <Card
-      title={text.lines}
-      count={lines.length}
-      none={networks > 0 ? text.allUp(networks) : networksText.none}
-      state={state}
-      bad
-      more={{ href: hrefTo("networks"), label: text.networks }}
-    >
-      {lines.slice(0, shown).map((network) => {
-        const status = network.status?.json;
-        return (
-          <li key={network.path}>
-            <a href={hrefTo("networks", [network.path])}>{network.id}</a>
-            <State word={network.line} />
-            <Age time={number(status?.since)} />
-            <p class="muted">{textOf(status?.reason)}</p>
-          </li>
-        );
-      })}
+    <Card title={text.alerts} count={count} none={text.noAlerts} state={state} bad={alerts.some(({ problem }) => problem)}>
+      {alerts.slice(0, shownAlerts).map((alert) => (
+        <AlertRow key={alert.owner + alert.about + alert.what} alert={alert} />
+      ))}
+      {count > shownAlerts && <li class="muted">{text.moreAlerts(count - shownAlerts)}</li>}
     </Card>
   );
 }
 
-function DeviceLink({ device }: { device: Device }) {
-  return <a href={hrefTo("devices", device.path.split("/"))}>{device.name}</a>;
-}
-
-function Gone({ state }: OfState) {
-  const devices = ofChosen(gone(catalog));
+function AlertRow({ alert }: { alert: Alert }) {
+  const place = placeOf(catalog, alert);
   return (
-    <Card
-      title={text.gone}
-      count={devices.length}
-      none={text.noneGone}
-      state={state}
-      bad
-      more={{ href: hrefTo("devices", [], { sort: "state" }), label: text.all }}
-    >
-      {devices.slice(0, shown).map((device) => (
-        <li key={device.path}>
-          <DeviceLink device={device} />
-          <span class="muted">{device.network}</span>
-          <Age time={device.since} />
-          {device.reason && <p class="muted">{device.reason}</p>}
-        </li>
-      ))}
-    </Card>
-  );
-}
-
-function Commands({ state }: OfState) {
-  const island = chosenIsland();
-  const failing = failingCommands(catalog).filter(({ point }) => !island || point.device.owner === island);
-  return (
-    <Card title={text.commands} count={failing.length} none={text.noneFailing} state={state} bad>
-      {failing.slice(0, shown).map(({ point, outcome }) => (
-        <li key={point.path}>
-          <a href={hrefTo("devices", point.device.path.split("/"))}>{`${point.device.name} · ${point.id}`}</a>
-          <State word={outcome.state} tone="bad" />
-          <Age time={outcome.since} />
-          <p class="muted">{[commandText.commanded(outcome.value), outcome.reason].filter(Boolean).join(" · ")}</p>
-        </li>
-      ))}
-    </Card>
+    <li class="alert">
+      {place ? <a href={hrefTo(place.view, place.path)}>{alert.what}</a> : <span>{alert.what}</span>}
+      <State word={alert.problem ? text.problem : text.warning} tone={alert.problem ? "bad" : "waiting"} />
+      <Age time={alert.since} />
+      <p class="muted">{alert.fix}</p>
+    </li>
   );
 }
 

@@ -1,7 +1,4 @@
-import type { Catalog, Device, Network, Point } from "../core/catalog";
-import { number } from "../core/catalog";
-import { type Outcome, outcomeOf, toneOf } from "../core/commands";
-import { compareNatural } from "../core/text";
+import { type Catalog, number, text } from "../core/catalog";
 
 export function reachableOf(catalog: Catalog, owner: number): { reachable: number; all: number } {
   let reachable = 0;
@@ -14,29 +11,43 @@ export function reachableOf(catalog: Catalog, owner: number): { reachable: numbe
   return { reachable, all };
 }
 
-/** Networks whose line is not up; a recording that ended is no trouble. */
-export function linesNotUp(catalog: Catalog): Network[] {
-  return [...catalog.networks.values()]
-    .filter(({ line }) => line !== "unknown" && line !== "up" && line !== "ended")
-    .sort((a, b) => a.owner - b.owner || compareNatural(a.id, b.id));
+export interface Alert {
+  owner: number;
+  /** Key of the network, device or point. */
+  about: string;
+  problem: boolean;
+  since: number; // seconds
+  what: string;
+  fix: string;
 }
 
-/** Unreachable devices, those that went last first. */
-export function gone(catalog: Catalog): Device[] {
-  return [...catalog.devices.values()].filter((device) => device.state === "unreachable").sort((a, b) => b.since - a.since);
-}
-
-/** Points whose last command ended badly, the latest first. */
-export function failingCommands(catalog: Catalog): { point: Point; outcome: Outcome }[] {
-  const failing: { point: Point; outcome: Outcome }[] = [];
-  for (const device of catalog.devices.values()) {
-    for (const point of device.points.values()) {
-      if (point.kind === "sensor" || !point.status?.value?.includes('"command"')) continue;
-      const outcome = outcomeOf(point.status.json);
-      if (outcome && toneOf(outcome.state) === "bad") failing.push({ point, outcome });
-    }
+/** What needs a person, on all islands or one; problems first. `more` found no room in the lists. */
+export function alertsIn(catalog: Catalog, island: number): { alerts: Alert[]; more: number } {
+  const alerts: Alert[] = [];
+  let more = 0;
+  for (const { owner, json } of catalog.alerts.values()) {
+    if (island && owner !== island) continue;
+    more += number(json.more);
+    for (const one of Array.isArray(json.alerts) ? json.alerts : []) if (isObject(one)) alerts.push(alertOf(owner, one));
   }
-  return failing.sort((a, b) => b.outcome.since - a.outcome.since);
+  return { alerts: alerts.sort((a, b) => Number(b.problem) - Number(a.problem)), more };
+}
+
+function isObject(value: unknown): value is Record<string, unknown> {
+  return typeof value === "object" && value !== null;
+}
+
+function alertOf(owner: number, one: Record<string, unknown>): Alert {
+  const problem = one.severity === "problem";
+  return { owner, about: text(one.about), problem, since: number(one.since), what: text(one.what), fix: text(one.fix) };
+}
+
+/** Where an alert leads: the page of its device, or that of its network; null for the island itself. */
+export function placeOf(catalog: Catalog, { owner, about }: Alert): { view: string; path: string[] } | null {
+  const [, network = "", device = ""] = about.split(".");
+  if (catalog.device(owner, network, device)) return { view: "devices", path: [String(owner), network, device] };
+  const path = `${owner}/${network}`;
+  return catalog.networks.has(path) ? { view: "networks", path: [path] } : null;
 }
 
 /** The inboxes of all islands, or of one. */

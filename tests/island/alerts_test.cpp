@@ -1,0 +1,65 @@
+#include "island/alerts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "virtual_island.h"
+
+namespace rubicon::island {
+namespace {
+
+using namespace std::chrono_literals;
+using model::AlertList;
+
+TEST(IslandAlerts, AreATupleThatFollowsTheirCause) {
+  VirtualIsland at("{attic: {keepalive: 1h, sensors: {light-1: {value: 3}}}, den: {keepalive: 1s}}");
+  std::vector<AlertList> seen;
+  const auto watch = at.space->subscribe({OwnerId(6541), "proxy.alerts"}, {}, [&](const tuples::Event& event) {
+    if (event.kind == tuples::EventKind::kSet) seen.push_back(model::alerts_from_json(event.tuple.value));
+  });
+  at.time.run_for(10s);
+  ASSERT_EQ(seen.size(), 1U) << "one that does not change is not written again";
+  EXPECT_TRUE(seen[0].all.empty());
+  at.time.run_for(2min);
+  ASSERT_EQ(seen.size(), 2U);
+  ASSERT_EQ(seen[1].all.size(), 1U);
+  EXPECT_EQ(seen[1].all[0].about, "proxy.dummy-rooms.attic");
+}
+
+TEST(IslandAlerts, OfADiskARecorderAndAClock) {
+  AlertList list;
+  add_disk("proxy.state", {"the state file", 100'000'000}, list);
+  add_disk("proxy.state", {"the state file", std::nullopt}, list);
+  add_clock("proxy", WallTime(std::chrono::seconds(1'600'000'000)), list);
+  for (const auto* state : {"recording", "opening", "stopped"})
+    add_unwritten("proxy.history", R"({"state":")" + std::string(state) + R"("})", list);
+  EXPECT_EQ(list, AlertList());
+  add_disk("proxy.state", {"the state file", 99'999'999}, list);
+  add_unwritten("proxy.recorder.all", R"({"state":"dropping","file":"/var/all.rlog","reason":"disk full","since":9})",
+                list);
+  add_clock("proxy", WallTime(std::chrono::seconds(86400)), list);
+  std::vector<std::string> kinds;
+  for (const auto& one : list.all) kinds.push_back(one.kind);
+  EXPECT_EQ(kinds, (std::vector<std::string>{"disk-full", "not-written", "clock"}));
+  EXPECT_EQ(list.all[1].what, "/var/all.rlog is not written: disk full");
+  EXPECT_EQ(list.all[1].since, WallTime(std::chrono::seconds(9)));
+}
+
+TEST(IslandAlerts, WritesOfTheStateFileThatFailAreOneUntilTheySucceed) {
+  StateFailures failures;
+  const SteadyTime start{1h};
+  const auto is_one = [&](SteadyTime since) {
+    AlertList list;
+    failures.add("proxy.state", since, list);
+    return list.all.size() == 1;
+  };
+  failures.look(0, start);
+  EXPECT_FALSE(is_one(start - 20s));
+  failures.look(3, start + 1s);
+  EXPECT_TRUE(is_one(start - 19s));
+  failures.look(3, start + 30s);
+  EXPECT_FALSE(is_one(start + 10s));
+}
+
+}  // namespace
+}  // namespace rubicon::island
