@@ -33,6 +33,8 @@ class TestEngineOf final : public TestEngine {
 std::unique_ptr<TestEngine> make_test_engine(VirtualScheduler& time);
 /// Components see each other as soon as they are there, or after a turn.
 extern const bool kMeetAtOnce;
+/// Two components may use one id for a while, as two processes that do not know of each other.
+extern const bool kOneIdMayStartTwice;
 
 /// The engine of this program.
 class TestEcology {

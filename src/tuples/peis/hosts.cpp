@@ -33,7 +33,7 @@ Hosts::Host* Hosts::obtain(OwnerId id, bool is_neighbour) {
 }
 
 bool Hosts::learn(const HostRecord& record, RecordSource source) {
-  if (is_over(record.id, record.magic)) return false;
+  if (is_over(record.id, record.magic) && !takes_back(record, source)) return false;
   auto* host = obtain(record.id, source == RecordSource::kOwnLink);
   if (!host) return false;
   host->heard = scheduler_.now();
@@ -49,6 +49,16 @@ bool Hosts::learn(const HostRecord& record, RecordSource source) {
   host->is_sure = source != RecordSource::kOther;
   host->claim.reset();
   evaluate(*host);
+  return true;
+}
+
+/// A start that another one took the id from lives on if it connects after that one is gone.
+bool Hosts::takes_back(const HostRecord& record, RecordSource source) {
+  auto& host = hosts_.at(record.id);
+  if (source != RecordSource::kOwnLink || host.state != State::kAbsent || host.routable) return false;
+  for (auto& former : host.former) {
+    if (former.magic == record.magic) former = {};
+  }
   return true;
 }
 

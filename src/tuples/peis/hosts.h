@@ -62,7 +62,8 @@ class Hosts {
 
   Hosts(Scheduler& scheduler, Counters& counters, Calls calls);
 
-  /// False: the info is that of a start that has ended, or of too many hosts. What was announced ends no start, and
+  /// False: the info is that of a start that has ended (unless that start connects and no other one is up), or of too
+  /// many hosts. What was announced ends no start, and
   /// replaces nothing that the host said itself: it is one more address to try (claim()).
   bool learn(const HostRecord& record, RecordSource source);
   /// A start has one hello; another one counts only if it came a better way.
@@ -116,6 +117,7 @@ class Hosts {
     std::size_t next_former = 0;
   };
 
+  bool takes_back(const HostRecord& record, RecordSource source);
   Host* obtain(OwnerId id, bool is_neighbour = false);
   bool hear(Host& host, const HostRecord& record);
   void restart(Host& host, std::uint32_t magic, bool is_sure);

@@ -4,6 +4,7 @@
 namespace rubicon::tuples {
 
 const bool kMeetAtOnce = false;
+const bool kOneIdMayStartTwice = true;
 
 std::unique_ptr<TestEngine> make_test_engine(VirtualScheduler& time) {
   return std::make_unique<TestEngineOf<dds::DdsTestEcology>>(time);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "base/log.h"
+#include "base/virtual_scheduler.h"
 #include "tuples/joined/joined_ecology.h"
 #include "tuples/memory/memory_ecology.h"
 
