@@ -121,7 +121,6 @@ constexpr std::array kMeanings{
     Meaning{"forged-hellos", "a component spoke in the name of another one; this was ignored", kTheirs},
     Meaning{"other-starts", "said of a component that is up that it has started again; not believed before it connects",
             kTheirs},
-    Meaning{"time-messages", "messages that set the clock of kernels; they were ignored", kTheirs},
     Meaning{"foreign-tuples", "tuples that a component sent for another owner; they were ignored", kTheirs},
     Meaning{"unknown-keys", "tuples of kernels whose keys cannot be keys here", kTheirs},
     Meaning{"copies-not-kept", "tuples of kernels beyond 200,000 or 128 MiB of one kernel",

@@ -24,7 +24,7 @@ struct Counters {
   std::uint64_t held_deaths = 0;      ///< DEAD_HOST about this node within 10 s of the last one of the host
   std::uint64_t forged_hellos = 0;    ///< hellos by others than the host, or that differ from its first one
   std::uint64_t other_starts = 0;     ///< infos of another start of a host that is up, not on its own connection
-  std::uint64_t time_messages = 0;    ///< TIMESYNC, always ignored
+  std::uint64_t time_messages = 0;    ///< TIMESYNC, which kernels send as a rule; always ignored
   std::uint64_t too_many_hosts = 0;
   std::uint64_t too_many_routes = 0;
   std::uint64_t too_many_links = 0;   ///< connections refused

@@ -10,7 +10,8 @@ KernelSession::KernelSession(SessionContext& context, OwnerId peer, View& view)
     : Session(context, peer),
       view_(view),
       again_(context.scheduler, [this] { during([this] { request_again(); }); }),
-      expiry_(context.scheduler, [this] { expire_copies(); }) {}
+      expiry_(context.scheduler, [this] { expire_copies(); }),
+      refusals_due_(context.scheduler, [this] { tell_more_refusals(); }) {}
 
 void KernelSession::receive(Port port, ByteView body) {
   switch (port) {

@@ -45,6 +45,10 @@ class KernelSession final : public Session {
   static constexpr std::size_t kMaxRequested = 10'000;
   static constexpr std::size_t kMaxAppended = 1'000;  ///< tuples that one append may change
   static constexpr std::size_t kMaxLostDeletes = 10'000;
+  static constexpr std::size_t kMaxAsked = 10'000;         ///< requests of the kernel without a reply
+  static constexpr std::size_t kMaxNamedRefusals = 16;     ///< lines in kRefusalsEach
+  static constexpr std::size_t kMaxMoreRefusals = 10'000;  ///< counted besides
+  static constexpr Duration kRefusalsEach = std::chrono::minutes(1);
   static constexpr Duration kRequestAgain = std::chrono::seconds(10);  ///< what was given up
 
   enum class Request { kDue, kSent, kAcknowledged, kGivenUp };
@@ -57,6 +61,11 @@ class KernelSession final : public Session {
     std::uint64_t request = 0;
     std::string key;  ///< folded
     std::string value;
+  };
+
+  struct Asked {
+    std::string key;
+    bool append = false;
   };
 
   /// What a push deleted, if it did.
@@ -108,6 +117,8 @@ class KernelSession final : public Session {
   void on_set(ByteView body);
   void on_append(ByteView body);
   void ask_owner(RemoteSet set);
+  void refused(std::string_view what, std::string_view key, std::string_view why);
+  void tell_more_refusals();
   /// Guarded by the life of this session and of the start.
   Done guarded(std::function<void(Outcome)> call);
 
@@ -124,7 +135,9 @@ class KernelSession final : public Session {
   bool lost_pushes_ = false;                                   ///< some push was given up: all follow again
   std::deque<PendingSet> sets_;
   std::uint64_t last_set_ = 0;  ///< number of the kernel's remote sets
-  base::Deadline again_, expiry_;
+  std::map<std::uint64_t, Asked> asked_;
+  std::set<std::string> named_refusals_, more_refusals_;  ///< "set KEY": with a line, without
+  base::Deadline again_, expiry_, refusals_due_;
 };
 
 }  // namespace rubicon::tuples::peis

@@ -129,10 +129,7 @@ void KernelSession::on_set(ByteView body) {
         read->write_time.value_or(WallTime{}) == WallTime{} ? context_.scheduler.wall_now() : *read->write_time;
     set.lifetime = std::max<Duration>(ends - from, Duration(1));
     if (ends == kDeleteTime) {
-      ++context_.counters.refused_sets;
-      context_.log.warning("delete " + name(),
-                           fmt::format("{} asks to delete {}: only its owner can", name(), model::quoted(read->key)));
-      return;
+      return refused("delete", read->key, "only its owner can");
     }
   }
   ask_owner(std::move(set));
@@ -150,6 +147,7 @@ void KernelSession::on_append(ByteView body) {
   view_.keys.each(*pattern, [&](const std::string& key) {
     if (keys.size() < kMaxAppended) keys.push_back(key);
   });
+  if (keys.empty()) refused("append to", prototype.key, "there is no such tuple");
   const auto encoding = prototype.encoding.value_or(Encoding::kAscii);
   for (const auto& key : keys) {
     RemoteSet set;
@@ -167,13 +165,36 @@ void KernelSession::ask_owner(RemoteSet set) {
   set.from = peer_;
   set.owner = context_.self;
   set.request = ++last_set_;
+  asked_[set.request] = {set.key, set.append};
+  while (asked_.size() > kMaxAsked) asked_.erase(asked_.begin());
   if (context_.listener) context_.listener->on_remote_set(set);
 }
 
 void KernelSession::reply(const Reply& reply) {
+  const auto asked = asked_.extract(reply.request);
   if (reply.verdict == Verdict::kApplied) return;
+  const bool is_append = !asked.empty() && asked.mapped().append;
+  refused(is_append ? "append to" : "set", asked.empty() ? std::string_view() : asked.mapped().key, reply.text);
+}
+
+/// A line for each key, and after a minute one for those that had none.
+void KernelSession::refused(std::string_view what, std::string_view key, std::string_view why) {
   ++context_.counters.refused_sets;
-  context_.log.info("sets of " + name(), fmt::format("remote set of {}: {}", name(), reply.text));
+  auto subject = fmt::format("{} {}", what, key);
+  if (named_refusals_.contains(subject)) return;
+  if (named_refusals_.empty()) refusals_due_.advance_to(context_.scheduler.now() + kRefusalsEach);
+  if (named_refusals_.size() >= kMaxNamedRefusals) {
+    if (more_refusals_.size() < kMaxMoreRefusals) more_refusals_.insert(std::move(subject));
+    return;
+  }
+  context_.log.unlimited().info(fmt::format("{} asks to {} {}: refused: {}", name(), what, model::quoted(key), why));
+  named_refusals_.insert(std::move(subject));
+}
+
+void KernelSession::tell_more_refusals() {
+  if (const auto more = std::exchange(more_refusals_, {}).size(); more > 0)
+    context_.log.unlimited().info(fmt::format("requests of {} for {} more tuples are refused", name(), more));
+  named_refusals_.clear();
 }
 
 }  // namespace rubicon::tuples::peis

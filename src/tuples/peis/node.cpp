@@ -69,6 +69,10 @@ Result<void> Node::send(OwnerId to, Port port, ByteView body, Done done) {
   return impl.deliveries.send(to, port, body, std::move(done));
 }
 
+void Node::rename(std::string full_name) {
+  impl_->options.full_name = std::move(full_name);
+}
+
 Result<void> Node::broadcast(Port port, ByteView body) {
   if (body.size() > kMaxBody || static_cast<std::uint16_t>(port) > kLastPort)
     return fail(ErrorCode::kOutOfRange,

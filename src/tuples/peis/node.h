@@ -85,6 +85,9 @@ class Node {
   /// above 49.
   Result<void> broadcast(Port port, ByteView body);
 
+  /// NodeOptions::full_name of what this node sends from now on.
+  void rename(std::string full_name);
+
   /// The hosts that are up, by id.
   std::vector<Identity> hosts() const;
   /// Null: not up. Valid until the next turn.

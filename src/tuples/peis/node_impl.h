@@ -168,6 +168,7 @@ struct Node::Impl {
   void announced(const HostRecord& record);
   void id_claimed(const HostRecord& record);
   void id_taken(const Identity& other);
+  void own_id_in(const Package& package);
   void happened(HostEvent event, const Identity& host);
   void welcome(OwnerId host);
   void returned(const Identity& host);

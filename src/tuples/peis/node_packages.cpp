@@ -31,17 +31,26 @@ void Node::Impl::received(NodeLink& link, const Package& package) {
   if (link.peer == OwnerId{}) {  // we connected, and this is the first that comes
     if (header.routing != Routing::kLink) return;
     if (header.source == options.id || !link.initiated) {
-      const auto claim = read_host_info(package.body);
-      if (header.port == Port::kHostInfo && claim && claim->host.id == options.id) id_claimed(claim->host);
+      own_id_in(package);
       return close(link);
     }
     link.peer = header.source;
   }
-  if (header.source == options.id) return void(++counters.duplicates);
+  if (header.source == options.id) {
+    ++counters.duplicates;
+    return own_id_in(package);
+  }
   if (is_forged(link, package)) return;  // before it counts as received: the true one may come by the way of the host
   if (header.routing == Routing::kBroadcast) return received_broadcast(link, package);
   if (header.routing == Routing::kDirect) return received_direct(link, package);
   if (header.routing == Routing::kLink && header.source == link.peer) take(link, package);
+}
+
+/// A package that gives this node's id as its source: its own one that came back, or that of another component.
+void Node::Impl::own_id_in(const Package& package) {
+  if (package.header.port != Port::kHostInfo) return;
+  const auto claim = read_host_info(package.body);
+  if (claim && claim->host.id == options.id && claim->host.magic != options.magic) id_claimed(claim->host);
 }
 
 bool Node::Impl::is_sound(const NodeLink& link, const PackageHeader& header) {

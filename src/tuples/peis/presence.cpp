@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "rubicon/summary.hpp"
 #include "tuples/peis/own_session.h"
 
 namespace rubicon::tuples::peis {
@@ -23,6 +24,7 @@ Result<void> Presence::open(transport::Transports& transports) {
   if (!opened) return fail(opened.error());
   node_ = std::move(*opened);
   context_.node = node_.get();
+  show_name();
   opened_ = context_.scheduler.now();
   return {};
 }
@@ -82,8 +84,23 @@ void Presence::unsubscribe(std::uint32_t id) {
   }
 }
 
+/// Tools of 2013 show the name of each component; in `name@host!process` it has no signs of that form.
+void Presence::show_name() {
+  const auto summary = model::summary_from_json(start_.summary);
+  if (!summary || summary->name.empty()) return;
+  name_ = summary->name;
+  std::replace_if(
+      name_.begin(), name_.end(), [](char c) { return c == '@' || c == '!' || (c >= 0 && c <= ' '); }, '_');
+  const auto& full_name = start_.node.full_name;
+  const auto rest = full_name.substr(full_name.find('@'));
+  if (node_ && !start_.is_stand_in)
+    node_->rename(name_.substr(0, kMaxNameLength - std::min(rest.size(), kMaxNameLength)) + rest);
+  if (refresh_.pending()) set_tuple("kernel.name", name_);
+}
+
 void Presence::describe(const std::string& summary) {
   start_.summary = summary;
+  show_name();
   for (auto& [id, peer] : peers_) peer.session->describe(summary);
 }
 

@@ -66,6 +66,7 @@ class Presence {
 
   // What kernels see of this component (presence_kernels.cpp).
   void begin_observing();
+  void show_name();
   void set_first_tuples();
   void refresh();
   void set_tuple(std::string_view key, std::string value);
@@ -75,6 +76,7 @@ class Presence {
   base::LimitedLog log_;
   SessionContext context_;
   SteadyTime opened_{};
+  std::string name_;  ///< of the component, empty: it gave none
   std::map<std::uint32_t, SubscriptionSpec> subscriptions_;
   struct Peer {
     PeerIdentity identity;

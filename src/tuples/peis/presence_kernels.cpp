@@ -25,7 +25,7 @@ void Presence::begin_observing() {
 void Presence::set_first_tuples() {
   const auto& node = start_.node;
   set_tuple("kernel.id", std::to_string(number(node.id)));
-  set_tuple("kernel.name", node.full_name.substr(0, node.full_name.find('@')));
+  set_tuple("kernel.name", name_.empty() ? node.full_name.substr(0, node.full_name.find('@')) : name_);
   set_tuple("kernel.hostname", node.host_name);
   set_tuple("kernel.user", start_.user);
   set_tuple("kernel.version", fmt::format("rubicon {} (proto {})", RUBICON_VERSION, kProtocolVersion));

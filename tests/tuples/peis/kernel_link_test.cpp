@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tuples/peis/kernel_tuples.h"
 #include "tuples/peis/link_to_a_kernel.h"
 
@@ -228,6 +230,63 @@ TEST_F(LinkToAKernel, ARemoteSetOfAKernelIsDecidedByThePolicyOfTheTuple) {
   EXPECT_THAT(own_pushed(), ElementsAre(c_string("Act.lamp=on")));
   EXPECT_EQ(space->get(kSelf, "Act.lamp")->creator, kKernel);
   EXPECT_EQ(counters().refused_sets, 1u);
+}
+
+/// Kernels get no reply: the log is all that says it.
+TEST_F(LinkToAKernel, EachTupleThatAKernelMayNotChangeHasALineOrIsCountedInTheNext) {
+  const auto lines_with = [this](const std::string& part) {
+    return std::count_if(log.lines.begin(), log.lines.end(),
+                         [&](const auto& line) { return line.find(part) != line.npos; });
+  };
+  const auto append = [this](std::string_view key) {
+    SetAppend out;
+    out.prototype.owner = kSelf;
+    out.prototype.key = key;
+    out.difference = "x";
+    kernel.send(200, Port::kSetAppend, text_of(write(out)));
+  };
+  ASSERT_TRUE(space->set("text", "a"));
+  world.run(100ms);
+  for (int round = 0; round < 3; ++round) {
+    for (const auto* key : {"one", "two"}) set_remote(key, c_string("1"));
+    append("text");
+    append("absent");
+    world.run(100ms);
+  }
+  EXPECT_EQ(lines_with("component 101 asks to set 'one': refused: "), 1);
+  EXPECT_EQ(lines_with("component 101 asks to set 'two': refused: "), 1);
+  EXPECT_EQ(lines_with("component 101 asks to append to 'text': refused: "), 1);
+  EXPECT_EQ(lines_with("component 101 asks to append to 'absent': refused: there is no such tuple"), 1);
+  EXPECT_EQ(counters().refused_sets, 12U);
+  for (int i = 0; i < 15; ++i) set_remote("more." + std::to_string(i), c_string("1"));
+  world.run(10s);
+  EXPECT_EQ(lines_with("asks to set 'more."), 12) << "16 lines a minute";
+  EXPECT_EQ(lines_with("more tuples"), 0);
+  world.run(1min);
+  EXPECT_EQ(lines_with("requests of component 101 for 3 more tuples are refused"), 1);
+  set_remote("one", c_string("1"));
+  world.run(2min);
+  EXPECT_EQ(lines_with("component 101 asks to set 'one': refused: "), 2) << "again after a minute";
+  EXPECT_EQ(lines_with("more tuples"), 1);
+}
+
+TEST_F(LinkToAKernel, KernelsSeeTheNameThatTheComponentGivesItself) {
+  Summary summary;
+  summary.name = "Anna's home@cellar";
+  ASSERT_TRUE(space->describe(to_json(summary)));
+  subscribe("kernel.name");
+  kernel.close();
+  kernel.connect(8000);
+  world.run(3s);
+  std::string name;
+  for (const auto& push : pushed()) name = push.data;
+  EXPECT_EQ(name, c_string("Anna's_home_cellar"));
+  std::string full_name;
+  for (const auto& package : kernel.of(Port::kHostInfo)) {
+    const auto record = read_host_info(base::as_bytes(package.body))->host;
+    if (record.id == kSelf) full_name = record.full_name;
+  }
+  EXPECT_EQ(full_name, "Anna's_home_cellar@hostx!4711");
 }
 
 }  // namespace

@@ -90,6 +90,39 @@ TEST_F(NodeBehind, ARequestOfAKernelOfThisHostWaitsUntilItsConnectionShowsThat) 
   EXPECT_TRUE(was_here);
 }
 
+/// It says that it is of this host, and its own connection shows that it is not.
+TEST_F(NodeBehind, ARequestOverAConnectionFromAnotherHostIsJudgedAtOnce) {
+  transport::MemoryTransports elsewhere;
+  elsewhere.join(world.net, "10.0.0.2");
+  KernelPeer far(world.time, elsewhere, 302, 9004);
+  far.connect(own.node->local().port);
+  world.run(1s);
+  ASSERT_TRUE(own.sees(302));
+  ASSERT_EQ(own.node->host(OwnerId{302})->host_name, own.options.host_name);
+  far.send(102, Port::kSetRemote, "go");
+  world.run(200ms);
+  EXPECT_THAT(own.texts(), ElementsAre("go"));
+  EXPECT_FALSE(own.node->is_here(OwnerId{302}));
+}
+
+TEST_F(NodeBehind, AKernelThatHasTheIdOfThisNodeIsAskedAndReported) {
+  KernelPeer twin(world, 102, 9005);
+  const auto claim = [&] {
+    auto header = old.header(Routing::kBroadcast, Port::kHostInfo);
+    header.source = OwnerId{102};
+    old.send_raw(header, write(HostRecordMessage{twin.record(), false}));
+    world.run(3s);
+  };
+  claim();
+  EXPECT_THAT(own.taken, IsEmpty()) << "nobody is there";
+  EXPECT_EQ(own.node->counters().own_id_seen, 1U);
+  twin.listen();
+  claim();
+  ASSERT_THAT(own.taken, SizeIs(1));
+  EXPECT_EQ(own.taken[0].magic, twin.magic);
+  EXPECT_THAT(world.sink.lines, ::testing::Contains(::testing::HasSubstr("another component uses the id 102")));
+}
+
 TEST_F(NodeBehind, ARequestOfOneWhosePlaceIsNotShownIsJudgedAfterFiveSecondsAndNotAcknowledgedBefore) {
   introduce();
   set("go");

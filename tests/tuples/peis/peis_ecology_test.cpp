@@ -157,6 +157,26 @@ TEST_F(PeisEcologies, TwoEnginesAtOnceShowKernelsAllOwnKeys) {
   EXPECT_THAT(*push.data, EndsWith(c_string(" Only.Here)")));
 }
 
+TEST_F(PeisEcologies, KernelsAloneSeeTheKernelTuplesOfAComponentOfOurs) {
+  KernelPeer kernel(world, 101, 9000);
+  kernel.listen();
+  const auto one = open(connected_to("127.0.0.1:9000"), "1"), two = open(connected_to("127.0.0.1:8000"), "2");
+  const auto link = std::move(*one->join(kSelf)), other = std::move(*two->join(OwnerId{201}));
+  TupleSpace space(kSelf, world.time, *link), reader(OwnerId{201}, world.time, *other);
+  ASSERT_TRUE(space.set("a", "1"));
+  std::vector<std::string> seen;
+  const auto all = reader.subscribe({kSelf, "**"}, {}, [&](const Event& event) { seen.emplace_back(event.tuple.key); });
+  world.run(3s);
+  Subscribe subscribe;
+  subscribe.prototype.owner = kSelf;
+  subscribe.prototype.key = "kernel.id";
+  kernel.send(number(kSelf), Port::kSubscribe, text_of(write(subscribe)));
+  world.run(15s);
+  EXPECT_THAT(kernel.of(Port::kPush), ::testing::SizeIs(1));
+  EXPECT_THAT(seen, ElementsAre("a"));
+  EXPECT_FALSE(space.get(kSelf, "kernel.id")) << "it has none itself";
+}
+
 /// Ends the link when a component comes.
 struct Leaver final : LinkListener {
   void on_changes(OwnerId, std::span<const Change>) override {}
