@@ -14,6 +14,7 @@ using ::testing::Not;
 using ::testing::SizeIs;
 
 /// What a real Zigbee2MQTT 2.14.1 published: 16 joins with interviews, reports, two sets, one leave, a clean stop.
+/// Labels, descriptions and the bridge's own settings are left out.
 class ZigbeeReplay : public House {
  protected:
   struct Line {
@@ -21,18 +22,27 @@ class ZigbeeReplay : public House {
     std::string topic, payload;
   };
 
+  /// Each `{"same": n}` in the file is its n-th part.
+  static json with(const std::vector<json>& parts, json value) {
+    if (value.is_object() && value.size() == 1 && value.contains("same")) return parts.at(value["same"]);
+    if (value.is_structured()) {
+      for (auto& item : value) item = with(parts, item);
+    }
+    return value;
+  }
+
   void SetUp() override {
-    std::ifstream file(RUBICON_SOURCE_DIR "/../shared/data/zigbee/trace16-small.jsonl");
-    if (!file) GTEST_SKIP() << "no ../shared/data/zigbee/trace16-small.jsonl beside the source tree";
-    double first = 0;
+    std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/zigbee/sixteen_devices.jsonl");
+    ASSERT_TRUE(file);
+    std::vector<json> parts;
     for (std::string text; std::getline(file, text);) {
-      const auto line = json::parse(text);
-      const auto stamp = line["tst"].get<std::string>();  // 2026-11-21T00:16:31.822421Z+0000
-      const double at =
-          std::stod(stamp.substr(11, 2)) * 3600 + std::stod(stamp.substr(14, 2)) * 60 + std::stod(stamp.substr(17, 9));
-      if (trace_.empty()) first = at;
-      trace_.push_back({at - first, line["topic"],
-                        line["payload"].is_string() ? line["payload"].get<std::string>() : line["payload"].dump()});
+      auto line = json::parse(text);
+      if (line.contains("part")) {
+        parts.push_back(with(parts, line["part"]));
+        continue;
+      }
+      const auto payload = with(parts, line["payload"]);
+      trace_.push_back({line["at"], line["topic"], payload.is_string() ? payload.get<std::string>() : payload.dump()});
     }
     // 2026-11-21T00:16:31.822Z: the times of the trace are those of the host.
     host.time.set_wall(WallTime(std::chrono::microseconds(1795220191822421)));

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kFolder = RUBICON_SOURCE_DIR "/../shared/data/peis/";
+const std::string kFolder = RUBICON_SOURCE_DIR "/tests/cases/peis/";
 constexpr std::size_t kFileHeader = 24, kEthernet = 14;
 constexpr std::uint8_t kTcp = 6, kUdp = 17, kSyn = 2, kAck = 16;
 

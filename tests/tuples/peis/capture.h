@@ -21,7 +21,7 @@ struct Capture {
   std::vector<Stream> streams;   ///< in the order of their first segments
 };
 
-/// The recordings of ../shared/data/peis, by name without `.pcap`; empty if they are not beside the source tree.
+/// The recordings of tests/cases/peis, by name without `.pcap`.
 std::vector<std::string> capture_names();
 /// Adds a failure of the test for what it cannot read: other frames, gaps in a stream.
 Capture read_capture(const std::string& name);
