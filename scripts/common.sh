@@ -7,6 +7,9 @@ export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 
 say() { printf '[%s] %s\n' "$(basename "$0")" "$*" >&2; }
 
+# apart PROGRAM ARGUMENTS... &: in a session of its own, which signals from the terminal do not reach. $! is its process.
+apart() { exec setsid "$@"; }
+
 # Who may install packages, as a command to put in front: nothing for root, sudo, or `false` for anybody else.
 root_command() {
   if [ "$(id -u)" -eq 0 ]; then echo

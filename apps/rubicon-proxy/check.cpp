@@ -16,6 +16,7 @@
 #include "island/network_types.h"
 #include "island/point_names.h"
 #include "island/rights_checks.h"
+#include "island/serial_lines.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 #include "tuples/memory/memory_ecology.h"
@@ -116,6 +117,7 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   config.directory = std::filesystem::path(file).parent_path().string();
   config.engine.trust_folder = trust_folder(config.engine, config.directory);
   island::check_rights(config, errors);
+  island::check_serial_lines(config, errors);
   return config;
 }
 

@@ -15,6 +15,7 @@
 #include "apps/program/spdlog_sink.h"
 #include "apps/rubicon-proxy/audit_part.h"
 #include "apps/rubicon-proxy/check.h"
+#include "apps/rubicon-proxy/displaced.h"
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/service_notice.h"
 #include "apps/rubicon-proxy/trust_part.h"
@@ -146,8 +147,7 @@ class Session {
     keep_good();
     // What the joins of many devices took; that of reading the configuration was given back before.
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
-    log_.info(
-        fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
+    log_.info(fmt::format("island {} is up: {}{}", number(island_->config().id), networks_text(), open_to()));
     loop_.run();
     screen_.reset();
     if (output_.dropped() > 0)
@@ -171,7 +171,8 @@ class Session {
 
   Result<void> open_engines(const config::EngineSetup& engine, IslandId island, LogSink& sink) {
     const auto displaced = [this](OwnerId id) {
-      log_.error(fmt::format("component id {} is in use by another process; exiting", number(id)));
+      const auto* dds = engines_ ? engines_->dds() : nullptr;
+      log_.error(displaced_text(id, dds ? dds->component_starts() : std::vector<tuples::dds::ComponentStart>()));
       exit_code_ = kExitFailed;
       finish();
     };
@@ -227,8 +228,21 @@ class Session {
   /// One line for people who ask the service manager.
   std::string status() const {
     const auto& config = island_->config();
-    return fmt::format("island {} ({}) is up: {} networks", number(config.id), config.proxy.island_name,
-                       island_->networks().ids().size());
+    return fmt::format("island {} ({}) is up: {}", number(config.id), config.proxy.island_name, networks_text());
+  }
+
+  std::string networks_text() const {
+    const auto count = island_->networks().ids().size();
+    return fmt::format("{} network{}", count, count == 1 ? "" : "s");
+  }
+
+  /// Who may command it, where nobody has to prove who he is.
+  std::string open_to() const {
+    const auto& engine = island_->config().engine;
+    if (judge_ || trust_.get() || (!engine.dds && !engine.peis)) return {};
+    const bool lan = (engine.dds && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan);
+    return fmt::format("; without trust: anybody {} may command it",
+                       lan ? "who reaches its interfaces" : "on this host");
   }
 
   /// Whoever asks for it: a signal, the shell, or a command of the settings, which shows the outcome itself.
@@ -261,7 +275,8 @@ class Session {
     if (!plan) return refused(plan.error());
     for (const auto& line : plan->lines) log_.info("reload: " + line);
     for (const auto& line : plan->warnings) log_.warning("reload: " + line);
-    log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
+    log_.info(
+        fmt::format("reloaded {}: {} change{}", options_.file, plan->lines.size(), plan->lines.size() == 1 ? "" : "s"));
     keep_good();
     open_parts();
     island::give_back_memory();

@@ -46,6 +46,16 @@ class Findings {
   HostCheck found_;
 };
 
+/// `broker.tls.ca` is an option of an option.
+std::vector<std::string> path_of(const std::string& network, const std::string& option) {
+  std::vector<std::string> path{"networks", network};
+  for (std::size_t begin = 0, end = 0; end != option.npos; begin = end + 1) {
+    end = option.find('.', begin);
+    path.push_back(option.substr(begin, end - begin));
+  }
+  return path;
+}
+
 /// The certificate of the island, as the daemon would read it. Whoever may not read the key checks the rest.
 void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findings& findings) {
   const auto& folder = config.engine.trust_folder;
@@ -94,7 +104,7 @@ HostCheck check_host(island::Island& island, transport::Transports& transports, 
   const auto& config = island.config();
   for (const auto& setup : config.networks) {
     for (const auto& one : island.networks().find(setup.id)->missing())
-      findings.add({"networks", setup.key, one.option}, one.text, one.kind);
+      findings.add(path_of(setup.key, one.option), one.text, one.kind);
   }
   if (config.engine.dds) {
     const auto good = tuples::dds::check_interfaces(config.engine.options, transport::interfaces());

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/island_points.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/alerts.h"
 #include "model/json_members.h"
@@ -55,8 +55,8 @@ void add_alerts(Cli& cli) {
       {"alerts", "List what needs a person: lines that are down, silent devices, low batteries, full disks",
        "  rubicon alerts\n"
        "  rubicon alerts --island 6541 --json\n"},
-      [island](Session& session) { return list(session, *island); });
-  add_island_option(app, *island);
+      [island](Session& session) { return with_island(session, *island, [&] { return list(session, *island); }); });
+  island->add_to(app);
 }
 
 }  // namespace rubicon::cli

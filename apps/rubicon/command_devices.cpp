@@ -9,11 +9,12 @@
 #include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
+#include "base/nearest.h"
 #include "client/json_forms.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
 #include "model/point_tuples.h"
-#include "model/unit_text.h"
+#include "rubicon/unit.hpp"
 
 namespace rubicon::cli {
 
@@ -34,12 +35,18 @@ std::string suggest_query(Session& session, const client::DeviceQuery& query) {
   const auto all = session.client().devices({}, session.settings().patience);
   auto near = query.type.empty() ? std::string() : suggest_type(all, query.type);
   if (near.empty() && !query.name.empty()) near = suggest_device(all, query.name);
+  std::vector<std::string> networks, areas;
+  for (const auto& device : all) {
+    networks.push_back(device.network);
+    areas.push_back(device.area);
+  }
+  if (near.empty()) near = base::did_you_mean(query.network, networks);
+  if (near.empty()) near = base::did_you_mean(query.area, areas);
   return near;
 }
 
-int list(Session& session, const DeviceOptions& options) {
+int list(Session& session, const client::DeviceQuery& query) {
   session.discover();
-  const auto query = options.query();
   const auto found = session.client().devices(query, session.settings().patience);
   if (found.empty()) return session.not_found("no such device", suggest_query(session, query));
   Table table({{"DEVICE", Column::Kind::kKey},
@@ -150,11 +157,14 @@ int describe(Session& session, const std::string& word) {
 
 void add_devices(Cli& cli) {
   const auto options = std::make_shared<DeviceOptions>();
-  auto* app = cli.command_in_ecology({"devices", "List the devices of all islands",
-                                      "  rubicon devices\n"
-                                      "  rubicon devices --type temperature --network 'knx*'\n"
-                                      "  rubicon devices --island 6541 --json\n"},
-                                     [options](Session& session) { return list(session, *options); });
+  auto* app =
+      cli.command_in_ecology({"devices", "List the devices of all islands",
+                              "  rubicon devices\n"
+                              "  rubicon devices --type temperature --network 'knx*'\n"
+                              "  rubicon devices --island 6541 --json\n"},
+                             [options](Session& session) {
+                               return options->run(session, [&](const auto& query) { return list(session, query); });
+                             });
   options->add_to(*app);
 }
 

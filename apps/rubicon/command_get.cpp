@@ -131,7 +131,7 @@ int report_quality(Session& session, const Point& point, const GetOptions& optio
 }
 
 int get_one(Session& session, const std::string& text, const GetOptions& options) {
-  const auto typed = parse_target(text);
+  const auto typed = parse_target(session, text);
   if (!typed) {
     print_error(typed.error().text);
     return kUsage;

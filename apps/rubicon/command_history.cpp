@@ -1,16 +1,18 @@
 #include <fmt/format.h>
 
-#include <ctime>
 #include <filesystem>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
+#include "apps/rubicon/selection.h"
 #include "apps/rubicon/table.h"
-#include "base/config_reader.h"
-#include "base/text.h"
+#include "apps/rubicon/time_option.h"
 #include "history/answer_text.h"
 #include "history/import.h"
 #include "history/past.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
+#include "model/point_keys.h"
 #include "recording/recording_text.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
@@ -32,26 +34,6 @@ WallTime clock_now() {
   return transport::Loop().scheduler().wall_now();
 }
 
-/// `now`, a span before it (`2h`), seconds since 1970, or `2026-01-31T12:00:00Z`.
-std::optional<WallTime> time_in(const std::string& text, WallTime now) {
-  if (text == "now") return now;
-  if (const auto span = base::parse_duration(text))
-    return now - std::chrono::duration_cast<std::chrono::microseconds>(*span);
-  if (const auto seconds = base::parse_number<double>(text)) {
-    const auto time = model::time_from_seconds(*seconds);
-    return time == WallTime() ? std::nullopt : std::optional(time);
-  }
-  std::tm calendar{};
-  const auto* end = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &calendar);
-  if (end == nullptr || *end != '\0') return std::nullopt;
-  return WallTime(std::chrono::seconds(::timegm(&calendar)));
-}
-
-std::string check_time(const std::string& text) {
-  if (time_in(text, WallTime(std::chrono::hours(24 * 20'000)))) return {};
-  return text + ": expected now, a span before it (2h), seconds since 1970, or 2026-01-31T12:00:00Z";
-}
-
 int failed(const Error& error) {
   print_error(error.text);
   return kFailed;
@@ -59,10 +41,26 @@ int failed(const Error& error) {
 
 using Work = std::function<int(Store&, const Settings&, const HistoryOptions&)>;
 
+/// The file of the history that an island keeps, where no file has that name but an island of this host has.
+std::string file_of(const Settings& settings, const std::string& word) {
+  std::error_code error;
+  if (std::filesystem::exists(word, error) || word.find('/') != word.npos) return word;
+  const auto session = Session::open(settings, "history");
+  if (!session) return word;
+  for (const auto island : components_called(*session, word)) {
+    const auto status = model::IslandKey{settings.prefix}.history().status();
+    for (const auto& tuple : session->read({island, status})) {
+      if (auto file = model::text_of(model::object_of(tuple.value), "file"); !file.empty()) return file;
+    }
+  }
+  return word;
+}
+
 /// Opens the file for one of the commands.
 int with_store(const Settings& settings, const HistoryOptions& options, sqlite::FileUse use, const Work& work,
                bool create = false) {
-  const auto store = Store::open(options.file, use, use == sqlite::FileUse::kOwn, create);
+  const auto file = create ? options.file : file_of(settings, options.file);
+  const auto store = Store::open(file, use, use == sqlite::FileUse::kOwn, create);
   if (!store) return failed(store.error());
   if (use == sqlite::FileUse::kOwn && (*store)->read_only())
     return failed({ErrorCode::kRefused, fmt::format("history {}: no permission to write", options.file)});
@@ -85,7 +83,7 @@ int info(Store& store, const Settings& settings, const HistoryOptions& options) 
   std::int64_t open = 0;
   for (const auto& [row, one] : store.series()) open += static_cast<std::int64_t>(one.open.size());
   std::error_code ignored;
-  const auto size = std::filesystem::file_size(options.file, ignored);
+  const auto size = std::filesystem::file_size(store.path(), ignored);
   Output out(1);
   if (settings.json) {
     out.line(
@@ -114,13 +112,15 @@ int info(Store& store, const Settings& settings, const HistoryOptions& options) 
 /// The series that the patterns name; all if there are none.
 Result<std::vector<history::SeriesEntry>> chosen(Store& store, const std::vector<std::string>& patterns) {
   std::vector<history::SeriesEntry> all;
-  for (const auto& pattern : patterns_in(patterns.empty() ? std::vector<std::string>{"*:**"} : patterns)) {
-    auto some = history::list_series(store, pattern);
+  const auto selections = parse_selections(patterns, "*:**", "value");
+  if (!selections) return fail(selections.error());
+  for (const auto& selection : *selections) {
+    auto some = history::list_series(store, selection.pattern);
     if (!some) return some;
     for (auto& one : *some) {
       const bool fresh =
           std::none_of(all.begin(), all.end(), [&](const auto& other) { return other.name == one.name; });
-      if (fresh) all.push_back(std::move(one));
+      if (fresh && selection.fits(one.name.owner, one.name.key)) all.push_back(std::move(one));
     }
   }
   return all;
@@ -218,13 +218,13 @@ int export_points(Store& store, const Settings&, const HistoryOptions& options) 
 
 int compact(Store& store, const Settings&, const HistoryOptions& options) {
   std::error_code ignored;
-  const auto before = std::filesystem::file_size(options.file, ignored);
+  const auto before = std::filesystem::file_size(store.path(), ignored);
   auto done = store.close_all();
   if (done) done = store.database().run("VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", "compacting");
   if (!done) return failed(done.error());
   Output out(1);
   out.line(
-      fmt::format("{}: {} bytes, before {}", store.path(), std::filesystem::file_size(options.file, ignored), before));
+      fmt::format("{}: {} bytes, before {}", store.path(), std::filesystem::file_size(store.path(), ignored), before));
   return ended(out, kGood);
 }
 
@@ -248,13 +248,13 @@ int import(Store& store, const Settings& settings, const HistoryOptions& options
   return ended(out, kGood);
 }
 
-/// The option of a time.
-void add_time(CLI::App* app, const std::string& name, std::string& text, const std::string& about) {
-  app->add_option(name, text, about)->type_name("TIME")->check(check_time);
+std::string check_selection(const std::string& text) {
+  const auto parsed = parse_selections(text, "value");
+  return parsed ? std::string() : parsed.error().text;
 }
 
 void add_patterns(CLI::App* app, std::vector<std::string>& patterns, const std::string& about) {
-  app->add_option("PATTERN", patterns, about)->check(check_pattern);
+  app->add_option("PATTERN", patterns, about)->check(check_selection);
 }
 
 }  // namespace
@@ -269,7 +269,10 @@ void add_history(Cli& cli) {
   parent->footer(
       "Example:\n  rubicon history demo.history info\nAn island or `rubicon web` may write the file meanwhile, "
       "except for compact and import.");
-  parent->add_option("FILE", options->file, "file of the history")->required();
+  parent
+      ->add_option("FILE", options->file,
+                   "file of the history; or the id or name of an island of this host that keeps one")
+      ->required();
   const auto add = [&](const Cli::Text& text, sqlite::FileUse use, const Work& work) {
     return cli.command(
         {text.name, text.summary, text.examples, parent},
@@ -278,13 +281,14 @@ void add_history(Cli& cli) {
   add({"info", "Show sizes and times", "  rubicon history demo.history info\n"}, sqlite::FileUse::kRead, info);
   auto* ask = add({"query", "Show what series were, or list them",
                    "  rubicon history demo.history query\n"
-                   "  rubicon history demo.history query '6541:proxy.*.*.sensor.temperature-1.value' --from 1d\n"},
+                   "  rubicon history demo.history query '6541:proxy.*.*.sensor.temperature-1.value' --from 1d\n"
+                   "  rubicon history demo.history query 'living.*' --from 1d\n"},
                   sqlite::FileUse::kRead, query);
   add_patterns(ask, options->patterns, "series to show; default: a list of all");
   options->from = "1h";
   options->to = "now";
-  add_time(ask, "--from", options->from, "begin; default: 1h, an hour ago");
-  add_time(ask, "--to", options->to, "end; default: now");
+  add_time_option(ask, "--from", options->from, "begin; default: 1h, an hour ago");
+  add_time_option(ask, "--to", options->to, "end; default: now");
   ask->add_option("--buckets", options->buckets, "most rows of a series")
       ->check(CLI::Range(std::size_t{1}, history::kMaxBuckets))
       ->capture_default_str();
@@ -297,8 +301,8 @@ void add_history(Cli& cli) {
                                return with_store(settings, *every, sqlite::FileUse::kRead, export_points);
                              });
   add_patterns(points, every->patterns, "series to write; default: all");
-  add_time(points, "--from", every->from, "begin; default: the first value");
-  add_time(points, "--to", every->to, "end; default: the last value");
+  add_time_option(points, "--from", every->from, "begin; default: the first value");
+  add_time_option(points, "--to", every->to, "end; default: the last value");
   add({"compact", "Give the space of removed values back to the disk", "  rubicon history demo.history compact\n"},
       sqlite::FileUse::kOwn, compact);
   auto* fill =
@@ -315,7 +319,7 @@ void add_history(Cli& cli) {
   fill->add_option("--exclude", every->exclude, "but not these (may be repeated)")
       ->check(check_pattern)
       ->allow_extra_args(false);
-  add_time(fill, "--end", every->end, "move all times so that the recording ends then; default: as they are");
+  add_time_option(fill, "--end", every->end, "move all times so that the recording ends then; default: as they are");
 }
 
 }  // namespace rubicon::cli

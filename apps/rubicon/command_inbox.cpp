@@ -4,7 +4,9 @@
 #include <set>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/glob.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
 
@@ -13,9 +15,8 @@ namespace rubicon::cli {
 namespace {
 
 struct InboxOptions {
-  std::uint32_t island = 0;
+  IslandOption island;
   std::string which;
-  std::optional<OwnerId> owner() const { return island == 0 ? std::nullopt : std::optional(OwnerId(island)); }
 };
 
 int list(Session& session, const InboxOptions& options) {
@@ -28,7 +29,7 @@ int list(Session& session, const InboxOptions& options) {
                {"ADDRESS", Kind::kText, 2},
                {"SINCE", Kind::kWord, 4},
                {"WHY", Kind::kText}});
-  for (const auto& tuple : session.read({options.owner(), island.inbox("*.*")})) {
+  for (const auto& tuple : session.read({options.island.owner(), island.inbox("*.*")})) {
     const auto about = model::object_of(tuple.value);
     if (session.json()) {
       auto line = about;
@@ -42,7 +43,7 @@ int list(Session& session, const InboxOptions& options) {
   if (session.json()) return kGood;
   if (!table.empty()) session.out().write(table.text(session.look()));
   std::size_t ignored = 0;
-  const auto inboxes = session.read({options.owner(), island.inbox()});
+  const auto inboxes = session.read({options.island.owner(), island.inbox()});
   for (const auto& tuple : inboxes)
     ignored += static_cast<std::size_t>(std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored")));
   if (inboxes.empty()) return session.not_found("no inbox");
@@ -54,7 +55,18 @@ int list(Session& session, const InboxOptions& options) {
 /// Islands whose inbox has this entry (or, for the key of an inbox: that have one).
 std::set<OwnerId> islands_for(Session& session, const InboxOptions& options, const std::string& key) {
   std::set<OwnerId> islands;
-  for (const auto& tuple : session.read({options.owner(), key})) islands.insert(tuple.owner);
+  for (const auto& tuple : session.read({options.island.owner(), key})) islands.insert(tuple.owner);
+  return islands;
+}
+
+/// Islands with a waiting device that a word with * or ? fits.
+std::set<OwnerId> islands_that_fit(Session& session, const InboxOptions& options) {
+  std::set<OwnerId> islands;
+  const model::IslandKey island{session.settings().prefix};
+  for (const auto& tuple : session.read({options.island.owner(), island.inbox("*.*")})) {
+    const auto about = model::object_of(tuple.value);
+    if (base::glob_matches(options.which, model::text_of(about, "key"))) islands.insert(tuple.owner);
+  }
   return islands;
 }
 
@@ -66,7 +78,8 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
   const bool single = model::check_key(one).has_value();
   auto islands = single ? islands_for(session, options, one) : std::set<OwnerId>();
   const bool waits = !islands.empty();
-  if (!waits) islands = islands_for(session, options, inbox);
+  if (!single) islands = islands_that_fit(session, options);
+  if (islands.empty()) islands = islands_for(session, options, inbox);
   if (islands.empty()) return session.not_found("no inbox");
   if (islands.size() > 1) {
     std::vector<std::string> names;
@@ -97,22 +110,23 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
 void add_inbox(Cli& cli) {
   const auto options = std::make_shared<InboxOptions>();
   const auto action = std::make_shared<std::string>("list");
-  auto* app =
-      cli.command_in_ecology({"inbox", "List devices that wait for a decision; approve or ignore them",
-                              "  rubicon inbox\n"
-                              "  rubicon inbox approve dummy-new.guest\n"
-                              "  rubicon inbox ignore 'dummy-new.*' --island 6541     # all that match\n"},
-                             [options, action](Session& session) {
-                               if (*action == "list") return list(session, *options);
-                               if (!options->which.empty()) return decide(session, *options, *action);
-                               print_error(fmt::format("{}: no device given; expected NETWORK.DEVICE", *action));
-                               return static_cast<int>(kUsage);
-                             });
+  auto* app = cli.command_in_ecology(
+      {"inbox", "List devices that wait for a decision; approve or ignore them",
+       "  rubicon inbox\n"
+       "  rubicon inbox approve dummy-new.guest\n"
+       "  rubicon inbox ignore 'dummy-new.*' --island 6541     # all that match\n"},
+      [options, action](Session& session) {
+        if (*action != "list" && options->which.empty()) {
+          print_error(fmt::format("{}: no device given; expected NETWORK.DEVICE", *action));
+          return static_cast<int>(kUsage);
+        }
+        return with_network(session, options->island, options->which, [&] {
+          return *action == "list" ? list(session, *options) : decide(session, *options, *action);
+        });
+      });
   app->add_option("ACTION", *action, "list, approve or ignore")->check(CLI::IsMember({"list", "approve", "ignore"}));
   app->add_option("DEVICE", options->which, "NETWORK.DEVICE, also with * and ?");
-  app->add_option("--island", options->island, "of this island")
-      ->type_name("ID")
-      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli

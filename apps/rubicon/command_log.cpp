@@ -105,12 +105,15 @@ void add_log(Cli& cli) {
                                       "  rubicon log\n"
                                       "  rubicon log --follow --level warning\n"
                                       "  rubicon log --island 6541 --json\n"},
-                                     [options](Session& session) { return LogReader(session, *options).run(); });
+                                     [options](Session& session) {
+                                       return with_island(session, options->island,
+                                                          [&] { return LogReader(session, *options).run(); });
+                                     });
   app->add_flag("-f,--follow", options->follow, "go on with new lines as they come");
   app->add_option("--level", options->level, "this level and higher: debug, info (the default), warning, error")
       ->check(CLI::IsMember(std::vector<std::string>(kLevels.begin(), kLevels.end())));
   add_duration_option(app, "--for", options->length, "with --follow: end after this time");
-  add_island_option(app, options->island);
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli

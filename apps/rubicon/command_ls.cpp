@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
@@ -60,7 +61,8 @@ std::vector<Point> all_that_fit(Session& session, const Selections& selections) 
 }
 
 int list(Session& session, const std::string& text) {
-  const auto selections = parse_selections(text.empty() ? usual_pattern(session.settings()) : text, "value");
+  const auto selections =
+      parse_selections(text.empty() ? usual_pattern(session.settings()) : with_island_id(session, text), "value");
   if (!selections) {
     print_error(selections.error().text);
     return kUsage;

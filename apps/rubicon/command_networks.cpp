@@ -4,7 +4,7 @@
 #include "apps/rubicon/island_points.h"
 #include "apps/rubicon/losses.h"
 #include "apps/rubicon/tuple_text.h"
-#include "base/text.h"
+#include "base/nearest.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
 
@@ -47,8 +47,10 @@ std::string next_of(const LineStatus& line, WallTime now) {
 
 int list(Session& session, const NetworksOptions& options) {
   session.discover();
+  std::vector<std::string> ids;
   const auto look = [&] {
     auto found = session.client().networks(options.island.owner(), session.settings().patience);
+    for (const auto& one : found) ids.push_back(one.id);
     std::erase_if(found, [&](const Network& one) { return !options.network.empty() && one.id != options.network; });
     return found;
   };
@@ -77,7 +79,8 @@ int list(Session& session, const NetworksOptions& options) {
                network.line.reason});
   }
   if (table.empty())
-    return session.not_found(options.network.empty() ? "no network" : "no network " + model::quoted(options.network));
+    return session.not_found(options.network.empty() ? "no network" : "no network " + model::quoted(options.network),
+                             base::did_you_mean(options.network, ids));
   if (!session.json()) session.out().write(table.text(session.look()));
   return kGood;
 }
@@ -89,16 +92,6 @@ int reopen(Session& session, const NetworksOptions& options) {
   const auto island = choose_island(session, options.island, line.status(), what);
   if (island.code != kGood) return island.code;
   return command_island(session, island.id, line.command(), options.action, options.network + ": the line is up");
-}
-
-/// `7:wsn-1`, as the list writes it.
-NetworksOptions resolved(NetworksOptions options) {
-  const auto colon = options.network.find(':');
-  const auto island = base::parse_number<std::uint32_t>(std::string_view(options.network).substr(0, colon));
-  if (colon == std::string::npos || !island) return options;
-  options.island.island = *island;
-  options.network.erase(0, colon + 1);
-  return options;
 }
 
 }  // namespace
@@ -114,13 +107,14 @@ void add_networks(Cli& cli) {
        "DEVICES: reachable devices of all devices. LOST: counters of dropped, refused and malformed messages\n"
        "since the island started.\n"},
       [options](Session& session) {
-        const auto chosen = resolved(*options);
-        return chosen.action.empty() ? list(session, chosen) : reopen(session, chosen);
+        return with_network(session, options->island, options->network, [&] {
+          return options->action.empty() ? list(session, *options) : reopen(session, *options);
+        });
       });
-  app->add_option("NETWORK", options->network, "this network only");
+  app->add_option("NETWORK", options->network, "this network only, also with its island in front: 6541:knx-demo");
   app->add_option("ACTION", options->action, "reopen: try now to open the line, not after the pause")
       ->check(CLI::IsMember({"reopen"}));
-  add_island_option(app, options->island);
+  options->island.add_to(app);
   add_duration_option(app, "--for", options->length,
                       "compare two observations this far apart, and show which losses grew");
 }

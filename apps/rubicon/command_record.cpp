@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
 #include "model/json_members.h"
@@ -16,7 +17,7 @@ namespace {
 struct RecordOptions {
   std::string file, length, minimum;
   std::vector<std::string> patterns;
-  std::uint32_t island = 0;
+  IslandOption island;
   bool active = false;
 };
 
@@ -30,7 +31,7 @@ class Complaints final : public base::LogSink {
 
 /// The island to record; kNoOwner after the error was printed.
 OwnerId island_of(Session& session, const RecordOptions& options) {
-  if (options.island != 0) return OwnerId(options.island);
+  if (const auto named = options.island.owner()) return *named;
   session.discover();
   const auto islands = session.client().islands();
   if (islands.size() == 1) return islands[0].id;
@@ -44,14 +45,14 @@ OwnerId island_of(Session& session, const RecordOptions& options) {
   return model::kNoOwner;
 }
 
-Result<std::vector<Pattern>> patterns_of(const RecordOptions& options, const std::string& prefix, OwnerId island) {
+Result<std::vector<Pattern>> patterns_of(Session& session, const RecordOptions& options, OwnerId island) {
   std::vector<Pattern> patterns;
-  for (const auto& text : options.patterns) {
+  for (const auto& text : with_island_ids(session, options.patterns)) {
     auto pattern = Pattern::parse(text);
     if (!pattern) return fail(pattern.error());
     patterns.push_back(std::move(*pattern));
   }
-  if (patterns.empty()) patterns.push_back({island, prefix + ".**"});
+  if (patterns.empty()) patterns.push_back({island, session.settings().prefix + ".**"});
   return patterns;
 }
 
@@ -71,7 +72,7 @@ int finish(Session& session, const recorder::Recorder& recorder, const std::stri
 int record(Session& session, const RecordOptions& options) {
   const auto island = island_of(session, options);
   if (island == model::kNoOwner) return session.client().islands().empty() ? kNotThere : kUsage;
-  const auto patterns = patterns_of(options, session.settings().prefix, island);
+  const auto patterns = patterns_of(session, options, island);
   if (!patterns) {
     print_error(patterns.error().text);
     return kUsage;
@@ -110,12 +111,12 @@ void add_record(Cli& cli) {
        "  rubicon record home.rec                          # everything of the only island\n"
        "  rubicon record sensors.rec 'proxy.*.*.sensor.**' --active --for 1h\n"
        "  rubicon-proxy recording home.rec export --csv\n"},
-      [options](Session& session) { return record(session, *options); });
+      [options](Session& session) {
+        return with_island(session, options->island, [&] { return record(session, *options); });
+      });
   app->add_option("FILE", options->file, "a new file, or a recording of the same island that goes on")->required();
   app->add_option("PATTERN", options->patterns, "which tuples; everything of the island if none");
-  app->add_option("--island", options->island, "whose recording it is")
-      ->type_name("ID")
-      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+  options->island.add_to(app, "whose recording it is: id or name");
   app->add_flag("--active", options->active, "wake the sensors, so that they measure");
   add_duration_option(app, "--min-interval", options->minimum, "at most one record of a tuple in this time");
   add_duration_option(app, "--for", options->length, "end after this time");

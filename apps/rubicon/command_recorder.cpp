@@ -73,13 +73,15 @@ void add_recorder(Cli& cli) {
                                       "  rubicon recorder all stop\n"
                                       "  rubicon recorder all start\n"},
                                      [options](Session& session) {
-                                       return options->action.empty() ? list_recorders(session, *options)
-                                                                      : command_recorder(session, *options);
+                                       return with_island(session, options->island, [&] {
+                                         return options->action.empty() ? list_recorders(session, *options)
+                                                                        : command_recorder(session, *options);
+                                       });
                                      });
   app->add_option("NAME", options->name, "a recorder of the configuration");
   app->add_option("ACTION", options->action, "start, stop or mark")->check(CLI::IsMember({"start", "stop", "mark"}));
   app->add_option("TEXT", options->text, "text of a mark, at most 200 bytes");
-  add_island_option(app, options->island);
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli

@@ -112,14 +112,16 @@ void add_replay(Cli& cli) {
                                       "  rubicon replay log-flat play\n"
                                       "  rubicon replay log-flat speed 2\n"},
                                      [options](Session& session) {
-                                       return options->action.empty() ? list_replays(session, *options)
-                                                                      : control_replay(session, *options);
+                                       return with_network(session, options->island, options->network, [&] {
+                                         return options->action.empty() ? list_replays(session, *options)
+                                                                        : control_replay(session, *options);
+                                       });
                                      });
   app->add_option("NETWORK", options->network, "a network of type log");
   app->add_option("ACTION", options->action, "play, pause, speed or seek")
       ->check(CLI::IsMember({"play", "pause", "speed", "seek"}));
   app->add_option("VALUE", options->value, "of speed: a factor or max; of seek: a time");
-  add_island_option(app, options->island);
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/bytes.h"
-#include "base/text.h"
 #include "model/json_members.h"
 
 namespace rubicon::cli {
@@ -46,17 +46,6 @@ Result<std::string> content(const SendOptions& options) {
   const auto bytes = base::from_hex(*text);
   if (!bytes) return fail(bytes.error());
   return std::string(base::as_text(*bytes));
-}
-
-/// By id, or by a name that only one has.
-std::vector<OwnerId> components_called(Session& session, const std::string& word) {
-  const auto id = base::parse_number<std::uint32_t>(word);
-  session.discover();
-  std::vector<OwnerId> found;
-  for (const auto& one : session.client().components()) {
-    if (id ? one.id == OwnerId(*id) : one.summary.name == word) found.push_back(one.id);
-  }
-  return found;
 }
 
 int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why_not) {

@@ -1,10 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/target.h"
+#include "apps/rubicon/time_option.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/bytes.h"
+#include "client/remote_set_tracker.h"
 #include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -15,7 +21,8 @@ using client::Outcome;
 constexpr Duration kUsualWait = std::chrono::seconds(15);
 
 struct SetOptions {
-  std::string target, value, ttl, wait;
+  std::string target, value, ttl, wait, media_type = "text/plain", user_time, lifetime;
+  bool hex = false;
 };
 
 std::string seconds_text(Duration took) {
@@ -46,6 +53,16 @@ int tell(Session& session, const Target& target, const std::string& value, const
   return exit_code_of(outcome.state);
 }
 
+/// Says of a point that it takes no commands: kNotThere; kGood if it is not that.
+int read_only(Session& session, const TypedTarget& typed) {
+  const auto points = resolve(session, typed, "value");
+  if (points.size() != 1 || !is_value_of_point(points.front().key)) return kGood;
+  const auto point = model::parent_key(points.front().key);
+  print_error(fmt::format("{} can only be read; {}", name_of(points.front().owner, point),
+                          suggest_settable(session, points.front().owner, point)));
+  return kNotThere;
+}
+
 /// The one tuple that is meant, or the exit code. With an owner and a whole key it may also be a tuple that is absent
 /// yet: the owner decides.
 struct Meant {
@@ -53,13 +70,16 @@ struct Meant {
   int code = kGood;
 };
 Meant meant(Session& session, const std::string& text, std::string_view last) {
-  const auto typed = parse_target(text);
+  const auto typed = parse_target(session, text);
   if (!typed) {
     print_error(typed.error().text);
     return {{}, kUsage};
   }
   if (typed->owner && !long_form(*typed, last)) return {Target{*typed->owner, typed->key}, kGood};
   auto candidates = resolve(session, *typed, last);
+  if (candidates.empty() && last == "command") {
+    if (const int code = read_only(session, *typed); code != kGood) return {{}, code};
+  }
   if (candidates.empty() && typed->owner) return {Target{*typed->owner, typed->key}, kGood};
   if (candidates.empty()) {
     return {{},
@@ -95,14 +115,41 @@ class Waiting {
   Handle pause_;
 };
 
+bool is_there(Session& session, OwnerId owner) {
+  const auto peers = session.client().tuples().peers();
+  return std::find(peers.begin(), peers.end(), owner) != peers.end();
+}
+
+/// Sets the tuple and follows the command until its outcome is known.
+Outcome command(Session& session, const Target& target, const SetOptions& options, const std::string& value) {
+  auto& client = session.client();
+  client.run_until([&] { return is_there(session, target.owner); }, session.settings().patience);
+  tuples::SetOptions more{.media_type = options.media_type, .lifetime = parse_duration_or(options.lifetime)};
+  if (!options.user_time.empty()) more.user_time = time_in(options.user_time, session.now()).value_or(WallTime{});
+  std::optional<Outcome> outcome;
+  Waiting waiting(session);
+  const client::RemoteSetTracker tracker(
+      client.scheduler(), client.tuples(), target.owner, target.key, value,
+      [&](const Outcome& last) { outcome = last; }, parse_duration_or(options.ttl),
+      parse_duration_or(options.wait, kUsualWait), [&](const Outcome& now) { waiting.update(now); }, {}, more);
+  client.run_until([&] { return outcome.has_value(); }, Duration::max());
+  return *outcome;
+}
+
 int set(Session& session, const SetOptions& options) {
+  auto value = options.value;
+  if (options.hex) {
+    const auto bytes = base::from_hex(value);
+    if (!bytes) {
+      print_error(bytes.error().text);
+      return kUsage;
+    }
+    value = base::as_text(*bytes);
+  }
   const auto which = meant(session, options.target, "command");
   if (!which.target) return which.code;
   const auto start = std::chrono::steady_clock::now();
-  Waiting waiting(session);
-  auto outcome = session.client().command(which.target->owner, which.target->key, options.value,
-                                          parse_duration_or(options.ttl), parse_duration_or(options.wait, kUsualWait),
-                                          [&](const Outcome& now) { waiting.update(now); });
+  auto outcome = command(session, *which.target, options, value);
   const auto took = std::chrono::steady_clock::now() - start;
   look_closer(session, *which.target, outcome);
   return tell(session, *which.target, options.value, outcome, took);
@@ -120,11 +167,7 @@ int ask(Session& session, const SetOptions& options,
         const std::function<void(TupleSpace&, const Target&, tuples::ReplyCall)>& send) {
   const auto which = meant(session, options.target, "value");
   if (!which.target) return which.code;
-  const auto there = [&] {
-    const auto peers = session.client().tuples().peers();
-    return std::find(peers.begin(), peers.end(), which.target->owner) != peers.end();
-  };
-  session.run(there, std::chrono::seconds(1));
+  session.run([&] { return is_there(session, which.target->owner); }, session.settings().patience);
   std::optional<Outcome> outcome;
   const auto start = std::chrono::steady_clock::now();
   send(session.client().tuples(), *which.target, [&](const Reply& reply) { outcome = outcome_of(reply); });
@@ -163,6 +206,8 @@ void add_set(Cli& cli) {
        "  rubicon set living.lamp-1 on\n"
        "  rubicon set 6541:proxy.dummy-rooms.living.actuator.lamp-1.command off --ttl 1min\n"
        "  rubicon set --json living.lamp-1 on | jq .state\n"
+       "  rubicon set 70001:robot.goal kitchen --user-time now --lifetime 1min\n"
+       "  rubicon set 6541:GATEWAY --media-type application/rubicon+cbor --hex a2617601646b696e64666f7061717565\n"
        "The exit code says how it ended: 0 confirmed, assumed or applied; 3 refused, 4 failed, "
        "5 timed-out, 6 expired,\n"
        "7 superseded, 8 no such component or tuple. What a command waits for stands on standard error.\n"},
@@ -171,6 +216,10 @@ void add_set(Cli& cli) {
   app->add_option("VALUE", options->value, "as text, in the unit of the point")->required();
   add_duration_option(app, "--wait", options->wait,
                       "wait for so long for news of a command that must have ended, 15s if not given");
+  app->add_option("--media-type", options->media_type, "media type of the value")->capture_default_str();
+  add_time_option(app, "--user-time", options->user_time, "when the value was measured");
+  add_duration_option(app, "--lifetime", options->lifetime, "the tuple expires so long after it was written");
+  app->add_flag("--hex", options->hex, "VALUE is bytes in hex");
 
   const auto more = std::make_shared<SetOptions>();
   app = cli.command_in_ecology({"append", "Add text behind the value of a tuple, if its owner lets others do that",

@@ -77,9 +77,12 @@ void add_settings(Cli& cli) {
                                       "  rubicon settings                       # without secrets\n"
                                       "  rubicon settings try                   # what a reload would change\n"
                                       "  rubicon settings reload --island 6541\n"},
-                                     [options](Session& session) { return run_settings(session, *options); });
+                                     [options](Session& session) {
+                                       return with_island(session, options->island,
+                                                          [&] { return run_settings(session, *options); });
+                                     });
   app->add_option("ACTION", options->action, "show, try or reload")->check(CLI::IsMember({"show", "try", "reload"}));
-  add_island_option(app, options->island);
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli

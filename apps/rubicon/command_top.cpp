@@ -3,6 +3,7 @@
 #include <set>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/rates.h"
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
@@ -109,7 +110,8 @@ class Top {
 };
 
 int top(Session& session, const TopOptions& options) {
-  const auto selections = parse_selections(options.patterns, session.settings().prefix + ".**", "value");
+  const auto selections =
+      parse_selections(with_island_ids(session, options.patterns), session.settings().prefix + ".**", "value");
   if (!selections) {
     print_error(selections.error().text);
     return kUsage;

@@ -7,7 +7,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
-#include "model/unit_text.h"
+#include "rubicon/unit.hpp"
 
 namespace rubicon::cli {
 
@@ -65,9 +65,8 @@ void add_points(Node& node, const client::Device& device, const About& about) {
   add(Kind::kProperty, device.properties);
 }
 
-int tree(Session& session, const DeviceOptions& options) {
+int tree(Session& session, const client::DeviceQuery& query) {
   session.discover();
-  const auto query = options.query();
   const auto devices = session.client().devices(query, session.settings().patience);
   if (devices.empty()) return session.not_found("no such device");
   const auto points =
@@ -101,10 +100,13 @@ int tree(Session& session, const DeviceOptions& options) {
 
 void add_tree(Cli& cli) {
   const auto options = std::make_shared<DeviceOptions>();
-  auto* app = cli.command_in_ecology({"tree", "Show islands, their networks, devices and points as a tree",
-                                      "  rubicon tree\n"
-                                      "  rubicon tree --island 6541 --network 'dummy*'\n"},
-                                     [options](Session& session) { return tree(session, *options); });
+  auto* app =
+      cli.command_in_ecology({"tree", "Show islands, their networks, devices and points as a tree",
+                              "  rubicon tree\n"
+                              "  rubicon tree --island 6541 --network 'dummy*'\n"},
+                             [options](Session& session) {
+                               return options->run(session, [&](const auto& query) { return tree(session, query); });
+                             });
   options->add_to(*app);
 }
 

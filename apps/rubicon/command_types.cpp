@@ -8,7 +8,7 @@
 #include "apps/rubicon/type_text.h"
 #include "model/former_types.h"
 #include "model/json_members.h"
-#include "model/unit_text.h"
+#include "rubicon/unit.hpp"
 
 namespace rubicon::cli {
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
@@ -169,7 +170,7 @@ class Watch {
 
 int watch(Session& session, const WatchOptions& options) {
   const auto any_point = model::IslandKey{session.settings().prefix}.network("*").device("*").point("*", "*");
-  auto selections = parse_selections(options.patterns, any_point.value(), "value");
+  auto selections = parse_selections(with_island_ids(session, options.patterns), any_point.value(), "value");
   if (!selections) {
     print_error(selections.error().text);
     return kUsage;

@@ -43,8 +43,7 @@ void add_wsn(Cli& cli) {
                            "  rubicon wsn monitor --network wsn-1 --json\n",
                            parent},
                           [choice](const Settings& settings) { return monitor_packets(settings, *choice); });
-  app->add_option("--island", choice->island, "of this island")->type_name("ID");
-  app->add_option("--network", choice->network, "this network: wsn-1")->type_name("ID");
+  choice->add_to(app, "wsn-1");
 }
 
 }  // namespace rubicon::cli

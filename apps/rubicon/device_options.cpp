@@ -23,17 +23,17 @@ std::optional<OwnerId> take_island(std::string_view& word) {
 }  // namespace
 
 void DeviceOptions::add_to(CLI::App& app) {
-  app.add_option("--island", island_, "of this island only")
-      ->type_name("ID")
-      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
-  app.add_option("--network", network_, "of this network; * and ? as in a shell");
+  island_.add_to(&app, "of this island only: id or name");
+  app.add_option("--network", network_, "of this network; * and ? as in a shell; ISLAND: in front");
   app.add_option("--type", type_, "of this type, or with a sensor, actuator or property of it");
   app.add_option("--name", name_, "with this name, key part or address");
   app.add_option("--area", area_, "in this room or place");
 }
 
-client::DeviceQuery DeviceOptions::query() const {
-  return {island_ == 0 ? std::nullopt : std::optional(OwnerId(island_)), network_, type_, name_, area_};
+int DeviceOptions::run(Session& session, const std::function<int(const client::DeviceQuery&)>& command) {
+  return with_network(session, island_, network_, [&] {
+    return command({island_.owner(), network_, type_, name_, area_});
+  });
 }
 
 std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word) {
@@ -54,8 +54,9 @@ int ambiguous(std::string_view word, const std::vector<client::Device>& candidat
   return kUsage;
 }
 
-int one_device(Session& session, std::string_view word, client::Device& device) {
+int one_device(Session& session, std::string_view typed, client::Device& device) {
   session.discover();
+  const auto word = with_island_id(session, typed);
   const auto all = session.client().devices({}, session.settings().patience);
   auto found = devices_called(all, word);
   if (found.empty())

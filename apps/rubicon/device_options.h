@@ -1,8 +1,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <string>
 
+#include "apps/rubicon/island_option.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::cli {
@@ -13,10 +15,11 @@ class Session;
 class DeviceOptions {
  public:
   void add_to(CLI::App& app);
-  client::DeviceQuery query() const;
+  /// Runs a command when the island was found that --island or --network names.
+  int run(Session& session, const std::function<int(const client::DeviceQuery&)>& command);
 
  private:
-  std::uint32_t island_ = 0;
+  IslandOption island_;
   std::string network_, type_, name_, area_;
 };
 

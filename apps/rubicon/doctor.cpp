@@ -148,11 +148,7 @@ class Doctor {
                        : "they use another tuples.tag or other interfaces, have trust (rubicon trust join), or are not "
                          "Rubicon components"}});
     }
-    for (const auto& text : complaints_) {
-      const auto fix = trust_remedy(text);
-      add({{"complaint", Grade::kNote, text,
-            fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)}});
-    }
+    for (const auto& text : complaints_) add({check_complaint(text)});
   }
 
   /// A handshake may be under way.

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <map>
 
+#include "apps/rubicon/island_findings.h"
+#include "apps/rubicon/trust_findings.h"
+
 namespace rubicon::cli {
 
 namespace {
@@ -106,6 +109,17 @@ Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigne
   }
   if (all.empty()) all.push_back({kVersion, Grade::kGood, fmt::format("all components use protocol version {}", ours)});
   return all;
+}
+
+Finding check_complaint(const std::string& text) {
+  if (text.find("before the clock of its host was set") != text.npos ||
+      text.find("the clock of this host says") != text.npos)
+    return {"clock", Grade::kProblem, text,
+            "on that host: `timedatectl` says whether its clock is set; start its islands when it is (a unit: "
+            "`systemctl enable systemd-time-wait-sync`)"};
+  const auto fix = trust_remedy(text);
+  return {"complaint", Grade::kNote, text,
+          fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)};
 }
 
 Findings check_twins(const std::vector<client::ComponentStart>& seen) {

@@ -32,6 +32,8 @@ Finding check_places(std::uint32_t domain, unsigned processes);
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe);
 /// `version`: components that speak another version of the protocol.
 Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigned ours);
+/// A warning that this program got during the check.
+Finding check_complaint(const std::string& text);
 /// `island-twice`: ids with several starts, present at the same time or one after the other.
 Findings check_twins(const std::vector<client::ComponentStart>& seen);
 

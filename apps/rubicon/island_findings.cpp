@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -36,6 +37,34 @@ std::string megabytes(std::uint64_t bytes) {
   return fmt::format("{:.0f} MB", static_cast<double>(bytes) / 1e6);
 }
 
+/// A part of the reason of a line, and what to do.
+struct LineRemedy {
+  std::string_view part, fix;
+};
+/// The texts of OpenSSL about the certificate of a server (X509_verify_cert_error_string), and of the system.
+constexpr std::array kLineRemedies{
+    LineRemedy{"certificate has expired",
+               "renew the certificate of the server; if it is valid, check the clock of the "
+               "island's host (timedatectl)"},
+    LineRemedy{"certificate is not yet valid",
+               "check the clock of the island's host (timedatectl); else that of the "
+               "host that made the certificate of the server"},
+    LineRemedy{"ostname mismatch", "name the server as its certificate does: `host:`, or `tls: {server-name: ...}`"},
+    LineRemedy{"IP address mismatch", "name the server as its certificate does: `host:`, or `tls: {server-name: ...}`"},
+    LineRemedy{"self-signed certificate",
+               "name the authority that signed the certificate of the server: `tls: {ca: FILE}`"},
+    LineRemedy{"self signed certificate",
+               "name the authority that signed the certificate of the server: `tls: {ca: FILE}`"},
+    LineRemedy{"unable to get local issuer",
+               "name the authority that signed the certificate of the server: `tls: {ca: "
+               "FILE}`"}};
+
+std::string_view line_remedy(std::string_view reason) {
+  const auto found = std::find_if(kLineRemedies.begin(), kLineRemedies.end(),
+                                  [&](const auto& one) { return reason.find(one.part) != reason.npos; });
+  return found == kLineRemedies.end() ? std::string_view() : found->fix;
+}
+
 Finding check_line(const IslandSeen& seen, const Network& network, WallTime when) {
   const auto& line = network.line;
   const auto what = fmt::format("network {} of island {}: ", network.id, name_of(seen.island));
@@ -58,6 +87,9 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
   if (!remedy.empty())
     return {kLine, Grade::kProblem, text,
             fmt::format("{}{}{}; {}", remedy, next.empty() ? "" : "; ", next, page("knx-secure.md#line-states"))};
+  if (const auto fix = line_remedy(line.reason); !fix.empty())
+    return {kLine, Grade::kProblem, text,
+            fmt::format("{}{}{}; {}", fix, next.empty() ? "" : "; ", next, page("errors.md#lines-and-devices"))};
   return {kLine, Grade::kProblem, text,
           fmt::format("check cable, power and network of what `networks: {}:` names, and its address there; the "
                       "island goes on trying ({} attempts so far{}{}); {}",

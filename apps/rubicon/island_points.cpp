@@ -3,18 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
-
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 
 namespace rubicon::cli {
-
-void add_island_option(CLI::App* app, IslandOption& option) {
-  app->add_option("--island", option.island, "of this island")
-      ->type_name("ID")
-      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
-}
 
 ChosenIsland choose_island(Session& session, const IslandOption& option, const std::string& key,
                            const std::string& what) {

@@ -1,23 +1,13 @@
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/session.h"
 
 namespace rubicon::cli {
 
 // Points of the islands themselves, which take commands: settings, recorders, replays (docs/tuple-keys.md).
-
-/// `--island ID`.
-struct IslandOption {
-  std::uint32_t island = 0;
-  std::optional<OwnerId> owner() const { return island == 0 ? std::nullopt : std::optional(OwnerId(island)); }
-};
-void add_island_option(CLI::App* app, IslandOption& option);
 
 /// The only island that has a tuple under this key; otherwise the exit code after an error was printed. `what` names
 /// the point in that error.

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <map>
 
 #include "apps/rubicon/session.h"
+#include "base/natural_order.h"
 #include "base/nearest.h"
 #include "model/point_keys.h"
 #include "model/type_catalogue.h"
@@ -29,63 +29,75 @@ std::string take_owner(std::string_view& text) {
   return owner;
 }
 
-void each_point(const client::Device& device, const std::function<void(Kind, const std::string&)>& visit) {
-  for (const auto& id : device.sensors) visit(Kind::kSensor, id);
-  for (const auto& id : device.actuators) visit(Kind::kActuator, id);
-  for (const auto& id : device.properties) visit(Kind::kProperty, id);
-}
-
 /// Spelling with as many parts as were typed -> what is offered for it.
-std::multimap<std::string, std::string> spellings(const std::vector<client::Device>& devices, std::size_t parts) {
+std::multimap<std::string, std::string> spellings(const std::vector<std::string>& keys, std::size_t parts) {
   std::multimap<std::string, std::string> all;
-  for (const auto& device : devices) {
-    each_point(device, [&](Kind kind, const std::string& id) {
-      const auto short_name = device.id + "." + id;
-      if (parts == 1) all.emplace(id, short_name);
-      if (parts == 2) all.emplace(short_name, short_name);
-      if (parts == 3) all.emplace(device.network + "." + short_name, device.network + "." + short_name);
-      if (parts == kPointParts) {
-        const auto key = model::DeviceKey{device.key()}.point(kind, id).text;
-        all.emplace(key, key);
-      }
-    });
+  for (const auto& key : keys) {
+    const auto part = model::key_parts(key);
+    if (part.size() != kPointParts) continue;
+    const auto id = std::string(part[4]), short_name = fmt::format("{}.{}", part[2], id);
+    if (parts == 1) all.emplace(id, short_name);
+    if (parts == 2) all.emplace(short_name, short_name);
+    if (parts == 3) all.emplace(fmt::format("{}.{}", part[1], short_name), fmt::format("{}.{}", part[1], short_name));
+    if (parts == kPointParts) all.emplace(key, key);
   }
   return all;
 }
 
-std::string question(const std::vector<std::string>& offers) {
+std::string listed(const std::vector<std::string>& offers) {
   std::string text;
-  for (std::size_t i = 0; i < offers.size() && i < kOffered; ++i)
-    text += fmt::format("{}'{}'",
-                        i == 0                                       ? "did you mean "
-                        : i + 1 == std::min(offers.size(), kOffered) ? " or "
-                                                                     : ", ",
-                        offers[i]);
-  return text.empty() ? text : text + "?";
+  const auto shown = std::min(offers.size(), kOffered);
+  for (std::size_t i = 0; i < shown; ++i)
+    text += fmt::format("{}'{}'", i == 0 ? "" : i + 1 == shown ? " or " : ", ", offers[i]);
+  return text;
+}
+
+/// The keys of the points that have the tuple `last`.
+std::vector<std::string> keys_of_points(Session& session, std::optional<OwnerId> owner, const std::string& points,
+                                        std::string_view last) {
+  std::vector<std::string> keys;
+  for (const auto& tuple : session.read({owner, fmt::format("{}.{}", points, last)}))
+    keys.emplace_back(model::parent_key(tuple.key));
+  return keys;
 }
 
 }  // namespace
 
-std::string suggest_point(const std::vector<client::Device>& devices, std::string_view typed) {
-  const auto all = spellings(devices, model::key_parts(typed).size());
+std::string suggest_point(const std::vector<std::string>& keys, std::string_view typed) {
+  const auto all = spellings(keys, model::key_parts(typed).size());
   std::vector<std::string> words, offers;
   for (const auto& [word, offer] : all) words.push_back(word);
   for (const auto& word : base::nearest(typed, words)) {
     const auto [first, last] = all.equal_range(word);
     for (auto it = first; it != last; ++it) {
-      if (std::find(offers.begin(), offers.end(), it->second) == offers.end()) offers.push_back(it->second);
+      const bool is_offered = std::find(offers.begin(), offers.end(), it->second) != offers.end();
+      if (!is_offered && it->second != typed) offers.push_back(it->second);
     }
   }
-  return question(offers);
+  return offers.empty() ? std::string() : fmt::format("did you mean {}?", listed(offers));
+}
+
+std::string suggest_settable(Session& session, OwnerId island, std::string_view point) {
+  const auto network = model::network_of(point);
+  const auto part = model::key_parts(point);
+  if (!network || part.size() != kPointParts) return {};
+  auto keys = keys_of_points(session, island, network->device(part[2]).point("*", "*").text, "command");
+  std::sort(keys.begin(), keys.end(), base::natural_less);
+  std::vector<std::string> names;
+  for (const auto& key : keys) names.push_back(fmt::format("{}.{}", part[2], model::last_part(key)));
+  if (names.empty()) return fmt::format("nothing of {} can be set", part[2]);
+  const auto more = names.size() > kOffered ? fmt::format("; `rubicon describe {}` lists all", part[2]) : "";
+  return fmt::format("of {} can be set: {}{}", part[2], listed(names), more);
 }
 
 std::string suggest_tuple(Session& session, std::string_view typed, std::string_view last) {
   auto key = typed;
   const auto owner = take_owner(key);
   const auto parts = model::key_parts(key).size();
-  const auto patience = session.settings().patience;
   if (parts <= 3 || parts == kPointParts) {
-    const auto found = suggest_point(session.client().devices({}, patience), key);
+    const auto points = Pattern::parse(owner + model::any_point().text);
+    const auto found =
+        points ? suggest_point(keys_of_points(session, points->owner, points->key, last), key) : std::string();
     if (!found.empty()) return found;
   }
   std::string pattern = owner + "*";

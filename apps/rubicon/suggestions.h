@@ -12,10 +12,13 @@ class Session;
 
 // Suggestions for a word that matches nothing: `did you mean 'living.lamp-1'?`; empty where nothing is similar.
 
-/// A point or another tuple. Asks the islands if they were discovered before.
+/// A point or another tuple; a point that has the tuple `last` (`value`, `command`), so for a command one that can be
+/// set.
 std::string suggest_tuple(Session& session, std::string_view typed, std::string_view last);
-/// Among the points of these devices (`living.lamp-1`, by the number of parts that were typed).
-std::string suggest_point(const std::vector<client::Device>& devices, std::string_view typed);
+/// Among points, by their keys (`living.lamp-1`, by the number of parts that were typed).
+std::string suggest_point(const std::vector<std::string>& keys, std::string_view typed);
+/// `of living can be set: 'living.lamp-1' or 'living.blind-1'`, for a point that can only be read.
+std::string suggest_settable(Session& session, OwnerId island, std::string_view point);
 /// By key part, name, or network and key part.
 std::string suggest_device(const std::vector<client::Device>& devices, std::string_view typed);
 /// A type of the catalogue, or of these devices.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/session.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/former_types.h"
@@ -22,6 +23,10 @@ std::vector<Target> present(Session& session, const Pattern& pattern) {
 }
 
 }  // namespace
+
+Result<TypedTarget> parse_target(Session& session, std::string_view text) {
+  return parse_target(with_island_id(session, text));
+}
 
 Result<TypedTarget> parse_target(std::string_view text) {
   if (text.find_first_of("*?") != text.npos) {

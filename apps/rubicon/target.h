@@ -24,6 +24,8 @@ struct TypedTarget {
   std::string key;
 };
 Result<TypedTarget> parse_target(std::string_view text);
+/// The same; the owner may be the name of an island.
+Result<TypedTarget> parse_target(Session& session, std::string_view text);
 
 /// The pattern that a short name stands for: `living.lamp-1`, `dummy-rooms.living.lamp-1` and
 /// `proxy.dummy-rooms.living.actuator.lamp-1`, with `last` (`value`, `command`) behind it. nullopt: it is not a short

@@ -23,8 +23,8 @@ struct NetworkAddress {
 /// Networks of a type have the id `<type>` or `<type>-<name>`.
 std::vector<NetworkAddress> find_networks(Session& session, const NetworkChoice& choice) {
   std::vector<NetworkAddress> found;
-  const auto owner = choice.island == 0 ? std::nullopt : std::optional(OwnerId(choice.island));
-  for (const auto& tuple : session.read({owner, model::IslandKey{session.settings().prefix}.networks()})) {
+  for (const auto& tuple :
+       session.read({choice.island.owner(), model::IslandKey{session.settings().prefix}.networks()})) {
     const auto names = model::parse_json(tuple.value);
     if (!names.is_array()) continue;
     for (const auto& name : names) {
@@ -74,11 +74,18 @@ class IslandToolLine final : public ToolLine {
 
 }  // namespace
 
-std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command,
-                                         const NetworkChoice& choice, const ToolTags& tags, int& code) {
+CLI::Option* NetworkChoice::add_to(CLI::App* app, const std::string& example) {
+  island.add_to(app, "use the line of this island: id or name");
+  return app->add_option("--network", network, fmt::format("use this network: {0}, 6541:{0}", example))
+      ->type_name("[ISLAND:]ID");
+}
+
+std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command, NetworkChoice choice,
+                                         const ToolTags& tags, int& code) {
   code = kFailed;
   auto session = Session::open(settings, command);
   if (!session) return nullptr;
+  if (code = choice.island.find(*session, choice.network); code != kGood) return nullptr;
   auto found = find_networks(*session, choice);
   if (found.size() == 1) return std::make_unique<IslandToolLine>(std::move(session), std::move(found.front()), tags);
   if (found.empty()) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/session.h"
 
 namespace rubicon::cli {
@@ -22,9 +23,12 @@ struct ToolTags {
 
 /// Which network of which island a tool talks to.
 struct NetworkChoice {
-  std::string type{};        ///< `knx`
-  std::uint32_t island = 0;  ///< 0 = any
-  std::string network{};     ///< id; empty = the only one of the type
+  std::string type{};     ///< `knx`
+  IslandOption island{};  ///< any, unless one is named
+  std::string network{};  ///< id, also with its island in front; empty = the only one of the type
+
+  /// Adds --island and --network; the second option.
+  CLI::Option* add_to(CLI::App* app, const std::string& example);
 };
 
 /// A connection of a tool to a network: requests, their replies, and events of the network.
@@ -63,8 +67,8 @@ class ToolLine {
 };
 
 /// Through a running island. nullptr: the error was printed, and `code` is the exit code.
-std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command,
-                                         const NetworkChoice& choice, const ToolTags& tags, int& code);
+std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command, NetworkChoice choice,
+                                         const ToolTags& tags, int& code);
 
 /// Asks the network for its traffic, which `line.on_event` gets, until a signal. The exit code.
 int monitor_traffic(ToolLine& line);

@@ -28,6 +28,7 @@ Line point_json(const client::Point& point) {
   line["changed"] = base::to_seconds(status.changed);
   line["line"] = point.line.line;
   line["line_reason"] = point.line.reason;
+  if (!point.unit.empty()) line["unit"] = point.unit;
   return line;
 }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "model/unit_text.h"
+#include "rubicon/unit.hpp"
 
 namespace rubicon::cli {
 

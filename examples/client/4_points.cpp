@@ -5,6 +5,7 @@
 #include <csignal>
 #include <iostream>
 #include <rubicon/client.hpp>
+#include <rubicon/unit.hpp>
 
 namespace {
 
@@ -23,7 +24,7 @@ void print(PointEvent event, const Point& point) {
     std::cout << "(gone)" << std::endl;
     return;
   }
-  std::cout << point.value() << ' ' << point.unit;
+  std::cout << point.value() << ' ' << rubicon::unit_text(point.unit);  // °C of the code Cel
   if (!point.good()) std::cout << " [" << point.status.quality << ": " << point.status.reason << ']';
   if (!point.line.works()) std::cout << " [line " << point.line.line << ": " << point.line.reason << ']';
   std::cout << std::endl;

@@ -158,7 +158,10 @@ std::string ConfigReader::choice(const std::string& key, std::string_view otherw
   for (const auto word : words) {
     if (chosen == word) return chosen;
   }
-  if (has(key)) error(key, fmt::format("is '{}', expected one of: {}", shown(chosen), fmt::join(words, ", ")));
+  if (!has(key)) return std::string(otherwise);
+  const auto near = did_you_mean(chosen, {words.begin(), words.end()});
+  error(key, fmt::format("is '{}'{} expected one of: {}", shown(chosen), near.empty() ? "," : "; " + near,
+                         fmt::join(words, ", ")));
   return std::string(otherwise);
 }
 

@@ -67,6 +67,7 @@ std::vector<std::string> nearest(std::string_view word, const std::vector<std::s
 }
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
+  if (std::find(candidates.begin(), candidates.end(), word) != candidates.end()) return {};
   const auto near = nearest(word, candidates);
   std::string text;
   for (std::size_t i = 0; i < near.size(); ++i) {

@@ -16,7 +16,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 std::vector<std::string> nearest(std::string_view word, const std::vector<std::string>& candidates,
                                  std::size_t most = 3);
 
-/// `did you mean 'a', 'b' or 'c'?` for a message; empty if nothing is near.
+/// `did you mean 'a', 'b' or 'c'?` for a message; empty if nothing is near, or if the word itself is one of them: then
+/// something else is wrong.
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace rubicon::base

@@ -31,7 +31,7 @@ std::optional<HistorySetup> read_history(ConfigReader& root) {
   if (!root.has("history")) return std::nullopt;
   auto history = root.map("history");
   HistorySetup setup;
-  setup.file = history.required_text("file");
+  setup.file = history.required_text("file", "the file that keeps the values, such as home.history");
   if (history.has("file") && setup.file.empty()) history.error("file", "empty path, expected a file");
   if (auto patterns = patterns_in(history, "patterns"); history.has("patterns")) {
     setup.patterns = std::move(patterns);

@@ -65,7 +65,7 @@ std::vector<RecorderSetup> read_recorders(ConfigReader& root) {
     setup.name = name;
     if (name != model::to_key_part(name) || name.size() > kLongestName)
       recorder.error("", "a recorder's name has [A-Za-z0-9_-]+, at most 40 characters");
-    setup.file = recorder.required_text("file");
+    setup.file = recorder.required_text("file", "the file to write, such as all.rec");
     if (recorder.has("file") && setup.file.empty()) recorder.error("file", "empty path, expected a file");
     const auto [other, fresh] = files.emplace(setup.file, name);
     if (!fresh) recorder.error("file", fmt::format("is written by recorder '{}' already", other->second));

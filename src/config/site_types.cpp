@@ -21,7 +21,7 @@ model::DataType data_type(ConfigReader& type) {
 
 /// `id: 0x8001` or decimal.
 std::uint16_t type_id(ConfigReader& type) {
-  const auto text = type.required_text("id");
+  const auto text = type.required_text("id", "0x8000..0xffff, such as 0x8001");
   const auto id = text.starts_with("0x") ? base::parse_hex_number<std::uint16_t>(std::string_view(text).substr(2))
                                          : base::parse_number<std::uint16_t>(text);
   if (id) return *id;

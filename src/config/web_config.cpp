@@ -55,10 +55,13 @@ void read_names(ConfigReader& web, const std::string& key, std::vector<std::stri
 
 void read_tls(ConfigReader& web, WebSetup& setup) {
   auto tls = web.map("tls");
-  if (web.has("tls")) setup.tls = {tls.required_text("certificate"), tls.required_text("key")};
+  if (web.has("tls"))
+    setup.tls = {tls.required_text("certificate", "a PEM file, such as web.pem"),
+                 tls.required_text("key", "a PEM file, such as web.key")};
   tls.finish();
   auto tokens = web.map("tokens");
-  if (web.has("tokens")) setup.tokens = tokens.required_text("file");
+  if (web.has("tokens"))
+    setup.tokens = tokens.required_text("file", "a file that `rubicon token` writes, such as web.tokens");
   if (tokens.has("file") && setup.tokens->empty()) tokens.error("file", "empty path, expected a file");
   tokens.finish();
 }

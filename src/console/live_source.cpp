@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/natural_order.h"
-#include "model/unit_text.h"
 #include "rubicon/key.hpp"
+#include "rubicon/unit.hpp"
 
 namespace rubicon::console {
 

@@ -68,7 +68,7 @@ void read_discovery(ConfigReader& root, proxy::DiscoveryRules& rules) {
 
 void read_state(ConfigReader& root, IslandConfig& config) {
   auto state = root.map("state");
-  if (root.has("state")) config.state.file = state.required_text("file");
+  if (root.has("state")) config.state.file = state.required_text("file", "the file that remembers, such as home.state");
   config.state.max_bytes = state.size("size", config.state.max_bytes);
   if (config.state.max_bytes < kSmallestState) state.error("size", "expected at least 1MB");
   config.proxy.save_period = positive(state, "save-every", config.proxy.save_period);

@@ -74,7 +74,7 @@ MqttVersion read_version(ConfigReader& map) {
 }
 
 void read_map(ConfigReader& map, const std::string& directory, MqttBrokerOptions& found) {
-  found.line.host = map.required_text("host", "the name or address of the broker");
+  found.line.host = map.required_text("host", "the name or address of the broker, such as 192.168.1.20");
   if (const auto fault = base::host_fault(found.line.host); map.has("host") && !fault.empty()) map.error("host", fault);
   found.line.tls = read_tls(map, directory);
   found.line.port = static_cast<std::uint16_t>(map.integer("port", found.line.tls ? kTlsPort : kPlainPort, 1, 65535));

@@ -2,14 +2,32 @@
 
 #include <fmt/format.h>
 
+#include "base/local_time.h"
+
 namespace rubicon::tuples {
+
+namespace {
+
+std::string start_text(std::uint64_t microseconds) {
+  return base::utc_text(WallTime(std::chrono::microseconds(microseconds)), "%Y-%m-%d %H:%M");
+}
+
+}  // namespace
+
+Result<void> HostPolicy::check_clock(WallTime now) {
+  if (now >= WallTime(std::chrono::microseconds(kEarliest))) return {};
+  return fail(ErrorCode::kInvalid,
+              fmt::format("the clock of this host says {} UTC: other components ignore those of this process; set the "
+                          "clock, then start it again",
+                          base::utc_text(now, "%Y-%m-%d %H:%M")));
+}
 
 Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
   if (starts_ == Starts::kAnyNumber || peer.incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("component {} gives {} us after 1970 as its start: expected a time after 1999, set the "
-                          "clock of its host",
-                          number(peer.id), peer.incarnation));
+              fmt::format("component {} says that it started on {} UTC, before the clock of its host was set: set that "
+                          "clock, then start it again",
+                          number(peer.id), start_text(peer.incarnation)));
 }
 
 void HostPolicy::peer_down(OwnerId peer) {

@@ -27,6 +27,9 @@ class HostPolicy final : public PeerPolicy {
   /// Earlier starts are rejected: 2000-01-01 UTC.
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
 
+  /// The error that others would find in a component that starts now.
+  static Result<void> check_clock(WallTime now);
+
   Result<void> may_join(const PeerIdentity& peer) override;
   /// A stand-in counts as the component that it stands for.
   void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = real_host(peer.host); }

@@ -51,6 +51,7 @@ TEST(Nearest, TheQuestionNamesWhatIsNear) {
   EXPECT_EQ(did_you_mean("wacth", {"watch", "get"}), "did you mean 'watch'?");
   EXPECT_EQ(did_you_mean("lamp-9", {"lamp-1", "lamp-2", "lamp-3"}), "did you mean 'lamp-1', 'lamp-2' or 'lamp-3'?");
   EXPECT_EQ(did_you_mean("frobnicate", {"get"}), "");
+  EXPECT_EQ(did_you_mean("lamp-1", {"lamp-2", "lamp-1"}), "") << "it is no misspelling";
 }
 
 }  // namespace

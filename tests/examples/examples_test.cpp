@@ -157,6 +157,7 @@ std::vector<Example> all_examples() {
   const auto manual = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "manual"});
   add(examples_of_help("rubicon(1)", without_sudo(manual.output)));
   all.push_back({"examples/client/4_points.cpp", "example-4_points temperature"});
+  all.push_back({"examples/client/5_known_island.cpp", "example-5_known_island 6541 living"});
   add(examples_of_help("rubicon --help", support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
   const auto trust = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "trust", "--help"});
   add(examples_of_help("rubicon trust --help", without_sudo(trust.output)));

@@ -52,6 +52,15 @@ TEST(Scripts, WhatDpkgDoesNotKnowIsInstalled) {
   EXPECT_THAT(outcome.output, HasSubstr("went on"));
 }
 
+TEST(Scripts, WhatRunsApartGetsNoSignalsOfTheTerminal) {
+  const auto outcome = on_a_fresh_machine(
+      "apart sleep 100 >/dev/null & there=$!; until grep -q sleep /proc/$there/comm; do sleep 0.01; done; "
+      "session() { cut -d' ' -f6 /proc/$1/stat; }; [ \"$(session $there)\" = $there ] && [ \"$(session $$)\" != $there "
+      "] && "
+      "echo apart; kill $there");
+  EXPECT_THAT(outcome.output, HasSubstr("apart")) << outcome.errors;
+}
+
 TEST(Scripts, RunningInstallsNoTestToolsAndNoServices) {
   const auto to_run = on_a_fresh_machine("install_missing run");
   for (const auto& tool : packages("test")) EXPECT_THAT(to_run.errors, Not(HasSubstr(" " + tool + " "))) << tool;

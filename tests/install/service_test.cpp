@@ -130,14 +130,14 @@ TEST_F(Unit, SaysWhenTheIslandIsUpReloadsAndStops) {
   if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
   write_text(island_, sample_island(7));
   Process island(started());
-  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 networks");
+  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 network");
   // Whoever waited for that finds the devices.
   const auto lit = all_.shell(RUBICON_BINARY_DIR "/bin/example-2_command lamp on");
   EXPECT_EQ(lit.code, 0) << lit.output;
 
   island.signal(SIGHUP);
   EXPECT_THAT(manager_.next_with("RELOADING=1"), HasSubstr("MONOTONIC_USEC="));
-  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 networks");
+  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 network");
 
   write_text(island_, "island: {}\n");
   island.signal(SIGHUP);

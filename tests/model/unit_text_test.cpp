@@ -1,4 +1,4 @@
-#include "model/unit_text.h"
+#include "rubicon/unit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -53,6 +53,7 @@ const std::map<std::string, std::string> kPublicHeaders{
     {"rubicon/address.hpp", "model"}, {"rubicon/client.hpp", "client"}, {"rubicon/key.hpp", "model"},
     {"rubicon/point.hpp", "model"},   {"rubicon/result.hpp", "base"},   {"rubicon/summary.hpp", "model"},
     {"rubicon/time.hpp", "base"},     {"rubicon/tuple.hpp", "tuples"},  {"rubicon/tuple_space.hpp", "tuples"},
+    {"rubicon/unit.hpp", "model"},
 };
 
 /// What every network may include besides.

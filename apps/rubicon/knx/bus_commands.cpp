@@ -186,12 +186,8 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
                   "with --direct: secured groups with the keys of this file (option group-keys-file of a network)")
       ->type_name("FILE")
       ->needs(direct);
-  app->add_option("--island", options->bus.network.island, "use the line of this island")
-      ->type_name("ID")
-      ->excludes(direct);
-  app->add_option("--network", options->bus.network.network, "use this network: knx-hall")
-      ->type_name("ID")
-      ->excludes(direct);
+  options->bus.network.add_to(app, "knx-hall")->excludes(direct);
+  app->get_option("--island")->excludes(direct);
   return app;
 }
 

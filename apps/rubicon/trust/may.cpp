@@ -94,8 +94,10 @@ int answer(Output& out, const Settings& settings, const MayOptions& options, Rig
 int ask_island(const Settings& settings, const MayOptions& options, Right right) {
   const auto session = Session::open(settings, "trust may");
   if (!session) return kFailed;
+  auto named = options.island;
+  if (const int code = named.find(*session); code != kGood) return code;
   const auto key = model::IslandKey{settings.prefix}.settings();
-  const auto island = choose_island(*session, options.island, key.status(), "configuration");
+  const auto island = choose_island(*session, named, key.status(), "configuration");
   if (island.code != kGood) return island.code;
   for (const auto& tuple : session->read({island.id, key.value()})) {
     const auto root = config::parse_yaml(tuple.value, fmt::format("island {}", number(island.id)));
@@ -133,7 +135,7 @@ void add_may(Cli& cli, CLI::App* parent) {
   app->add_option("KEY", options->key, "key of a tuple; for send NETWORK.DEVICE, island:ID or own")->required();
   app->add_option("--role", options->roles, "role of a member that this folder does not know (may be repeated)")
       ->allow_extra_args(false);
-  add_island_option(app, options->island);
+  options->island.add_to(app);
 }
 
 }  // namespace rubicon::cli::trust

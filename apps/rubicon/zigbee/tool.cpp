@@ -25,8 +25,7 @@ CLI::App* Tool::add(Cli& cli, CLI::App* parent, const Cli::Text& text, Run run) 
                             Tool tool(std::move(line), settings.json);
                             return ended(tool.out(), run(tool));
                           });
-  app->add_option("--island", network->island, "use the network of this island")->type_name("ID");
-  app->add_option("--network", network->network, "use this network: zigbee-attic")->type_name("ID");
+  network->add_to(app, "zigbee-attic");
   return app;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/property_alias.h"
+#include "model/unknown_type.h"
 #include "networks/dummy/device_range.h"
 
 namespace rubicon::networks::dummy {
@@ -63,7 +64,7 @@ const Type* DeviceReader::type_of(const std::string& id, ConfigReader& options, 
   if (dash == id.npos || dash + 1 == id.size())
     options.error("", "expected a type and an instance, as in temperature-1");
   else if (type == nullptr)
-    options.error("", fmt::format("unknown type {}, expected one of the catalogue", id.substr(0, dash)));
+    options.error("", model::unknown_type_text(types_, std::string_view(id).substr(0, dash)));
   if (type == nullptr || dash == id.npos) return nullptr;
   capability.point = {kind, type->id, id.substr(dash + 1)};
   return type;
@@ -135,7 +136,7 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
     const std::string text = properties.text(name, "");
     const Type* type = types_.find(name == model::kSamplingRate ? "rate" : name);
     if (type == nullptr) {
-      properties.error(name, "is not a type, expected one of the catalogue");
+      properties.error(name, model::unknown_type_text(types_, name));
       continue;
     }
     auto value = TypeCatalogue::parse(*type, text);

@@ -46,7 +46,7 @@ line::Outbox::Limits read_limits(ConfigReader& options) {
 }
 
 void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
-  out.host = options.required_text("host", "the name or address of the interface");
+  out.host = options.required_text("host", "the name or address of the interface, such as 192.168.1.10");
   if (const auto fault = base::host_fault(out.host); options.has("host") && !fault.empty())
     options.error("host", fault);
   out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
@@ -116,7 +116,7 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
     entry.error("", parsed.error().text);
   }
   read_source(entry, exposure);
-  const auto dpt = entry.required_text("dpt");
+  const auto dpt = entry.required_text("dpt", "a data point type, such as 9.001");
   if (auto id = dpt::parse_dpt(dpt); id && dpt::find_dpt(*id)) {
     exposure.dpt = *id;
   } else if (!dpt.empty()) {

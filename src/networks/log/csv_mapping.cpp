@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "model/unknown_type.h"
 #include "networks/log/iso_time.h"
 
 namespace rubicon::networks::log {
@@ -23,8 +24,7 @@ const Type* read_point(ConfigReader& reader, const std::string& key, const std::
   const std::string instance = dash == std::string::npos ? "" : text.substr(dash + 1);
   const Type* type = types.find(type_name);
   if (type == nullptr) {
-    reader.error(key,
-                 fmt::format("unknown type `{}`, expected one of the catalogue or one declared in `types`", type_name));
+    reader.error(key, model::unknown_type_text(types, type_name));
     return nullptr;
   }
   if (kind == Kind::kSensor && instance.empty()) {
@@ -64,7 +64,7 @@ void read_unit(ConfigReader& reader, ColumnMapping& mapping) {
 ColumnMapping read_column(std::string column, ConfigReader& reader, const TypeCatalogue& types) {
   ColumnMapping mapping;
   mapping.column = std::move(column);
-  const std::string sensor = reader.required_text("sensor");
+  const std::string sensor = reader.required_text("sensor", "type and instance, such as temperature-1");
   if (!sensor.empty())
     mapping.form.type = read_point(reader, "sensor", sensor, Kind::kSensor, types, mapping.capability);
   mapping.form.scale = reader.real("scale", 1);
@@ -144,7 +144,7 @@ void read_separators(ConfigReader& options, CsvMapping& mapping) {
 void read_times(ConfigReader& options, CsvMapping& mapping) {
   if (options.has("time")) {
     ConfigReader time = options.map("time");
-    mapping.time_column = time.required_text("column");
+    mapping.time_column = time.required_text("column", "the name of the column with the times, such as time");
     const std::string unit = time.choice("unit", "s", {"us", "ms", "s", "min", "h", "unix", "unix-ms", "iso"});
     const auto* found = std::find(std::begin(kTimeUnits), std::end(kTimeUnits), unit);
     mapping.time_unit = static_cast<TimeUnit>(found - std::begin(kTimeUnits));

@@ -259,8 +259,10 @@ std::vector<network::Missing> ZigbeeNetwork::missing() const {
   std::vector<network::Missing> missing;
   for (const auto& file : options_.broker.files()) {
     if (auto opened = host_.transports().open_file(file.path); !opened)
-      missing.push_back({file.option, std::move(opened.error().text)});
+      missing.push_back({"broker." + file.option, std::move(opened.error().text)});
   }
+  if (auto warning = options_.broker.password_warning(host_.transports()); !warning.empty())
+    missing.push_back({"broker.password-file", std::move(warning), network::Missing::Kind::kWarning});
   return missing;
 }
 

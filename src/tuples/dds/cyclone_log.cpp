@@ -1,7 +1,10 @@
 #include "tuples/dds/cyclone_log.h"
 
 #include <dds/ddsrt/log.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 
 #include "base/rate_limit.h"
@@ -20,6 +23,33 @@ CycloneLog* latest = nullptr;  // used on the loop's thread only
 /// Cyclone 0.10.2 says so before the handshake of each pair.
 bool is_harmless(const std::string& text, bool has_trust) {
   return has_trust && text.find("Remote secure participant") != text.npos;
+}
+
+/// What a message of Cyclone 0.10.2 means, by a part of it.
+struct Meaning {
+  std::string_view part, text;
+};
+constexpr std::array kMeanings{
+    Meaning{"malformed packet", "a packet that is not valid was dropped"},
+    Meaning{"truncated to", "a packet that is longer than allowed was dropped"},
+    Meaning{"conn_write to", "a packet could not be sent"},
+    Meaning{"tcp write failed", "a TCP connection broke while it was written to"},
+    Meaning{"tcp accept failed", "a TCP connection could not be accepted"},
+    Meaning{"tcp failed to connect", "a TCP connection could not be opened"},
+    Meaning{"socket receive buffer", "the system's socket buffers are small: bursts may lose packets"},
+    Meaning{"failed to increase socket", "the system's socket buffers are small: bursts may lose packets"},
+    Meaning{"andshake", "another component did not prove who it is"},
+    Meaning{"decoding rtps message", "a protected packet that this process cannot read was dropped"},
+    Meaning{"decode_payload", "a protected packet that this process cannot read was dropped"},
+    Meaning{"Payload decoding failed", "a protected packet that this process cannot read was dropped"},
+    Meaning{"Submsg encoding failed", "a protected packet could not be written"}};
+
+/// The meaning first, if we know it; the words of Cyclone are for who looks for them.
+std::string explained(const std::string& text) {
+  const auto known = std::find_if(kMeanings.begin(), kMeanings.end(),
+                                  [&](const auto& one) { return text.find(one.part) != text.npos; });
+  return known == kMeanings.end() ? "Cyclone DDS says: " + text
+                                  : fmt::format("{} (Cyclone DDS: {})", known->text, text);
 }
 
 /// The text without line end and full stop.
@@ -53,7 +83,8 @@ struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
 
   /// Messages are of one kind if their texts are equal up to the first number or path.
   void log_limited(const std::string& text) {
-    if (alive && limit.allow(text.substr(0, text.find_first_of("0123456789/")), scheduler.now())) log.warning(text);
+    if (alive && limit.allow(text.substr(0, text.find_first_of("0123456789/")), scheduler.now()))
+      log.warning(explained(text));
   }
 
   Scheduler& scheduler;

@@ -17,6 +17,7 @@
 #include "tuples/dds/secure_participant.h"
 #include "tuples/dds/shield.h"
 #include "tuples/dds/silent_participants.h"
+#include "tuples/host_policy.h"
 #include "tuples/member_ids.h"
 
 namespace rubicon::tuples::dds {
@@ -299,6 +300,7 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
                              "find this process",
                              peer));
   }
+  if (auto good = HostPolicy::check_clock(scheduler.wall_now()); !good) Log(log, "dds").warning(good.error().text);
   auto impl = std::make_unique<Impl>(std::move(options), scheduler, std::move(post), log);
   impl->cyclone_log = std::move(cyclone_log);
   if (auto entered = impl->enter(); !entered) return fail(std::move(entered.error()));

@@ -7,6 +7,7 @@
 
 #include "transport/host_name.h"
 #include "transport/interfaces.h"
+#include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
 

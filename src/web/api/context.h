@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/limited_log.h"
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
 #include "history/history_source.h"
@@ -37,6 +39,7 @@ struct Context {
         access(its_access),
         options(std::move(its_options)),
         permission(options.island == model::kNoOwner ? nullptr : tuples::SpaceRights::judge(a_space), options.island),
+        set_log(std::make_shared<base::LimitedLog>(Log(log, "web"), a_scheduler)),
         messages(a_scheduler, a_space, log),
         peers(a_scheduler, a_space, client::kDdsPace),  // it was there long before a request
         event_types(a_space),
@@ -60,6 +63,7 @@ struct Context {
   access::Access& access;
   ApiOptions options;
   Permission permission;
+  std::shared_ptr<base::LimitedLog> set_log;  ///< which token asked for a set; pending replies share it
   client::MessageClient messages;
   client::PeerDiscovery peers;
   EventTypes event_types;

@@ -70,10 +70,13 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     if (!stream_->secure()) return begin();
     stage_ = Stage::kHandshake;
     deadline_.set(limits_.handshake);
-    stream_->async_handshake([self = shared_from_this()](const error_code& error) {
+    stream_->async_wait_for_bytes([self = shared_from_this()](const error_code& error) {
       if (self->ended_) return;
       if (error) return self->end();
-      self->begin();
+      if (self->stream_->begins_tls()) return self->shake_hands();
+      self->stream_->leave_tls();
+      self->refuse(error_response(400, ErrorCode::kInvalid,
+                                  "this port speaks HTTPS: expected https:// in front of the address"));
     });
   }
 
@@ -101,6 +104,14 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
  private:
   enum class Stage : std::uint8_t { kHandshake, kIdle, kHead, kBody, kAnswer, kSend, kLinger, kHandedOver };
   using Parser = http::request_parser<http::string_body>;
+
+  void shake_hands() {
+    stream_->async_handshake([self = shared_from_this()](const error_code& error) {
+      if (self->ended_) return;
+      if (error) return self->end();
+      self->begin();
+    });
+  }
 
   void begin() {
     if (refusal_) return refuse(std::move(*refusal_));
@@ -290,7 +301,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     const bool known = parser_ && parser_->is_header_done();
     const bool new_version = !known || parser_->get().version() > 10;
     if (response.stream && !head_only_) return hand_over(response, new_version);
-    const Framing framing{.keep_alive = keep_alive_, .head_only = head_only_};
+    const Framing framing{.keep_alive = keep_alive_, .head_only = head_only_, .secure = stream_->secure()};
     head_ = head_text(response, framing, host_.scheduler().wall_now());
     body_ = framing.head_only ? std::string() : std::move(response.body);
     send_watch_.begin(*stream_);
@@ -329,7 +340,8 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   void hand_over(const Response& response, bool new_version) {
     stage_ = Stage::kHandedOver;
     session_ = request_.caller.session;
-    auto head = head_text(response, {.keep_alive = false, .chunked = new_version}, host_.scheduler().wall_now());
+    const Framing framing{.keep_alive = false, .chunked = new_version, .secure = stream_->secure()};
+    auto head = head_text(response, framing, host_.scheduler().wall_now());
     successor_ =
         serve_events(host_, std::move(stream_), std::move(head), new_version, response.stream, [this] { end(); });
   }

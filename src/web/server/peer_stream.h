@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/socket.h>
+
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/stream.hpp>
@@ -43,6 +45,21 @@ class PeerStream {
     error_code ignored;
     socket_.shutdown(Socket::shutdown_send, ignored);
   }
+
+  /// Calls `done(error)` when the client has sent something, or closed.
+  template <class Done>
+  void async_wait_for_bytes(Done&& done) {
+    socket_.async_wait(Socket::wait_read, std::forward<Done>(done));
+  }
+  /// Looks whether what the client sent begins a handshake (a record of type 22: RFC 8446, section 5.1); what is no
+  /// byte at all ends with the handshake.
+  bool begins_tls() {
+    constexpr char kHandshake = 22;
+    char first = 0;
+    return ::recv(socket_.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT) != 1 || first == kHandshake;
+  }
+  /// Goes on without TLS, before a handshake.
+  void leave_tls() { tls_.reset(); }
 
   template <class Done>
   void async_handshake(Done&& done) {

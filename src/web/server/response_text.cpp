@@ -20,6 +20,9 @@ constexpr std::string_view kContentPolicy =
     "'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+/// A browser that was here by https comes back by https only, for 30 days (RFC 6797).
+constexpr std::string_view kOnlySecurely = "max-age=2592000";
+
 std::string_view reason_of(unsigned status) {
   constexpr std::array<std::pair<unsigned, std::string_view>, 27> kReasons{{
       {200, "OK"},
@@ -77,6 +80,7 @@ std::string head_text(const Response& response, const Framing& framing, WallTime
   add(text, "X-Content-Type-Options", "nosniff");
   add(text, "Referrer-Policy", "no-referrer");
   add(text, "Cross-Origin-Resource-Policy", "same-origin");
+  if (framing.secure) add(text, "Strict-Transport-Security", kOnlySecurely);
   const auto is_cache_rule = [](const auto& field) { return field.first == "Cache-Control"; };
   if (std::none_of(response.headers.begin(), response.headers.end(), is_cache_rule))
     add(text, "Cache-Control", "no-store");

@@ -12,6 +12,7 @@ struct Framing {
   bool keep_alive = true;  ///< more requests may follow
   bool head_only = false;  ///< the answer to HEAD
   bool chunked = false;    ///< a stream, by HTTP/1.1
+  bool secure = false;     ///< over TLS
 };
 
 /// Status line and fields, with those that protect the page in every response, up to the empty line. Fields whose name

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tuples/host_policy.h"
+
 namespace rubicon::cli {
 namespace {
 
@@ -69,6 +71,25 @@ TEST(Findings, AnIdThatIsTakenTwiceIsNamedWithItsPlaces) {
   EXPECT_EQ(both[0].check, "island-twice");
   EXPECT_THAT(both[0].what, HasSubstr("host5 and host6"));
   EXPECT_THAT(check_twins({start(1, 5, true), start(1, 6, false)}).at(0).what, HasSubstr("started 2 times"));
+}
+
+TEST(Findings, AComponentWhoseHostHadNoTimeIsAProblemWithTheClockAsItsRemedy) {
+  base::NullLogSink quiet;
+  tuples::HostPolicy policy(OwnerId(70001), "desk", false, Log(quiet, "dds"));
+  tuples::PeerIdentity island;
+  island.id = OwnerId(6541);
+  island.incarnation = 77'147'364'090;
+  const auto refused = policy.may_join(island);
+  ASSERT_FALSE(refused);
+  const auto found = check_complaint(refused.error().text + ": ignored");
+  EXPECT_EQ(found.grade, Finding::Grade::kProblem);
+  EXPECT_THAT(found.what, HasSubstr("component 6541 says that it started on 1970-01-01 21:25 UTC, before the clock"));
+  EXPECT_THAT(found.fix, HasSubstr("timedatectl"));
+  const auto own = tuples::HostPolicy::check_clock(WallTime(std::chrono::hours(1)));
+  ASSERT_FALSE(own);
+  EXPECT_EQ(check_complaint(own.error().text).check, "clock");
+  EXPECT_TRUE(tuples::HostPolicy::check_clock(WallTime(std::chrono::hours(24 * 365 * 31))));
+  EXPECT_EQ(check_complaint("a peer is odd").grade, Finding::Grade::kNote);
 }
 
 TEST(HostNetwork, ReadsThePortsOfTheKernelsTable) {

@@ -66,6 +66,29 @@ class DemoHistory : public testing::Test {
   std::string imported_;
 };
 
+TEST_F(DemoHistory, SeriesHaveTheShortNamesOfPoints) {
+  const auto whole = ask({"export", kTemperatures});
+  EXPECT_GT(lines_in(whole.output), 10) << whole.errors;
+  EXPECT_EQ(ask({"export", "*.temperature-1"}).output, whole.output);
+  EXPECT_EQ(ask({"query", "nobody.temperature-1"}).code, 8);
+  EXPECT_EQ(ask({"query", "a..b"}).code, 2);
+}
+
+TEST(HistoryCommand, ReadsTheHistoryOfARunningIsland) {
+  const PrivateNetwork alone;
+  if (!alone.entered()) GTEST_SKIP() << alone.reason();
+  Folder folder;
+  const auto island = started(folder.write("home.yaml", small_island(6541) + "history: {file: own.history}\n"));
+  for (const auto* word : {"small", "6541"}) {
+    const auto info = rubicon({"history", word, "info", "--json"});
+    EXPECT_EQ(info.code, 0) << info.errors;
+    EXPECT_EQ(lines_of(info).at(0)["file"], std::filesystem::canonical(folder.file("own.history")).string());
+  }
+  const auto nobody = rubicon({"history", "attic", "info"});
+  EXPECT_EQ(nobody.code, 1);
+  EXPECT_THAT(nobody.errors, HasSubstr("attic"));
+}
+
 TEST_F(DemoHistory, InfoCountsWhatIsThere) {
   const auto info = ask_json({"info"});
   EXPECT_EQ(info["file"], std::filesystem::canonical(file_).string());

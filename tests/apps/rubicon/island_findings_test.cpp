@@ -55,6 +55,14 @@ TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
   EXPECT_THAT(found.fix, HasSubstr("networks: knx-hall:"));
 }
 
+TEST(IslandFindings, TheRemedyOfALineFitsItsReason) {
+  const auto fix = [](const char* reason) { return check_lines(with(network("down", reason)), kNow).at(0).fix; };
+  EXPECT_THAT(fix("TLS: certificate has expired"), HasSubstr("renew the certificate of the server"));
+  EXPECT_THAT(fix("TLS: certificate is not yet valid"), HasSubstr("check the clock of the island's host"));
+  EXPECT_THAT(fix("TLS: hostname mismatch"), HasSubstr("name the server as its certificate does"));
+  EXPECT_THAT(fix("connection refused"), HasSubstr("check cable, power and network"));
+}
+
 TEST(IslandFindings, AHistoryThatIsNotWrittenIsAProblem) {
   auto seen = island();
   EXPECT_THAT(check_history(seen), IsEmpty());

@@ -117,13 +117,17 @@ TEST(CliNames, CountsTheDevicesThatAPatternWakes) {
 }
 
 TEST(CliNames, AWordThatNamesNothingGetsTheNearest) {
-  auto all = some_devices();
-  all[2].actuators = {"lamp-1"};
-  EXPECT_EQ(suggest_point(all, "hall.lamp"), "did you mean 'hall.lamp-1'?");
-  EXPECT_EQ(suggest_point(all, "knx.hal.lamp-1"), "did you mean 'knx.hall.lamp-1'?");
-  EXPECT_EQ(suggest_point(all, "Lamp"), "did you mean 'hall.lamp-1'?");
-  EXPECT_EQ(suggest_point(all, "proxy.knx.hall.actuator.lmap-1"), "did you mean 'proxy.knx.hall.actuator.lamp-1'?");
-  EXPECT_EQ(suggest_point(all, "frob.nicate"), "");
+  const std::vector<std::string> points{"proxy.wsn.7.sensor.light-1", "proxy.knx.hall.sensor.light-1",
+                                        "proxy.knx.hall.actuator.lamp-1"};
+  EXPECT_EQ(suggest_point(points, "hall.lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(points, "knx.hal.lamp-1"), "did you mean 'knx.hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(points, "Lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(points, "proxy.knx.hall.actuator.lmap-1"), "did you mean 'proxy.knx.hall.actuator.lamp-1'?");
+  EXPECT_EQ(suggest_point(points, "frob.nicate"), "");
+  EXPECT_EQ(suggest_point({"proxy.knx.hall.actuator.lamp-1", "proxy.knx.hall.actuator.lamp-2"}, "hall.lamp-1"),
+            "did you mean 'hall.lamp-2'?")
+      << "never what was typed";
+  const auto all = some_devices();
   EXPECT_EQ(suggest_device(all, "Kitchn mote"), "did you mean 'Kitchen mote'?");
   EXPECT_EQ(suggest_device(all, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
   EXPECT_EQ(suggest_type(all, "temprature"), "did you mean 'temperature'?");

@@ -286,14 +286,15 @@ TEST_F(Dummy, ALineThatBeginsDownComesUpLater) {
 
 TEST_F(Dummy, TellsAllThatIsWrongWithItsOptions) {
   make(R"({"colour": "red", "simulate": {"kitchen": {"leave": "5s", "join": "9s", "sensors": {
-    "temperature": {}, "nothing-1": {}, "contact-1": {"wave": "steps", "values": ["ajar"]},
+    "temperature": {}, "nothing-1": {}, "temprature-1": {}, "contact-1": {"wave": "steps", "values": ["ajar"]},
     "room-1": {"wave": "sine"}, "humidity-1": {"low": 50, "high": 40}, "battery-1": {"high": 200}},
     "actuators": {"switch-1": {"behaviour": "sulk", "sensor": "motion-1"}}, "properties": {"shoe": 42, "rate": "fast"}}}})");
   EXPECT_EQ(network, nullptr);
   for (const char* part :
        {"colour", "leave: is not after join", "sensors.temperature: expected a type and an instance",
-        "unknown type nothing", "ajar", "room-1.wave", "humidity-1.high: is below low", "battery-1.high", "sulk",
-        "is not a sensor of this device", "shoe: is not a type", "properties.rate"}) {
+        "unknown type 'nothing', expected", "unknown type 'temprature'; did you mean 'temperature'?", "ajar",
+        "room-1.wave", "humidity-1.high: is below low", "battery-1.high", "sulk", "is not a sensor of this device",
+        "properties.shoe: unknown type 'shoe', expected one that `rubicon types` lists", "properties.rate"}) {
     EXPECT_THAT(errors.text(), HasSubstr(part));
   }
 }

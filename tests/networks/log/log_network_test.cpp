@@ -212,7 +212,7 @@ TEST_F(LogNetworkTest, NamesEverythingThatIsWrongWithItsOptions) {
   std::string all;
   for (const std::string& line : wrong.errors) all += line + "\n";
   for (const char* part : {"file: missing", "speed: '-1', expected max or a factor", "end: ", "header: `perhaps`",
-                           "period: missing", "start-time: `noon`", "unknown type `warmth`",
+                           "period: missing", "start-time: `noon`", "unknown type 'warmth'",
                            "`humidity`, expected type and instance, for example `humidity-1`",
                            "expected exactly one of value, from-comment, from-table"})
     EXPECT_THAT(all, HasSubstr(part));

@@ -1,3 +1,4 @@
+#include "support/collecting_log.h"
 #include "web/api/site.h"
 
 namespace rubicon::web::api {
@@ -65,6 +66,23 @@ TEST_F(Rest, DevicesComeInPagesInNaturalOrder) {
   EXPECT_EQ(get("/api/v1/devices?island=2")["devices"].size(), 1U);
   EXPECT_EQ(get("/api/v1/devices?type=temperature&name=1*")["devices"].size(), 2U);
   EXPECT_THAT(get("/api/v1/devices?network=knx*")["devices"], IsEmpty());
+}
+
+TEST_F(Rest, TheLogNamesTheTokenThatSetATupleWhereNoRightsDo) {
+  start_lamp();
+  const auto lines_of = [this](bool tokens) {
+    if (tokens) need_token();
+    support::CollectingLog lines;
+    Api api(scheduler, component(kSite), lines, *access, options);
+    auto request = request_of("PUT", "/api/v1/tuples/1/" + std::string(kSwitch).substr(2) + "?wait=0s", "on");
+    if (tokens) request.caller.name = "robot";
+    const auto exchange = api.handle(request, [](const Response&) {});
+    scheduler.run_for(1s);
+    return lines.lines;
+  };
+  EXPECT_THAT(lines_of(false), IsEmpty());
+  EXPECT_THAT(lines_of(true), ElementsAre(HasSubstr("token 'robot' of 127.0.0.1: "
+                                                    "1:proxy.scripted-1.7.actuator.switch-1.command = 'on', applied")));
 }
 
 TEST_F(Rest, ADeviceHasItsPointsWithValueStatusAndDescription) {

@@ -67,13 +67,25 @@ TEST_F(TlsServer, SpeaksNothingOlderThanTls12) {
   EXPECT_TRUE(fair.shakes_hands());
 }
 
-TEST_F(TlsServer, AClientWithoutTlsGetsNothing) {
+TEST_F(TlsServer, AClientWithoutTlsIsToldToUseHttps) {
   serve_tls();
   const auto plain = client();
   plain->send(kAskSecurely);
   EXPECT_TRUE(plain->is_closed());
-  EXPECT_EQ(plain->received.find("HTTP"), std::string::npos);
+  EXPECT_THAT(plain->received, testing::StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(plain->received, HasSubstr("this port speaks HTTPS: expected https:// in front of the address"));
   EXPECT_TRUE(site.requests.empty());
+}
+
+TEST_F(TlsServer, OnlyOverTlsBrowsersAreToldToComeBackByTls) {
+  serve_tls();
+  TlsClient browser(world, server->local());
+  ASSERT_TRUE(browser.shakes_hands());
+  EXPECT_TRUE(browser.gets(kAskSecurely, "\r\nStrict-Transport-Security: max-age=2592000\r\n"));
+  const auto told = client();
+  told->send(kAskSecurely);
+  EXPECT_TRUE(told->is_closed());
+  EXPECT_THAT(told->received, testing::Not(HasSubstr("Strict-Transport-Security"))) << "RFC 6797, section 7.2";
 }
 
 TEST_F(TlsServer, AHandshakeThatDoesNotEndIsGivenUp) {
