@@ -139,6 +139,33 @@ TEST_F(RoamingCommands, ANewerCommandThatIsCarriedOutAlreadyIsNotUndoneEither) {
   EXPECT_EQ(command(1)["state"], "failed");
 }
 
+TEST_F(RoamingCommands, TheRateThatAUserSetGoesWithTheDeviceAndBack) {
+  const auto kRate = std::string("proxy.scripted-1.7.property.rate");
+  const auto join_with_rate = [&](std::uint32_t island) {
+    auto join = lamp();
+    join.capabilities.push_back(capability(point(Kind::kProperty, "rate", ""), Access::kReadWrite));
+    devices_of(island).say("7", join);
+    scheduler.run_for(2s);
+  };
+  const auto rate = [&](std::uint32_t island) { return value(islands[island]->space(), island, kRate + ".value"); };
+  start_island(1, kLab);
+  start_island(2, kLab);
+  join_with_rate(1);
+  join_with_rate(2);
+  EXPECT_EQ(rate(2), "1000") << "nobody set it";
+  component(70001).set_remote(OwnerId(2), kRate + ".command", "5000", 5s, nullptr);
+  scheduler.run_for(1s);
+  ASSERT_EQ(rate(2), "5000");
+  for (const auto island : {1U, 2U, 1U}) {
+    join_with_rate(island);
+    EXPECT_EQ(rate(island), "5000") << "at island " << island;
+  }
+  component(70001).set_remote(OwnerId(1), kRate + ".command", "300", 5s, nullptr);
+  scheduler.run_for(1s);
+  join_with_rate(2);
+  EXPECT_EQ(rate(2), "300") << "the newest";
+}
+
 TEST_F(RoamingCommands, OnlyAnIslandThatListedTheDeviceTransfersCommands) {
   begin();
   join(2);

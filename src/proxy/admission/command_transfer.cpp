@@ -25,6 +25,7 @@ constexpr std::size_t kMaxTransfer = 32 * 1024;
 constexpr std::size_t kMaxInstance = 255;
 /// How long the status of a failed transfer is published.
 constexpr Duration kFailureShown = std::chrono::seconds(10);
+constexpr Duration kRateTravels = std::chrono::seconds(10);
 
 std::optional<std::uint64_t> whole(const PlainTree& tree, const char* name, std::uint64_t most) {
   const auto found = tree.find(name);
@@ -72,7 +73,17 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
                         std::move(*value), OwnerId(static_cast<std::uint32_t>(*creator)), *request};
 }
 
+/// The sampling period is a setting of the island, not of the device: what a user set goes with the device, as a
+/// command that nobody waits for.
+void CommandTransfer::send_rate(Device& device, const Claim& to, const std::string& tuple) {
+  const auto* point = find_point(device, device.rate_point);
+  if (!point || !point->details->set_by_user) return;
+  const auto text = waiting_command_text({point->id, std::to_string(device.rate.count()), context_.space.self(), 0});
+  context_.space.set_remote(to.island, tuple, text, kRateTravels, nullptr, {.media_type = "application/json"});
+}
+
 void CommandTransfer::send(Device& device, const Claim& to, const std::string& tuple) {
+  send_rate(device, to, tuple);
   const auto now = context_.clock.now().steady;
   for (auto& released : desk_.release(device)) {
     const auto* point = find_point(device, released->point);

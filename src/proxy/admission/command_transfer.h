@@ -9,9 +9,10 @@
 
 namespace rubicon::proxy::admission {
 
-/// Transfers commands that are not sent yet to the island (or network) that a device moved to, as remote sets of the
-/// claim tuple there, and accepts those that others transfer (docs/roaming.md). A command leaves the queue before it is
-/// transferred, so it is never executed twice; it keeps the creator and request of its commander.
+/// Transfers commands that are not sent yet, and the `rate` that a user set, to the island (or network) that a device
+/// moved to, as remote sets of the claim tuple there, and accepts those that others transfer (docs/roaming.md). A
+/// command leaves the queue before it is transferred, so it is never executed twice; it keeps the creator and request
+/// of its commander.
 class CommandTransfer {
  public:
   CommandTransfer(ProxyContext& context, DeviceDirectory& directory, CommandDesk& desk, Roaming& roaming)
@@ -26,6 +27,7 @@ class CommandTransfer {
   void clear(const Device& device);
 
  private:
+  void send_rate(Device& device, const Claim& to, const std::string& tuple);
   Result<void> may_hand_over(const tuples::RemoteSet& request, const std::string& command) const;
   void answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply);
 
