@@ -118,11 +118,10 @@ TEST(PacketLog, GarbageBeforeAndBetweenRecordsIsSkipped) {
 class PacketLogCapture : public testing::Test {
  protected:
   void SetUp() override {
-    std::ifstream file(RUBICON_SOURCE_DIR "/../shared/data/motes/origjava_log_pkt.bin", std::ios::binary);
+    std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/log/two_motes.bin", std::ios::binary);
     std::ostringstream text;
     text << file.rdbuf();
     capture_ = text.str();
-    if (capture_.empty()) GTEST_SKIP() << "no ../shared/data/motes/origjava_log_pkt.bin beside the source tree";
   }
 
   std::string capture_;

@@ -73,8 +73,8 @@ TEST(PacketLogWriter, AppendsOnlyToPacketLogs) {
 }
 
 TEST(PacketLogWriter, RewritesTheOriginalsCaptureIdentically) {
-  std::ifstream file(RUBICON_SOURCE_DIR "/../shared/data/motes/origjava_log_pkt.bin", std::ios::binary);
-  if (!file) GTEST_SKIP() << "the original's capture is not here";
+  std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/log/two_motes.bin", std::ios::binary);
+  ASSERT_TRUE(file);
   std::ostringstream text;
   text << file.rdbuf();
   const auto content = text.str();

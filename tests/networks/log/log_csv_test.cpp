@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "networks/log/log_support.h"
@@ -267,14 +268,9 @@ TEST_F(LogCsv, AsFastAsPossibleLeavesTurnsToOthers) {
   EXPECT_LE(largest, 2010u);
 }
 
-/// The public data sets (log.md 2.1 to 2.3), with the mappings of examples/recordings.yaml.
-class LogDataSets : public LogCsv {
+/// Files in the form of the public data set AReM (log.md 2.1), with the mapping of examples/recordings.yaml.
+class AremForm : public LogCsv {
  protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(shared_data("datasets/arem")))
-      GTEST_SKIP() << "no ../shared/data/datasets beside the source tree";
-  }
-
   void open_arem(const std::string& file) {
     const auto column = [](const char* name) { return sensor(name); };
     open_options(map(
@@ -293,6 +289,36 @@ class LogDataSets : public LogCsv {
                                              {"avg_rss23", column("rssiRaw-23")},
                                              {"var_rss23", column("rssiRawDeviation-23")}})},
                             {"properties", map({{"activityLabel", map({{"from-comment", scalar("Task")}})}})}})}})}}));
+  }
+};
+
+/// 480 invented rows.
+TEST_F(AremForm, AFileHas480RowsOfSixSensorsIn120Seconds) {
+  auto& text = listener_.files.files["arem.csv"];
+  text =
+      "# Task: cycling\n# Frequency (Hz): 20\n# Clock (millisecond): 250\n# Duration (seconds): 120\n"
+      "# Columns: time,avg_rss12,var_rss12,avg_rss13,var_rss13,avg_rss23,var_rss23\n";
+  for (int row = 0; row < 480; ++row)
+    text += fmt::format("{},{}.50,4.85,17.50,3.35,22.50,3.20\n", row * 250, 20 + row % 30);
+  open_arem("arem.csv");
+  const Duration begin = listener_.time.now() - SteadyTime(1h);
+  listener_.time.run_for(2min);
+  EXPECT_EQ(listener_.counter("records"), 480u);
+  EXPECT_EQ(listener_.counter("damaged"), 0u);
+  EXPECT_EQ(listener_.readings().size(), 480u * 6 + 1);
+  EXPECT_EQ(listener_.of<model::Updates>().back().first - begin, 119'750ms);
+  const auto all = values();
+  EXPECT_THAT(std::vector<std::string>(all.begin(), all.begin() + 7),
+              ElementsAre("cycling", "20.5", "4.85", "17.5", "3.35", "22.5", "3.2"));
+  EXPECT_EQ(all[all.size() - 6], fmt::format("{}.5", 20 + 479 % 30));
+}
+
+/// The public data sets themselves (log.md 2.1 to 2.3).
+class LogDataSets : public AremForm {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(shared_data("datasets/arem")))
+      GTEST_SKIP() << "no ../shared/data/datasets beside the source tree";
   }
 
   void open_movement(const std::string& files) {

@@ -136,8 +136,8 @@ TEST_F(LogPackets, AFileOfGarbageEndsWithoutStoppingAnything) {
 class LogCapture : public LogPackets {
  protected:
   void SetUp() override {
-    capture_ = bytes_of_file(shared_data("motes/origjava_log_pkt.bin"));
-    if (capture_.empty()) GTEST_SKIP() << "no ../shared/data/motes/origjava_log_pkt.bin beside the source tree";
+    capture_ = bytes_of_file(RUBICON_SOURCE_DIR "/tests/cases/log/two_motes.bin");
+    ASSERT_FALSE(capture_.empty());
   }
 
   std::string capture_;

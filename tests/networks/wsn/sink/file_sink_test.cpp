@@ -156,8 +156,8 @@ TEST_F(FileSinkTest, MayBeDestroyedInItsCalls) {
 
 /// log.md 1.1 and 1.2: 37 read records in 32.980 s.
 TEST_F(FileSinkTest, PlaysTheOriginalsRecording) {
-  std::ifstream file(RUBICON_SOURCE_DIR "/../shared/data/motes/origjava_log_pkt.bin", std::ios::binary);
-  if (!file) GTEST_SKIP() << "no ../shared/data/motes/origjava_log_pkt.bin beside the source tree";
+  std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/log/two_motes.bin", std::ios::binary);
+  ASSERT_TRUE(file);
   log.assign(std::istreambuf_iterator<char>(file), {});
   play();
   time.run_for(1min);
