@@ -195,6 +195,7 @@ class Doctor {
     add(check_clock(seen, now));
     add(check_alerts(seen));
     add(check_inbox(seen));
+    add(check_unusable(seen));
     add(check_settings(seen));
     add(check_brokers(seen));
     add(check_island_trust(seen));
@@ -299,7 +300,8 @@ void add_doctor(Cli& cli) {
        "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
        "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
        "components, ids that two programs use or that no component has; and of each island, twice, its lines,\n"
-       "devices, losses, KNX Secure, disks, history, clock, alerts, inbox, and settings of servers behind networks.\n"},
+       "devices, losses, KNX Secure, disks, history, clock, alerts, inbox, names that cannot be\n"
+       "used, and settings of servers behind networks.\n"},
       [length](const Settings& settings) {
         return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
       });

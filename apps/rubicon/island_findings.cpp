@@ -75,6 +75,8 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
                                    network.devices);
     if (line.reason.empty() || line.line == "ended") return {kLine, Grade::kGood, state};
     const auto text = fmt::format("{}; {}", state, line.reason);
+    if (network.id.starts_with("zigbee"))
+      return {kLine, Grade::kNote, text, "the text says what to do; " + page("zigbee.md#troubles")};
     if (remedy.empty()) return {kLine, Grade::kNote, text, page("errors.md#lines-and-devices")};
     return {kLine, when - line.since < kOpening ? Grade::kNote : Grade::kProblem, text,
             fmt::format("{}; {}", remedy, page("knx-secure.md#line-states"))};
@@ -250,6 +252,24 @@ Findings check_inbox(const IslandSeen& seen) {
                        waiting->second == 1 ? "1 device waits" : fmt::format("{} devices wait", waiting->second),
                        name_of(seen.island)),
            fmt::format("rubicon inbox --island {}", number(seen.island.id))}};
+}
+
+Findings check_unusable(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    const auto text = network.properties.find("unusable");
+    const auto list = text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
+    if (!list.is_array()) continue;
+    for (const auto& one : list) {
+      if (!one.is_object()) continue;
+      all.push_back(
+          {"unusable", Grade::kNote,
+           fmt::format("network {} of island {}: {} '{}' cannot be used: {}", network.id, name_of(seen.island),
+                       model::text_of(one, "address"), model::text_of(one, "name"), model::text_of(one, "why")),
+           page("zigbee.md#troubles")});
+    }
+  }
+  return all;
 }
 
 Findings check_settings(const IslandSeen& seen) {

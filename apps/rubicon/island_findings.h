@@ -46,6 +46,8 @@ Findings check_clock(const IslandSeen& seen, WallTime when);
 Findings check_alerts(const IslandSeen& seen);
 /// `inbox`: devices that wait for a decision.
 Findings check_inbox(const IslandSeen& seen);
+/// `unusable`: devices that the network lists and cannot use, as it found them (ZigBee: their names).
+Findings check_unusable(const IslandSeen& seen);
 /// `settings`: what the server behind a network should be set to (Zigbee2MQTT), as the network found it.
 Findings check_settings(const IslandSeen& seen);
 /// `broker`: networks whose MQTT broker is used without TLS or without a user.

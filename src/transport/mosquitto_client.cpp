@@ -15,7 +15,6 @@
 #include <cerrno>
 #include <chrono>
 #include <map>
-#include <set>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -260,7 +259,7 @@ class MosquittoClient {
                             message.payload.data(), message.qos, message.retain);
     if (is_end(result)) return check(result);
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
-    if (result == MOSQ_ERR_SUCCESS && message.qos > 0) unacknowledged_.insert(id);
+    if (result == MOSQ_ERR_SUCCESS && message.qos > 0) unacknowledged_[id] = message.topic;
   }
 
   /// Results of a request to the library that mean the end of the connection; all others concern the request.
@@ -379,8 +378,12 @@ class MosquittoClient {
   /// Also of QoS 0, when it is written.
   void on_published(int id, int reason) {
     heard_ += 1;
-    if (reason >= 0x80) ++exchange_.not_taken;
-    unacknowledged_.erase(id);
+    const auto published = unacknowledged_.extract(id);
+    if (reason < 0x80) return;
+    ++exchange_.not_taken;
+    if (published.empty()) return;
+    auto why = publication_error(reason, name_, published.mapped());
+    events_.push_back({MqttEvent::Kind::kNotTaken, published.mapped(), {}, false, std::move(why), 0});
   }
 
   /// The library also calls this with its own codes after a reason of the broker.
@@ -447,7 +450,7 @@ class MosquittoClient {
   mosquitto* client_ = nullptr;
   std::map<int, std::vector<std::string>> asked_;  ///< filters by the number of their SUBSCRIBE
   std::vector<MqttEvent> events_;
-  std::set<int> unacknowledged_;  ///< numbers of publications of QoS 1
+  std::map<int, std::string> unacknowledged_;  ///< topics of publications of QoS 1 by their numbers
   /// What waits beyond it in the library would be overtaken by QoS 0.
   std::size_t most_unacknowledged_ = kMaxUnacknowledged;
   std::size_t filters_at_once_ = kFiltersAtOnce;  ///< bytes of filters that the broker takes in one SUBSCRIBE

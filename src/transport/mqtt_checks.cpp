@@ -69,6 +69,17 @@ constexpr Reason kReasons[] = {
     {0x9d, ErrorCode::kRefused, "has moved to another server"},
 };
 
+/// MQTT 5, table 3-4: those of 0x80 and above.
+constexpr Reason kPublicationReasons[] = {
+    {0x80, ErrorCode::kUnreachable, "unspecified error"},
+    {0x83, ErrorCode::kUnreachable, "a reason of its own"},
+    {0x87, ErrorCode::kRefused, "not authorised (its access list)"},
+    {0x90, ErrorCode::kInvalid, "it does not accept the topic"},
+    {0x91, ErrorCode::kUnreachable, "packet identifier in use"},
+    {0x97, ErrorCode::kBusy, "quota exceeded"},
+    {0x99, ErrorCode::kInvalid, "the payload is not in the format that was announced"},
+};
+
 }  // namespace
 
 std::string mqtt_name(const MqttOptions& options) {
@@ -114,6 +125,15 @@ Error mqtt_error(int reason, const std::string& line) {
   if (found == std::end(kReasons))
     return {ErrorCode::kUnreachable, fmt::format("{}: the broker closed the connection, reason {:#04x}", line, reason)};
   return {found->means, fmt::format("{}: the broker {}", line, found->text)};
+}
+
+Error publication_error(int reason, const std::string& line, std::string_view topic) {
+  const auto* const found = std::find_if(std::begin(kPublicationReasons), std::end(kPublicationReasons),
+                                         [&](const auto& known) { return known.code == reason; });
+  const bool known = found != std::end(kPublicationReasons);
+  return {known ? found->means : ErrorCode::kUnreachable,
+          fmt::format("{}: the broker did not take the message to {}: {} (reason {:#04x})", line, short_text(topic),
+                      known ? found->text : "unknown reason", reason)};
 }
 
 int reason_of_return_code(int code) {

@@ -21,6 +21,8 @@ std::size_t packet_size(std::string_view topic, std::string_view payload);
 
 /// What a reason code of CONNACK or DISCONNECT means to the user of a line (MQTT 5, section 2.4).
 Error mqtt_error(int reason, const std::string& line);
+/// What a reason code of PUBACK (0x80 or above) means for a publication to this topic (MQTT 5, section 3.4.2.1).
+Error publication_error(int reason, const std::string& line, std::string_view topic);
 /// The reason of version 5 for a return code of a CONNACK of 3.1.1 (section 3.2.2.3 there).
 int reason_of_return_code(int code);
 

@@ -47,10 +47,10 @@ class MqttHome {
 
 /// What the thread of an MQTT line tells the loop.
 struct MqttEvent {
-  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kFailed };
+  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kNotTaken, kFailed };
 
   Kind kind = Kind::kReceived;
-  std::string topic, payload;  ///< of a message; kTooLong has no payload; the topic is also the refused filter
+  std::string topic, payload;  ///< of a message; kTooLong has no payload; kRefused: the filter is the topic
   bool retained = false;
   Error why{};
   std::size_t bytes = 0;  ///< kConnected: longest packet that the broker takes; kTooLong: length of the packet

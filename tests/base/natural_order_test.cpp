@@ -17,6 +17,46 @@ TEST(NaturalOrder, RunsOfDigitsCountAsNumbers) {
                                            "wsn-2a", "wsn-10"}));
 }
 
+/// Eight digits before a letter are not a number there.
+TEST(NaturalOrder, IeeeAddressesAreTexts) {
+  const std::vector<std::string> sorted{
+      "9",      "00124b0010000000", "00124b001000000a", "00124b0010000010", "00124b0010000100", "a4c138f3b27d0000",
+      "lamp-2", "lamp-10"};
+  auto ids = sorted;
+  std::reverse(ids.begin(), ids.end());
+  std::sort(ids.begin(), ids.end(), natural_less);
+  EXPECT_EQ(ids, sorted);
+  EXPECT_TRUE(natural_less("0x00124b001000000a", "0x00124b0010000010"));
+  EXPECT_TRUE(natural_less("7:proxy.zigbee.00124b001000000a.sensor.light-1", "7:proxy.zigbee.00124b0010000010.x"));
+  EXPECT_TRUE(natural_less("00124b0010000000.sensor.light-2", "00124b0010000000.sensor.light-10"));
+  EXPECT_TRUE(natural_less("x00124b001000000a", "x00124b0010000000a1")) << "other words are no addresses";
+}
+
+/// Numbers of many digits beside addresses: a sort needs one order of all.
+TEST(NaturalOrder, IsAnOrder) {
+  const std::vector<std::string> all{"5",
+                                     "500000000000000",
+                                     "1000000000000000",
+                                     "100000000000000a",
+                                     "0x100000000000000a",
+                                     "2a",
+                                     "a",
+                                     "zz",
+                                     ".",
+                                     "ab00000000000000",
+                                     "",
+                                     "07",
+                                     "7"};
+  for (const auto& a : all) {
+    for (const auto& b : all) {
+      EXPECT_EQ(natural_less(a, b) + natural_less(b, a), a == b ? 0 : 1) << a << ' ' << b;
+      for (const auto& c : all) {
+        EXPECT_TRUE(!natural_less(a, b) || !natural_less(b, c) || natural_less(a, c)) << a << ' ' << b << ' ' << c;
+      }
+    }
+  }
+}
+
 TEST(NaturalOrder, NothingIsLessThanItself) {
   for (const auto* id : {"", "7", "a7b"}) EXPECT_FALSE(natural_less(id, id));
 }

@@ -22,7 +22,8 @@ struct Said {
   std::map<std::string, bool> usable;
 
   void there(const DeviceRecord& record, bool can_be_used) {
-    check(record.address.size() == 16 && name_problem(record.name).empty() && record.role != Role::kCoordinator);
+    check(record.address.size() == 16 && (name_problem(record.name).empty() || !record.unusable_name.empty()) &&
+          record.role != Role::kCoordinator);
     check(why_waiting(record).empty() == can_be_used);
     usable[record.address] = can_be_used;
   }

@@ -234,6 +234,8 @@ TEST_F(LiveBroker, RefusedSubscriptionsAndPublicationsAreReported) {
     EXPECT_THAT(client.refused, ElementsAre("secret/#"));
     EXPECT_THAT(client.received, ElementsAre("open/a 1"));
     EXPECT_EQ(client.line->counters().not_taken, version == MqttVersion::k5 ? 1U : 0U) << "3.1.1 does not report it";
+    ASSERT_EQ(client.not_taken.size(), version == MqttVersion::k5 ? 1U : 0U);
+    for (const auto& one : client.not_taken) EXPECT_THAT(one, AllOf(HasSubstr("forbidden/a "), HasSubstr("0x87")));
   }
 }
 

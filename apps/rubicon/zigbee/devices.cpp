@@ -44,6 +44,7 @@ int list(Tool& tool) {
                {"WHY NOT USABLE", Kind::kText}});
   const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
   std::uint64_t next = 0;
+  std::string why_unlisted;
   for (bool more = true; more;) {
     const auto reply = tool.line().reply_to({{"do", "devices"}, {"from", next}}, kPatience);
     if (!model::flag_of(reply, "ok")) return refused(reply);
@@ -54,10 +55,13 @@ int list(Tool& tool) {
       add_row(device, now, table);
     }
     more = model::flag_of(reply, "more") && next > before;
+    if (!model::flag_of(reply, "listed")) why_unlisted = model::text_of(reply, "why");
   }
-  if (tool.json()) return kGood;
-  tool.out().write(table.empty() ? "no device is paired; `rubicon zigbee permit` lets devices join\n"
-                                 : table.text(tool.look()));
+  if (!why_unlisted.empty()) print_error(printable("no list of devices was received: " + why_unlisted));
+  if (tool.json()) return why_unlisted.empty() ? kGood : kNotDone;
+  if (!table.empty()) tool.out().write(table.text(tool.look()));
+  if (!why_unlisted.empty()) return kNotDone;
+  if (table.empty()) tool.out().line("no device is paired; `rubicon zigbee permit` lets devices join");
   return kGood;
 }
 
@@ -102,7 +106,8 @@ void add_devices(Cli& cli, CLI::App* parent) {
                          "  rubicon zigbee rename 0x00124b001000000b bedside\n"},
                         [options](Tool& tool) { return rename(tool, *options); });
   app->add_option("DEVICE", options->device, kDeviceHelp)->required();
-  app->add_option("NAME", options->name, "the new name; no + or #")->required();
+  app->add_option("NAME", options->name, "the new name; no + or #, not below bridge/, no /set, /get or /availability")
+      ->required();
   app = Tool::add(cli, parent,
                   {"remove", "Remove a device or group from the ZigBee network",
                    "  rubicon zigbee remove bath\n"

@@ -19,6 +19,7 @@ transport::MqttCalls BrokerLine::line_calls() {
   calls.received = [this](const transport::MqttMessage& message) { calls_.received(message); };
   calls.too_long = [this](std::string_view topic, std::size_t bytes) { calls_.too_long(topic, bytes); };
   calls.refused = [this](std::string_view filter, Error why) { calls_.forbidden(filter, why); };
+  calls.not_taken = [this](std::string_view topic, Error why) { calls_.not_taken(topic, why); };
   calls.failed = [this](Error why) { failed(std::move(why)); };
   return calls;
 }
@@ -97,7 +98,7 @@ Result<void> BrokerLine::unsubscribe(std::string_view filter) {
 
 Result<void> BrokerLine::publish(std::string topic, std::string payload) {
   if (!connected_) return fail(ErrorCode::kUnreachable, "the broker is not connected");
-  return line_->publish({std::move(topic), std::move(payload), false, 0, transport::MqttQueue::kInOrder});
+  return line_->publish({std::move(topic), std::move(payload), false, 1, transport::MqttQueue::kInOrder});
 }
 
 transport::MqttCounters BrokerLine::counters() const {

@@ -27,6 +27,8 @@ class BrokerLine {
     std::function<void(std::string_view topic, std::size_t bytes)> too_long;
     /// An access list forbids a subscription.
     std::function<void(std::string_view filter, const Error& why)> forbidden;
+    /// The broker did not take what was published there (version 5: PUBACK; README.md has the reasons).
+    std::function<void(std::string_view topic, const Error& why)> not_taken;
     /// The connection is lost: for NetworkHost::failed().
     std::function<void(Error why)> lost;
     /// The broker refused us: refusal() and attempts() changed.
@@ -45,7 +47,8 @@ class BrokerLine {
   // kUnreachable while not connected.
   Result<void> subscribe(std::string_view filter);
   Result<void> unsubscribe(std::string_view filter);
-  /// With QoS 0: a set that arrives twice would be executed twice.
+  /// With QoS 1, so that a broker of version 5 says what it does not take. It arrives once nevertheless: a client
+  /// repeats nothing within a connection (MQTT 5, section 4.4), and each of ours is a new session.
   Result<void> publish(std::string topic, std::string payload);
 
   /// Why the broker does not accept us; empty = it did not refuse.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <utility>
 
 #include "networks/zigbee/bridge/liveness.h"
@@ -14,6 +15,7 @@
 #include "networks/zigbee/device/silence.h"
 #include "networks/zigbee/device/state_reader.h"
 #include "networks/zigbee/device/verification.h"
+#include "networks/zigbee/exposes/sirens.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::zigbee {
@@ -68,6 +70,8 @@ struct Device::Impl {
   device::Polling polling;
   device::Silence silence;
   std::optional<bool> available;
+  /// Settings for the next command of a property: JSON by part (exposes/sirens.h).
+  std::map<std::string, std::map<std::string, std::string>> kept;
   bool bridge_decides = false;
   bool up = false;
   /// Since then only copies came: they may be those of the device that had the name before.
@@ -106,6 +110,7 @@ void Device::Impl::set_record(bridge::DeviceRecord now) {
     commands.end(Outcome::kUndeliverable, "the definition of the device changed");
     verification.clear();
     polling.clear();
+    kept.clear();
     properties.set_points(points, mapped);
     points = std::move(mapped);
   }
@@ -182,6 +187,13 @@ Result<void> Device::Impl::command(std::uint64_t request, const PointId& id, con
   if (!up) return fail(ErrorCode::kUnreachable, "Zigbee2MQTT is not there");
   auto json = exposes::encode(*point, value);
   if (!json) return fail(json.error());
+  if (!point->coding.part.empty()) {
+    kept[point->property][point->coding.part] = std::move(*json);
+    answer(request, Outcome::kSent, {});
+    return {};
+  }
+  if (const auto parts = kept.find(point->property); parts != kept.end() && value == Value(true))
+    json = exposes::with_parts(*json, parts->second);
   Command command;
   command.request = request;
   command.point = static_cast<std::size_t>(point - points.begin());
@@ -191,7 +203,8 @@ Result<void> Device::Impl::command(std::uint64_t request, const PointId& id, con
   command.wanted = exposes::decode(*point, *json).value_or(value);
   command.json = std::move(*json);
   command.event = is_event(point->capability);
-  command.echoed = point->capability.reports && !record.is_group();
+  // A group reports nothing by itself: without the echo there is no answer to wait for.
+  command.echoed = point->capability.reports && (!record.is_group() || reports.traits().optimistic);
   return commands.add(std::move(command), !record.mains() && !record.is_group(), time_to_live);
 }
 
@@ -323,6 +336,10 @@ Result<void> Device::send(const Message& message) {
   if (message.kind() != MessageKind::kProbe)
     return fail(ErrorCode::kUnsupported, fmt::format("a ZigBee device takes no {}", to_string(message.kind())));
   return impl_->probe();
+}
+
+void Device::not_taken(const std::string& why) {
+  impl_->commands.not_taken(why);
 }
 
 void Device::line_lost(const std::string& why) {

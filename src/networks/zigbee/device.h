@@ -57,6 +57,8 @@ class Device {
   bool may_have_event(std::string_view payload) const;
   /// Actuate, SetProperty, Sample, Probe; answers as Network::send does.
   Result<void> send(const Message& message);
+  /// The broker did not take the newest set message: what waits for its echo is answered with this reason.
+  void not_taken(const std::string& why);
   /// The bridge or the broker is gone, or the device leaves: what waits is answered with this reason; the cached values
   /// stay.
   void line_lost(const std::string& why);

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/printable.h"
 #include "networks/zigbee/bridge/liveness.h"
 #include "rubicon/key.hpp"
 
@@ -113,7 +114,7 @@ void Devices::waiting(const bridge::DeviceRecord& record, const std::string& why
   forget(record.address, why);
   unusable_[record.address] = why;
   model::Join join;
-  join.name = record.name;
+  join.name = base::one_line(record.name);
   join.model = model_of(record);
   join.heard = false;
   join.problem = why;
@@ -157,7 +158,12 @@ void Devices::answer_probed_groups() {
 
 void Devices::apply(const bridge::GroupChanges& changes) {
   for (const auto& address : changes.left) left(address, "the group was removed");
-  for (const auto& record : changes.changed) changed(record);
+  for (const auto& record : changes.changed) {
+    if (const auto why = bridge::why_waiting(record); why.empty())
+      changed(record);
+    else
+      waiting(record, why);
+  }
 }
 
 void Devices::event(const bridge::BridgeEvent& event) {
@@ -181,6 +187,7 @@ void Devices::received(const transport::MqttMessage& message) {
     return report_();
   }
   auto& entity = at->second;
+  heard_ = true;
   if (!message.retained && !message.payload.empty()) inventory_.heard(at->first);
   if (found->kind == bridge::Topics::Kind::kAvailability) return availability(at->first, entity, message.payload);
   ++counters_.states;
@@ -221,6 +228,28 @@ void Devices::availability(const std::string& address, Entity& entity, std::stri
     entity.available_later = *online;
   else
     entity.device->availability(*online);
+}
+
+void Devices::connected() {
+  heard_ = false;
+  gets_before_ = counters_.gets;
+}
+
+void Devices::not_taken(std::string_view topic, const std::string& why) {
+  for (const auto& [address, entity] : entities_) {
+    if (topic == topics_.set(entity.device->record().name)) return entity.device->not_taken(why);
+  }
+}
+
+std::size_t Devices::usable() const {
+  return static_cast<std::size_t>(std::count_if(
+      entities_.begin(), entities_.end(), [](const auto& one) { return !one.second.device->record().is_group(); }));
+}
+
+bool Devices::answer_is_due() const {
+  return counters_.gets != gets_before_ || std::any_of(entities_.begin(), entities_.end(), [&](const auto& one) {
+           return bridge::bridge_decides(info_, one.second.device->record());
+         });
 }
 
 void Devices::line_up(bool repeats) {
@@ -321,8 +350,21 @@ Devices::Condition Devices::condition(const std::string& address) const {
 }
 
 void Devices::each(const std::function<void(const bridge::DeviceRecord& record, const std::string& why)>& call) const {
-  inventory_.each(call);
-  for (const auto& [address, record] : groups_.records()) call(record, {});
+  const auto with_problem = [&](const bridge::DeviceRecord& record, const std::string& why) {
+    const auto problem = problems().find(record.address);
+    call(record, why.empty() && problem != problems().end() ? problem->second : why);
+  };
+  inventory_.each(with_problem);
+  for (const auto& [address, record] : groups_.records()) with_problem(record, bridge::why_waiting(record));
+}
+
+std::vector<Devices::Unusable> Devices::unusable_names() const {
+  std::vector<Unusable> found;
+  each([&](const bridge::DeviceRecord& record, const std::string& why) {
+    if (!record.unusable_name.empty() || problems().contains(record.address))
+      found.push_back({record.address, record.name, why});
+  });
+  return found;
 }
 
 std::optional<std::string> Devices::find(std::string_view called) const {

@@ -75,6 +75,12 @@ class Devices final : public DeviceHost {
   };
   Condition condition(const std::string& address) const;
   const bridge::Inventory& inventory() const { return inventory_; }
+  /// A device or group that its friendly name makes unusable.
+  struct Unusable {
+    std::string address, name, why;
+  };
+  /// In the order of their addresses.
+  std::vector<Unusable> unusable_names() const;
   /// Devices and groups in the order of their addresses; `why` is empty if it is usable.
   void each(const std::function<void(const bridge::DeviceRecord& record, const std::string& why)>& call) const;
   /// Address of the device or group that a person calls so: an address, with or without `0x`, or a friendly name.
@@ -85,6 +91,22 @@ class Devices final : public DeviceHost {
   const std::map<std::string, std::string>& problems() const { return conflicts_.problems(); }
   const DefinitionGaps& gaps() const { return gaps_; }
   bool lists_arrived() const { return listed_; }
+  /// As far as bridge/info tells: false where a setting of the bridge prevents it.
+  bool publishes_states() const { return info_.output != "attribute"; }
+  bool bridge_retains() const { return info_.retained; }
+  /// A list of groups was received: the broker keeps messages of the bridge.
+  bool groups_arrived() const { return grouped_; }
+
+  /// The broker is connected (again): nothing was heard on this connection.
+  void connected();
+  /// The broker did not take a message to this topic: a command of a device ends with this reason.
+  void not_taken(std::string_view topic, const std::string& why);
+  /// A state or the availability of a device or group was received on this connection, stored or new.
+  bool heard() const { return heard_; }
+  /// Devices that can be used, without groups.
+  std::size_t usable() const;
+  /// Whether one of them should have been heard within seconds: the bridge publishes its availability, or it was asked.
+  bool answer_is_due() const;
 
  private:
   struct Entity {
@@ -120,6 +142,8 @@ class Devices final : public DeviceHost {
   std::string down_;     ///< why the bridge is not there; empty = it is
   bool repeats_ = true;  ///< of the last line_up()
   bool listed_ = false;
+  bool heard_ = false;
+  std::uint64_t gets_before_ = 0;  ///< on earlier connections
   bridge::BridgeDescription info_;
   bridge::Groups groups_;
   std::optional<std::vector<bridge::Group>> new_groups_;  ///< a list that update_groups() takes

@@ -9,6 +9,7 @@
 #include "model/json_members.h"
 #include "model/tool_request.h"
 #include "networks/zigbee/bridge/recommended.h"
+#include "networks/zigbee/bridge/topics.h"
 #include "networks/zigbee/device_options.h"
 #include "rubicon/key.hpp"
 
@@ -77,11 +78,13 @@ std::string_view tag_of(const json& request) {
   return changes ? kAdminTag : kRequestTag;
 }
 
-ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish)
+ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish,
+                           std::function<std::string()> trouble)
     : host_(host),
       requester_(std::move(requester)),
       devices_(devices),
       publish_(std::move(publish)),
+      trouble_(std::move(trouble)),
       down_("Zigbee2MQTT is not there yet") {}
 
 void ToolRequests::use(bool up, const std::string& why) {
@@ -89,6 +92,15 @@ void ToolRequests::use(bool up, const std::string& why) {
   if (up) return;
   for (const auto& open : std::exchange(open_, {})) refuse(open.requester, why);
   close_watching(why);
+}
+
+void ToolRequests::not_taken(std::string_view topic, const std::string& why) {
+  std::list<Open> refused;
+  for (auto at = open_.begin(); at != open_.end();) {
+    const auto one = at++;
+    if (topic.ends_with("/bridge/request/" + one->what)) refused.splice(refused.end(), open_, one);
+  }
+  for (const auto& open : refused) refuse(open.requester, why);
 }
 
 Result<void> ToolRequests::receive(const Message& message) {
@@ -142,7 +154,8 @@ void ToolRequests::ask(Requester requester, std::string_view what, json payload,
   auto transaction = fmt::format("rubicon-{}-{}", requester_, ++last_transaction_);
   payload["transaction"] = transaction;
   if (auto sent = publish_(what, model::dump(payload)); !sent) return refuse(requester, sent.error().text);
-  auto& added = open_.emplace_back(Open{std::move(requester), std::move(transaction), std::move(done), {}});
+  auto& added =
+      open_.emplace_back(Open{std::move(requester), std::string(what), std::move(transaction), std::move(done), {}});
   added.timeout = host_.scheduler().after(time, [this, &added, time] {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time).count();
     refuse(added.requester, fmt::format("Zigbee2MQTT did not answer within {} s", seconds));
@@ -293,14 +306,22 @@ void ToolRequests::devices(const Requester& requester, const json& request) {
     more = bytes > kMaxReplyBytes;
     if (!more) list.push_back(std::move(one));
   });
-  reply(requester, {{"ok", true}, {"devices", std::move(list)}, {"more", more}});
+  json answer{{"ok", true}, {"devices", std::move(list)}, {"more", more}, {"listed", devices_.lists_arrived()}};
+  if (!devices_.lists_arrived()) answer["why"] = why_unlisted();
+  reply(requester, std::move(answer));
+}
+
+std::string ToolRequests::why_unlisted() const {
+  if (!down_.empty()) return down_;
+  auto trouble = trouble_();
+  return trouble.empty() ? "Zigbee2MQTT did not publish the list of devices yet; ask again in some seconds" : trouble;
 }
 
 void ToolRequests::rename(Requester requester, const json& request) {
   const auto device = target(requester, request, "device");
   if (!device) return;
   const auto to = request_text(request, "to");
-  if (to.empty()) return refuse(requester, "to is empty, expected the new name");
+  if (const auto why = bridge::new_name_problem(to); !why.empty()) return refuse(requester, why);
   ask(std::move(requester), device->group ? "group/rename" : "device/rename", {{"from", device->id}, {"to", to}},
       kAnswerTime, [this, to, address = device->address](const Requester& asker, const bridge::BridgeResponse&) {
         reply(asker, {{"ok", true}, {"address", address}, {"name", to}});

@@ -37,14 +37,18 @@ class ToolRequests {
   /// Publishes to `bridge/request/<what>`.
   using Publish = std::function<Result<void>(std::string_view what, std::string payload)>;
 
-  /// `requester` names this network among all clients of the bridge.
-  ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish);
+  /// `requester` names this network among all clients of the bridge. `trouble`: line_trouble() of the network.
+  ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish,
+               std::function<std::string()> trouble);
 
   /// Whether the bridge is there, or why not: requests that wait are then refused.
   void use(bool up, const std::string& why);
   /// kUnsupported if the message is not a request of a tool, kRefused if it names a device, kInvalid if it cannot be
   /// read. Who may send to one device must not reach the others.
   Result<void> receive(const Message& message);
+
+  /// The broker did not take a message to this topic: requests that wait for its answer are refused.
+  void not_taken(std::string_view topic, const std::string& why);
 
   // What the bridge publishes.
   void response(std::string_view payload);
@@ -63,7 +67,7 @@ class ToolRequests {
   using Done = std::function<void(const Requester& requester, const bridge::BridgeResponse& response)>;
   struct Open {
     Requester requester;
-    std::string transaction;
+    std::string what, transaction;
     Done done;
     Timer timeout;
   };
@@ -85,6 +89,7 @@ class ToolRequests {
   void permit(Requester requester, const nlohmann::json& request);
   void permitted(const Requester& requester, std::int64_t seconds);
   void devices(const Requester& requester, const nlohmann::json& request);
+  std::string why_unlisted() const;
   void rename(Requester requester, const nlohmann::json& request);
   void remove(Requester requester, const nlohmann::json& request);
   void options(Requester requester, const nlohmann::json& request);
@@ -106,6 +111,7 @@ class ToolRequests {
   std::string requester_;
   const Devices& devices_;
   Publish publish_;
+  std::function<std::string()> trouble_;
   std::string down_;  ///< why the bridge is not there; empty = it is
   std::uint64_t last_transaction_ = 0;
   std::list<Open> open_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -14,6 +16,7 @@
 #include "networks/zigbee/bridge_state.h"
 #include "networks/zigbee/broker_line.h"
 #include "networks/zigbee/devices.h"
+#include "networks/zigbee/line_trouble.h"
 #include "networks/zigbee/tool_requests.h"
 #include "networks/zigbee/zigbee_options.h"
 #include "networks/zigbee/zigbee_sample.h"
@@ -31,6 +34,10 @@ using model::LineState;
 /// megabytes.
 constexpr Duration kListTime = 5s;
 
+/// How long all devices may be silent on a line that is up: where answers or availability are due, and where all
+/// devices report only by themselves. Looked at each kSilence.
+constexpr Duration kSilence = 1min, kLongSilence = 1h;
+
 class ZigbeeNetwork final : public network::Network {
  public:
   ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions options, network::NetworkHost& host);
@@ -47,6 +54,7 @@ class ZigbeeNetwork final : public network::Network {
   void lost(Error why);
   void too_long(std::string_view topic, std::size_t bytes);
   void forbidden(std::string_view filter, const Error& why);
+  void not_taken(std::string_view topic, const Error& why);
   void received(const transport::MqttMessage& message);
   void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
   void info(std::string_view payload);
@@ -54,6 +62,10 @@ class ZigbeeNetwork final : public network::Network {
   void response(std::string_view what, std::string_view payload);
   void bridge_changed();
   void await_list();
+  void await_states();
+  std::size_t silent_devices() const;
+  std::string trouble() const;
+  std::string unusable() const;
   void unreadable(const transport::MqttMessage& message, const Error& why);
   std::optional<model::State> state() const;
   void add_counters(std::map<std::string, std::uint64_t>& counters) const;
@@ -70,8 +82,10 @@ class ZigbeeNetwork final : public network::Network {
   bool lost_ = false;  ///< the supervisor reports why
   bool up_ = false;    ///< as the devices were told
   bool list_is_late_ = false;
-  Timer list_patience_;
-  std::set<std::string, std::less<>> forbidden_;
+  Timer list_patience_, silence_;
+  SteadyTime up_since_{};
+  std::set<std::string> forbidden_, not_taken_;  ///< filters, topics
+  std::optional<std::size_t> too_long_list_;     ///< bytes of a list that was dropped
   std::uint64_t unreadable_ = 0, events_ = 0;
   Devices devices_;
   BrokerLine line_;  ///< last: destroyed first, because its callbacks use all others
@@ -87,10 +101,12 @@ ZigbeeNetwork::ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions
       arrivals_(host.scheduler(),
                 {.take = [this](const transport::MqttMessage& message) { devices_.received(message); },
                  .replaceable = [this](const transport::MqttMessage& message) { return devices_.repeats(message); }}),
-      tools_(host, fmt::format("{}-{}", model::number(config.island), config.id), devices_,
-             [this](std::string_view what, std::string payload) {
-               return line_.publish(topics_.request(what), std::move(payload));
-             }),
+      tools_(
+          host, fmt::format("{}-{}", model::number(config.island), config.id), devices_,
+          [this](std::string_view what, std::string payload) {
+            return line_.publish(topics_.request(what), std::move(payload));
+          },
+          [this] { return trouble(); }),
       devices_(host, config.types, options_, topics_, line_, [this] { reporter_.counters_changed(); }),
       line_(host, options_.broker, line_calls()) {}
 
@@ -99,6 +115,7 @@ BrokerLine::Calls ZigbeeNetwork::line_calls() {
           .received = [this](const transport::MqttMessage& message) { received(message); },
           .too_long = [this](std::string_view topic, std::size_t bytes) { too_long(topic, bytes); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
+          .not_taken = [this](std::string_view topic, const Error& why) { not_taken(topic, why); },
           .lost = [this](Error why) { lost(std::move(why)); },
           .refused =
               [this] {
@@ -123,6 +140,8 @@ Result<void> ZigbeeNetwork::reopen() {
 
 void ZigbeeNetwork::connected() {
   forbidden_.clear();
+  not_taken_.clear();
+  devices_.connected();
   auto filters = topics_.filters();
   // The version first: the lists of a bridge that we do not speak to are not read. Retained messages come in this
   // order.
@@ -142,6 +161,7 @@ void ZigbeeNetwork::lost(Error why) {
 }
 
 void ZigbeeNetwork::too_long(std::string_view topic, std::size_t bytes) {
+  if (topic == topics_.state("bridge/devices")) too_long_list_ = bytes;
   log_.warning(fmt::format("too long {}", topic),
                fmt::format("{}: dropped {} bytes, more than largest-packet ({} bytes)", model::quoted(topic), bytes,
                            options_.broker.line.largest_packet));
@@ -152,6 +172,14 @@ void ZigbeeNetwork::forbidden(std::string_view filter, const Error& why) {
   log_.warning("forbidden " + std::string(filter),
                fmt::format("the broker forbids to subscribe to {}: {}", model::quoted(filter), why.text));
   forbidden_.emplace(filter);
+  reporter_.line_changed();
+}
+
+void ZigbeeNetwork::not_taken(std::string_view topic, const Error& why) {
+  log_.warning("not taken " + std::string(topic), why.text);
+  not_taken_.emplace(topic);
+  devices_.not_taken(topic, why.text);
+  tools_.not_taken(topic, why.text);
   reporter_.line_changed();
 }
 
@@ -224,6 +252,8 @@ void ZigbeeNetwork::bridge_changed() {
   if (up) {
     devices_.line_up(bridge_.repeats());
     await_list();
+    if (!up_) up_since_ = host_.scheduler().now();
+    await_states();
   } else if (up_) {
     devices_.line_lost(bridge_.reason());
   }
@@ -238,6 +268,46 @@ void ZigbeeNetwork::await_list() {
     list_is_late_ = true;
     if (!devices_.lists_arrived()) reporter_.line_changed();
   });
+}
+
+void ZigbeeNetwork::await_states() {
+  silence_ = host_.scheduler().after(kSilence, [this] {
+    if (!up_ || devices_.heard()) return;
+    if (silent_devices() > 0) {
+      log_.warning("silence", trouble());
+      reporter_.line_changed();
+    }
+    await_states();
+  });
+}
+
+/// Without state messages (advanced.output) it is no wonder.
+std::size_t ZigbeeNetwork::silent_devices() const {
+  if (!up_ || devices_.heard() || !devices_.publishes_states()) return 0;
+  const auto silence = host_.scheduler().now() - up_since_;
+  return silence >= (devices_.answer_is_due() ? kSilence : kLongSilence) ? devices_.usable() : 0;
+}
+
+std::string ZigbeeNetwork::trouble() const {
+  return line_trouble({.base = options_.base,
+                       .user = options_.broker.line.user,
+                       .forbidden = forbidden_,
+                       .not_taken = not_taken_,
+                       .list_missing = list_is_late_ && !devices_.lists_arrived(),
+                       .others_came = devices_.groups_arrived(),
+                       .retains = devices_.bridge_retains(),
+                       .too_long = too_long_list_,
+                       .largest_packet = options_.broker.line.largest_packet,
+                       .silent_devices = silent_devices()});
+}
+
+std::string ZigbeeNetwork::unusable() const {
+  constexpr std::size_t kMost = 50;
+  auto list = nlohmann::json::array();
+  for (const auto& one : devices_.unusable_names()) {
+    if (list.size() < kMost) list.push_back({{"address", one.address}, {"name", one.name}, {"why", one.why}});
+  }
+  return model::dump(list);
 }
 
 Result<void> ZigbeeNetwork::send(const Message& message) {
@@ -280,16 +350,10 @@ std::optional<model::State> ZigbeeNetwork::state() const {
     state.reason =
         fmt::format("connecting to the MQTT broker {}:{}", options_.broker.line.host, options_.broker.line.port);
   }
-  if (state.line == LineState::kUp && !forbidden_.empty()) {
-    state.reason = fmt::format("the broker forbids to subscribe to {}{}", model::quoted(*forbidden_.begin()),
-                               forbidden_.size() == 1 ? "" : fmt::format(" and {} more", forbidden_.size() - 1));
-  } else if (state.line == LineState::kUp && list_is_late_ && !devices_.lists_arrived()) {
-    state.reason =
-        "the broker has no list of devices (or it is longer than largest-packet); Zigbee2MQTT publishes it at its next "
-        "change or start";
-  }
+  if (state.line == LineState::kUp) state.reason = trouble();
   add_counters(state.counters);
   state.texts = tools_.texts();
+  state.texts["unusable"] = unusable();
   state.texts["broker"] = fmt::format(R"({{"tls":{},"user":{}}})", options_.broker.line.tls.has_value(),
                                       !options_.broker.line.user.empty());
   return state;
@@ -313,7 +377,7 @@ void ZigbeeNetwork::add_counters(std::map<std::string, std::uint64_t>& counters)
       {"unreadable-states", devices.bad_states},
       {"unreadable-lists", devices.unreadable_lists},
       {"unknown-topics", devices.unknown_topics},
-      {"unusable-names", devices_.problems().size()},
+      {"unusable-names", devices_.unusable_names().size()},
       {"skipped-exposes", devices_.gaps().skipped()},
       {"unknown-units", devices_.gaps().unknown_units()},
       {"events", events_},

@@ -82,6 +82,31 @@ TEST(IslandFindings, AHistoryThatIsNotWrittenIsAProblem) {
   EXPECT_EQ(found("broken").grade, Grade::kProblem);
 }
 
+TEST(IslandFindings, DevicesThatTheirNamesMakeUnusableAreNotesWithTheReason) {
+  auto zigbee = network("up");
+  zigbee.properties["unusable"] =
+      R"([{"address":"00124b0010000002","name":"with#hash","why":"the friendly name has a wildcard; rename it"},7])";
+  const auto found = check_unusable(with(zigbee));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].grade, Grade::kNote);
+  EXPECT_THAT(found[0].what, HasSubstr("00124b0010000002 'with#hash' cannot be used: the friendly name"));
+  EXPECT_THAT(found[0].fix, HasSubstr("zigbee.md"));
+  for (const auto* nothing : {"[]", "no JSON", "{}"}) {
+    zigbee.properties["unusable"] = nothing;
+    EXPECT_THAT(check_unusable(with(zigbee)), IsEmpty()) << nothing;
+  }
+  EXPECT_THAT(check_unusable(with(network("up"))), IsEmpty());
+}
+
+TEST(IslandFindings, WhatALineOfZigbeeLacksIsExplainedOnItsPage) {
+  auto zigbee = network("up", "no state of any of 3 devices: the access rules of the broker hide them");
+  zigbee.id = "zigbee";
+  const auto found = check_lines(with(zigbee), kNow).at(0);
+  EXPECT_EQ(found.grade, Grade::kNote);
+  EXPECT_THAT(found.what, HasSubstr("up for 5min, 3 of 3 devices reachable; no state of any of 3 devices"));
+  EXPECT_THAT(found.fix, HasSubstr("zigbee.md#troubles"));
+}
+
 TEST(IslandFindings, SettingsOfTheServerThatDifferAreNotesWithWhatToSet) {
   auto zigbee = network("up");
   zigbee.id = "zigbee";

@@ -318,6 +318,47 @@ TEST_F(ZigbeeEntities, ANewDefinitionIsAnnouncedAgain) {
   EXPECT_EQ(readings(), 1U);
 }
 
+/// What is kept for the next alarm is shown, and goes with it.
+TEST_F(ZigbeeEntities, ASirenSoundsAsLongAndAsLoudAsWasSet) {
+  const auto part = [](const char* name, json more) {
+    more.update({{"name", name}, {"property", name}, {"access", 2}});
+    return more;
+  };
+  make();
+  bridge_starts({record(kPlug, "siren",
+                        {{{"type", "composite"},
+                          {"name", "warning"},
+                          {"property", "warning"},
+                          {"access", 2},
+                          {"features",
+                           {part("mode", {{"type", "enum"}, {"values", {"stop", "emergency"}}}),
+                            part("level", {{"type", "enum"}, {"values", {"low", "high"}}}),
+                            part("duration", {{"type", "numeric"}, {"unit", "s"}})}}}},
+                        false)});
+  open();
+  const auto join = host.all<model::Join>().at(0).second;
+  const auto id = [&](const std::string& type) {
+    for (const auto& one : join.capabilities)
+      if (one.type_name == type) return one.point;
+    ADD_FAILURE() << type;
+    return model::PointId{};
+  };
+  const auto sound = [&](std::uint64_t request, bool on) {
+    EXPECT_TRUE(send(kPlug, model::Actuate{request, id("siren"), on, 20s}));
+    host.time.run_for(3s);
+    return json::parse(sets("siren").back())["warning"];
+  };
+  EXPECT_EQ(sound(1, true), json({{"mode", "emergency"}, {"level", "high"}, {"duration", 1800}}));
+  ASSERT_TRUE(send(kPlug, model::SetProperty{2, id("siren_duration"), Value(20.0)}));
+  ASSERT_TRUE(send(kPlug, model::SetProperty{3, id("alarmVolume"), Value("low")}));
+  host.time.run_for(3s);
+  EXPECT_THAT(sets("siren"), SizeIs(1)) << "they make no sound";
+  EXPECT_EQ(answer(2)->outcome, model::Outcome::kSent);
+  EXPECT_EQ(answer(3)->outcome, model::Outcome::kSent);
+  EXPECT_EQ(sound(4, true), json({{"mode", "emergency"}, {"level", "low"}, {"duration", 20}}));
+  EXPECT_EQ(sound(5, false), json({{"mode", "stop"}, {"level", "low"}, {"duration", 0}}));
+}
+
 TEST_F(ZigbeeEntities, AGroupIsADevice) {
   start_with_a_group();
   EXPECT_THAT(joins(), Contains("group-7 all"));

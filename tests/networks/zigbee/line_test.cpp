@@ -167,6 +167,28 @@ TEST_F(LineOfTheBridge, ReportsThatTheBrokerHasNoListOfDevicesIfItDoesNotComeSoo
   EXPECT_EQ(state().reason, "");
 }
 
+TEST_F(LineOfTheBridge, SaysWhyThereIsNoListOfDevices) {
+  make(R"({"broker": {"host": "localhost", "version": "3.1.1", "largest-packet": "64KiB"}})");
+  online();
+  say("bridge/groups", json::array(), true);
+  open();
+  host.time.run_for(8s);
+  EXPECT_THAT(state().reason, AllOf(HasSubstr("message_size_limit"), HasSubstr("65536")));
+  auto kept_back = info();
+  kept_back["config"]["mqtt"]["force_disable_retain"] = true;
+  say("bridge/info", kept_back, true);
+  host.time.run_for(2s);
+  EXPECT_THAT(state().reason, HasSubstr("mqtt.force_disable_retain"));
+  auto large = plug();
+  large["definition"]["description"] = std::string(70'000, 'x');
+  list(json::array({large}));
+  host.time.run_for(2s);
+  EXPECT_THAT(state().reason, AllOf(HasSubstr("raise largest-packet"), HasSubstr("65536")));
+  list(json::array({plug()}));
+  host.time.run_for(2s);
+  EXPECT_EQ(state().reason, "");
+}
+
 /// mqtt.md, section 2, h: one report, slow attempts.
 TEST_F(LineOfTheBridge, AWrongPasswordIsReportedOnceForEachAttemptAndTriedAgainAfterHalfAMinute) {
   broker.users = {{"rubicon", "right"}};

@@ -147,6 +147,33 @@ TEST_F(OnMosquitto, WithTlsAndAPassword) {
   expect_a_whole_command();
 }
 
+/// The island may read everything and write nothing: mosquitto drops what it publishes, and says so in version 5.
+TEST_F(OnMosquitto, ACommandThatTheAccessListForbidsIsRefused) {
+  MosquittoOptions closed;
+  closed.users = {{"rubicon", "right"}, {"bridge", "its own"}};
+  closed.acl = "user rubicon\ntopic read zigbee2mqtt/#\nuser bridge\ntopic readwrite #\n";
+  begin_broker(closed);
+  transport::MqttOptions at;
+  at.user = "bridge";
+  at.password = "its own";
+  begin_bridge(at);
+  begin_network({{"host", "127.0.0.1"}, {"version", "5"}, {"user", "rubicon"}, {"password-file", secret("right")}});
+  ASSERT_TRUE(machine_->until([&] { return is(model::LineState::kUp) && count<model::Join>() == 2; }));
+  Message message;
+  message.destination = {IslandId{1}, "zigbee", "00124b0010000000"};
+  message.body = model::Actuate{1, {Kind::kActuator, types_.find("switch")->id, "1"}, false, 10s};
+  ASSERT_TRUE(supervisor_->send(message));
+  const model::Acknowledge* answer = nullptr;
+  EXPECT_TRUE(machine_->until([&] {
+    for (const auto& one : said_)
+      if (const auto* found = std::get_if<model::Acknowledge>(&one.body)) answer = found;
+    return answer != nullptr;
+  }));
+  ASSERT_NE(answer, nullptr);
+  EXPECT_EQ(answer->outcome, model::Outcome::kRefused);
+  EXPECT_THAT(answer->text, HasSubstr("0x87"));
+}
+
 TEST_F(OnMosquitto, AWrongPasswordIsARefusalWithoutTheSecret) {
   MosquittoOptions closed;
   closed.users = {{"rubicon", "right"}};

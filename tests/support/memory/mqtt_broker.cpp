@@ -12,7 +12,7 @@ namespace rubicon::transport {
 
 namespace {
 
-constexpr int kBadVersion = 0x84, kBadUser = 0x86, kTakenOver = 0x8e, kTooLarge = 0x95;
+constexpr int kBadVersion = 0x84, kBadUser = 0x86, kTakenOver = 0x8e, kTooLarge = 0x95, kNotAuthorised = 0x87;
 
 bool matches_any(const std::set<std::string>& filters, std::string_view topic) {
   return std::any_of(filters.begin(), filters.end(), [&](const auto& filter) { return mqtt_matches(filter, topic); });
@@ -177,8 +177,19 @@ void MqttBroker::take(const SessionPtr& from, const MqttPublication& publication
                          publication.retain,      publication.qos,   will,
                          net_.scheduler().now()};
   if (keeps_published) published_.push_back(seen);
-  if (!matches_any(ignored_topics, publication.topic)) spread(publication);
+  const bool refused = matches_any(refused_topics, publication.topic);
+  if (refused && !will) not_taken(from, publication);
+  if (!refused && !matches_any(ignored_topics, publication.topic)) spread(publication);
   if (heard) heard(seen);
+}
+
+void MqttBroker::not_taken(const SessionPtr& session, const MqttPublication& publication) {
+  if (!session->version_5 || publication.qos == 0) return;
+  ++session->counters.not_taken;
+  transit([session, topic = publication.topic] {
+    if (session->lost || !session->alive || !session->calls.not_taken) return;
+    session->calls.not_taken(topic, publication_error(kNotAuthorised, session->name, topic));
+  });
 }
 
 void MqttBroker::publish(std::string_view topic, std::string_view payload, bool retain, std::uint8_t qos) {

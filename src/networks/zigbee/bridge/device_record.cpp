@@ -117,6 +117,8 @@ std::string name_problem(std::string_view name) {
 }
 
 std::string why_waiting(const DeviceRecord& record) {
+  if (!record.unusable_name.empty())
+    return fmt::format("{}; rename it: rubicon zigbee rename {} NAME", record.unusable_name, record.address);
   if (record.disabled) return "disabled in Zigbee2MQTT; enable it there";
   switch (record.interview) {
     case Interview::kPending: return "the interview has not started; wake the device up, for example by its button";
@@ -144,9 +146,8 @@ Result<DeviceRecord> read_device_record(std::string_view json) {
   const auto name = member(*object, "friendly_name");
   std::string_view spelled;
   if (!name || name->get(spelled)) spelled = {};
-  if (const auto problem = name_problem(spelled); !problem.empty())
-    return fail(ErrorCode::kInvalid, fmt::format("device 0x{}: {}", record.address, problem));
-  record.name = spelled;
+  record.name = text_at(*object, "friendly_name");
+  record.unusable_name = name_problem(spelled);
   read_identity(*object, record);
   read_endpoints(*object, record.reportings);
   const auto definition = object_at(*object, "definition");

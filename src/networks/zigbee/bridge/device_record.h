@@ -23,8 +23,9 @@ struct Reporting {
 
 /// A record of `bridge/devices` (zigbee.md, section 3). Unknown keys are ignored; absent and null are alike.
 struct DeviceRecord {
-  std::string address;  ///< the ieee_address without `0x`: 16 hex digits, lower case. Of a group: `group-<id>`
-  std::string name;     ///< friendly name: the part of the topics
+  std::string address;        ///< the ieee_address without `0x`: 16 hex digits, lower case. Of a group: `group-<id>`
+  std::string name;           ///< friendly name: the part of the topics; cut after kMaxTextBytes
+  std::string unusable_name;  ///< name_problem() of it
   Role role = Role::kUnknown;
   Interview interview = Interview::kPending;
   bool supported = false, disabled = false;
@@ -56,10 +57,10 @@ std::string ieee_of(std::string_view address);
 /// levels); empty if it can.
 std::string name_problem(std::string_view name);
 
-/// Why a device cannot be used, and what the user can do; empty if it can be used.
+/// Why a device or group cannot be used, and what the user can do; empty if it can be used.
 std::string why_waiting(const DeviceRecord& record);
 
-/// kInvalid names what is wrong; a record needs an ieee_address of `0x` and 16 hex digits, and a friendly name.
+/// kInvalid names what is wrong; a record needs an ieee_address of `0x` and 16 hex digits.
 Result<DeviceRecord> read_device_record(std::string_view json);
 
 }  // namespace rubicon::networks::zigbee::bridge

@@ -38,8 +38,7 @@ Result<Group> read_group(const JsonElement& element) {
   group.name = text_at(object, "friendly_name");
   group.description = text_at(object, "description");
   if (group.id == 0) return fail(ErrorCode::kInvalid, "bridge/groups: a record has no id above 0");
-  if (const auto problem = name_problem(group.name); !problem.empty())
-    return fail(ErrorCode::kInvalid, fmt::format("group {}: {}", group.id, problem));
+  group.unusable_name = name_problem(group.name);
   read_members(object, group);
   return group;
 }
@@ -96,6 +95,7 @@ DeviceRecord group_record(const Group& group, const FindDevice& find) {
   DeviceRecord record;
   record.address = group.address();
   record.name = group.name;
+  record.unusable_name = group.unusable_name;
   record.interview = Interview::kSuccessful;
   record.supported = true;
   record.vendor = "Zigbee2MQTT";

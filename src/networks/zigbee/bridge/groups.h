@@ -17,6 +17,7 @@ struct Group {
   std::uint32_t id = 0;
   std::string name, description;
   std::vector<std::string> members;  ///< addresses of devices, each once, in the order of the record
+  std::string unusable_name{};       ///< as DeviceRecord::unusable_name
   std::string address() const { return "group-" + std::to_string(id); }
   friend bool operator==(const Group&, const Group&) = default;
 };

@@ -23,7 +23,7 @@ std::optional<bool> read_availability_option(const JsonObject& options) {
 }
 
 EntityOptions read_options(const JsonObject& options) {
-  return {flag_at(options, "optimistic"), read_availability_option(options)};
+  return {flag_at(options, "optimistic"), read_availability_option(options), flag_at(options, "retain")};
 }
 
 /// A group is named by its number there, a device by its ieee_address.

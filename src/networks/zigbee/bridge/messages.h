@@ -26,6 +26,7 @@ Result<bool> read_online(std::string_view payload);
 struct EntityOptions {
   std::optional<bool> optimistic;    ///< false: a set is not echoed before the device reports
   std::optional<bool> availability;  ///< whether `<name>/availability` is published
+  std::optional<bool> retain{};      ///< the broker keeps the last state message
   friend bool operator==(const EntityOptions&, const EntityOptions&) = default;
 };
 

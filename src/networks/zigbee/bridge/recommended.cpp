@@ -26,6 +26,11 @@ std::vector<Recommendation> recommendations(const BridgeDescription& bridge) {
         {"availability.enabled", "false", "true",
          "The bridge then reports within minutes which devices do not answer; without it this takes hours."});
   }
+  if (!bridge.all.retain.value_or(false)) {
+    found.push_back({"device_options.retain", "false", "true",
+                     "Without it, the values of devices with batteries are unknown after a start of the island until "
+                     "they report, which takes hours."});
+  }
   if (bridge.log_level == "debug" || bridge.log_level == "info") {
     found.push_back({"advanced.log_level", bridge.log_level, "warning",
                      "The bridge publishes each line of its log; that doubles the load of the broker."});

@@ -19,7 +19,28 @@ bool is_availability(std::string_view payload) {
   return payload.size() <= kLongest && read_online(payload).has_value();
 }
 
+bool is_of_the_bridge(std::string_view name) {
+  return name == "bridge" || name.starts_with("bridge/");
+}
+
+bool is_verb(std::string_view level) {
+  return level == "set" || level == "get";
+}
+
 }  // namespace
+
+std::string new_name_problem(std::string_view name) {
+  if (auto problem = name_problem(name); !problem.empty()) return problem;
+  if (is_of_the_bridge(name)) return fmt::format("'{}' is a topic of the bridge: begin with another word", name);
+  for (auto slash = name.find('/'); slash != name.npos; slash = name.find('/', slash + 1)) {
+    const auto rest = name.substr(slash + 1);
+    const auto level = rest.substr(0, rest.find('/'));
+    if (!is_verb(level) && rest != "availability") continue;
+    return fmt::format("'{}' is a topic of a device '{}': '/{}' is reserved there, use another word", name,
+                       name.substr(0, slash), level);
+  }
+  return {};
+}
 
 Result<void> Topics::check_base(std::string_view base) {
   if (base.size() > kMaxBase) return fail(ErrorCode::kInvalid, fmt::format("longer than {} bytes", kMaxBase));
@@ -108,12 +129,12 @@ std::string Topics::conflict(const std::string& address) const {
 }
 
 std::string Topics::name_conflict(std::string_view name) const {
-  if (name == "bridge" || name.starts_with("bridge/"))
+  if (is_of_the_bridge(name))
     return fmt::format("its friendly name '{}' is a topic of the bridge; rename it in Zigbee2MQTT", name);
   for (auto slash = name.find('/'); slash != name.npos; slash = name.find('/', slash + 1)) {
     const auto rest = name.substr(slash + 1);
     const auto verb = rest.substr(0, rest.find('/'));
-    if (verb != "set" && verb != "get") continue;
+    if (!is_verb(verb)) continue;
     const auto owner = name.substr(0, slash);
     if (!table_.contains(state(owner))) continue;
     return fmt::format("its friendly name '{}' is a topic for commands to '{}'; rename it in Zigbee2MQTT", name, owner);

@@ -13,6 +13,11 @@
 
 namespace rubicon::networks::zigbee::bridge {
 
+/// Why no device or group may get this friendly name: name_problem(), or its topics would be those of something else:
+/// `bridge/...` of the bridge; `a/set`, `a/get/b` and `a/availability` of a device `a`, which may come later. Empty if
+/// it may.
+std::string new_name_problem(std::string_view name);
+
 /// The topics of one bridge and of its devices and groups. Friendly names may contain slashes: a topic is never split,
 /// it is looked up (zigbee.md, section 1).
 class Topics {

@@ -88,6 +88,12 @@ void Commands::echo(const Command& command) {
   if (!waiting_.empty()) turn_.request();
 }
 
+void Commands::not_taken(const std::string& why) {
+  hold_until_ = {};
+  for (const auto& command : std::exchange(published_, {})) answer(command, Outcome::kRefused, why);
+  if (!waiting_.empty()) turn_.request();
+}
+
 void Commands::end(Outcome outcome, const std::string& why) {
   hold_until_ = {};
   for (auto* list : {&published_, &waiting_}) {
@@ -144,9 +150,11 @@ void Commands::sweep() {
   });
   std::erase_if(published_, [&](const Command& command) {
     if (command.answer_by > now) return false;
-    answer(command, Outcome::kUndeliverable,
-           "Zigbee2MQTT did not confirm that it sent the command: the device does not answer, or sleeps, or the value "
-           "was rejected (see the log of Zigbee2MQTT); a device that sleeps may still execute it when it wakes");
+    answer(
+        command, Outcome::kUndeliverable,
+        "Zigbee2MQTT did not confirm that it sent the command: the device does not answer, or sleeps, the broker "
+        "dropped it, or the value was rejected (see the log of Zigbee2MQTT); a device that sleeps may still execute it "
+        "when it wakes");
     return true;
   });
 }

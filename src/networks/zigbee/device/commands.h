@@ -56,6 +56,8 @@ class Commands {
   const Command* awaiting(std::size_t property) const;
   /// Its value came back: answers it and forgets it.
   void echo(const Command& command);
+  /// The broker did not take a set message of the device: answers all that were published.
+  void not_taken(const std::string& why);
   /// Answers all.
   void end(model::Outcome outcome, const std::string& why);
 

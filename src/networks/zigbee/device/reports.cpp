@@ -122,10 +122,10 @@ bool Reports::take_echoes(const Heard& heard, Found& found) {
     any_own |= change.own;
   }
   for (const auto& one : same_) {
-    if (take_echo(*one.property, one.json, heard))
-      doubt(*one.property, Verification::Cause::kEcho, heard);
-    else
+    if (!take_echo(*one.property, one.json, heard))
       unchanged(*one.property, heard, found);
+    else if (!traits_.group)
+      doubt(*one.property, Verification::Cause::kEcho, heard);
   }
   return any_own;
 }
@@ -344,7 +344,7 @@ void Reports::readings(const Property& property, std::string_view json, WallTime
   for (const auto index : property.points) {
     const auto& point = points_[index];
     if (json == "null") {
-      out.push_back({point.capability.point, {}, time, "Zigbee2MQTT does not know it"});
+      out.push_back({point.capability.point, {}, time, {}});
       continue;
     }
     auto value = exposes::decode(point, json);

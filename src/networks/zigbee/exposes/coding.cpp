@@ -222,8 +222,14 @@ void code_as_open(const Leaf& leaf, const LeafUnit& unit, MappedPoint& point) {
       return code_binary(leaf, false, point);
     case LeafForm::kEnum: return code_own_words(leaf, point);
     case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
-    case LeafForm::kList: point.coding.form = Coding::Form::kList; return;
-    case LeafForm::kComposite: point.coding.form = Coding::Form::kObject; return;
+    case LeafForm::kList:
+      point.coding.form = Coding::Form::kList;
+      point.coding.parts = leaf.features;
+      return;
+    case LeafForm::kComposite:
+      point.coding.form = Coding::Form::kObject;
+      point.coding.parts = leaf.features;
+      return;
   }
 }
 

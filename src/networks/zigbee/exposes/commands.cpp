@@ -4,12 +4,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_depth.h"
 #include "base/text.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
 #include "model/units.h"
 #include "model/words.h"
 #include "networks/zigbee/exposes/mapping.h"
+#include "networks/zigbee/exposes/parts.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::zigbee::exposes {
@@ -161,7 +163,15 @@ Result<std::string> encode_json(const MappedPoint& point, const Value& value, ch
   const auto* json = std::get_if<Json>(&value);
   const auto text = base::trimmed(json == nullptr ? std::string_view() : std::string_view(json->text));
   if (!text.starts_with(first) || !model::is_json(text)) return refused(ErrorCode::kInvalid, point, value, expected);
-  return std::string(text);
+  const auto& parts = point.coding.parts;
+  if (parts.empty()) return std::string(text);
+  if (base::is_nested_deeper(text, kDeepestJson))
+    return refused(ErrorCode::kInvalid, point, value, fmt::format("JSON with at most {} levels", kDeepestJson));
+  auto tree = model::parse_json(text);
+  const auto& where = point.capability.type_name;
+  const auto right = tree.is_array() ? check_items(parts, where, tree) : check_members(parts, where, tree);
+  if (!right) return fail(right.error());
+  return model::dump(tree);
 }
 
 Result<std::string> encode_colour(const MappedPoint& point, const Value& value, const char* first, const char* second,

@@ -47,6 +47,7 @@ struct Leaf {
   NamedValue on, off;                            ///< of a binary
   std::vector<NamedValue> values;                ///< of an enumeration; the presets of a numeric
   std::vector<Leaf> features;                    ///< the parts of a composite; the item of a list
+  std::string part;                              ///< of a leaf that siren_leaves() made: the part that it sets
   friend bool operator==(const Leaf&, const Leaf&) = default;
 };
 

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "networks/zigbee/exposes/coding.h"
 #include "networks/zigbee/exposes/point_names.h"
+#include "networks/zigbee/exposes/sirens.h"
 #include "networks/zigbee/exposes/type_table.h"
 #include "networks/zigbee/exposes/units.h"
 
@@ -96,6 +98,8 @@ void describe(const Leaf& leaf, const Found& found, MappedPoint& point) {
   point.property = leaf.property;
   point.access = leaf.access;
   point.event = is_uncached(own_property(leaf));
+  point.coding.part = leaf.part;
+  if (!leaf.part.empty()) capability.access = model::Access::kReadWrite;  // kept here, and shown as assumed
   if (point.event && found.type == nullptr) capability.report = model::Report::kEvent;
 }
 
@@ -119,9 +123,27 @@ MappedPoint map_leaf(const Leaf& leaf, const TypeCatalogue& types, PointNames& n
   return point;
 }
 
+bool has_group(const std::vector<Leaf>& leaves, std::string_view group) {
+  return std::any_of(leaves.begin(), leaves.end(), [&](const Leaf& leaf) { return leaf.group == group; });
+}
+
+/// What only the other leaves of a device tell: `position` beside a thermostat is that of its valve; and the plain
+/// points of a siren.
+std::vector<Leaf> completed(std::vector<Leaf> leaves) {
+  const bool thermostat = has_group(leaves, "climate") && !has_group(leaves, "cover");
+  for (auto& leaf : leaves) {
+    if (thermostat && leaf.group.empty() && leaf.name == "position") leaf.group = "climate";
+  }
+  for (std::size_t i = 0, exposed = leaves.size(); i < exposed; ++i) {
+    for (auto& one : siren_leaves(leaves[i])) leaves.push_back(std::move(one));
+  }
+  return leaves;
+}
+
 }  // namespace
 
-std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types, bool link_quality) {
+std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& exposed, const TypeCatalogue& types, bool link_quality) {
+  const auto leaves = completed(exposed);
   std::vector<MappedPoint> points;
   PointNames names;
   for (const auto& leaf : leaves) points.push_back(map_leaf(leaf, types, names));

@@ -38,15 +38,17 @@ struct MappedPoint {
     std::vector<NamedValue> words;
     std::optional<double> minimum, maximum;  ///< of the JSON number
     double step = 0;                         ///< of the JSON number; 0 = none
+    std::string part;                        ///< kept for the next command of the property; empty = sent
+    std::vector<Leaf> parts;                 ///< kObject: its features; kList: its item; empty = not known
     friend bool operator==(const Coding&, const Coding&) = default;
   } coding;
   friend bool operator==(const MappedPoint&, const MappedPoint&) = default;
 };
 
-/// The points of a device: every leaf becomes one (zigbee.md, section 9; the table of types is type_table.cpp,
-/// explained in docs/zigbee.md). The types are those of the catalogue; a meaning that it lacks becomes an open type
-/// (docs/types.md) with the name, unit, bounds and words of the leaf. `link_quality`: adds `linkquality`, which every
-/// device has in its state, where it is not exposed; groups have none.
+/// The points of a device: every leaf becomes one, and the composite of a siren some more (sirens.h; zigbee.md, section
+/// 9; the table of types is type_table.cpp, explained in docs/zigbee.md). The types are those of the catalogue; a
+/// meaning that it lacks becomes an open type (docs/types.md) with the name, unit, bounds and words of the leaf.
+/// `link_quality`: adds `linkquality`, which every device has in its state, where it is not exposed; groups have none.
 ///
 /// A leaf that is a setting (category config, or a type of the catalogue's properties) becomes a property, any other
 /// one that can be set an actuator, the rest sensors. Instance: the endpoint, else 1; a point that shares its

@@ -39,21 +39,28 @@ TEST(DeviceRecord, MembersOfWrongKindsAreAsAbsent) {
   EXPECT_EQ(record->model, "");
 }
 
-TEST(DeviceRecord, WithoutAnAddressOrANameItCannotBeRead) {
+TEST(DeviceRecord, WithoutAnAddressItCannotBeRead) {
   for (const auto* text :
-       {"", "17", "[]", "{}", R"({"ieee_address":"0x00124b0000000001"})",
-        R"({"ieee_address":"00124b0000000001","friendly_name":"x"})",
+       {"", "17", "[]", "{}", R"({"ieee_address":"00124b0000000001","friendly_name":"x"})",
         R"({"ieee_address":"0x00124b000000000g","friendly_name":"x"})",
         R"({"ieee_address":"0x00124b00000000010","friendly_name":"x"})", R"({"ieee_address":5,"friendly_name":"x"})",
-        R"({"ieee_address":"0x00124b0000000001","friendly_name":""})",
-        R"({"ieee_address":"0x00124b0000000001","friendly_name":"a#"})",
-        R"({"ieee_address":"0x00124b0000000001","friendly_name":"/a"})",
-        R"({"ieee_address":"0x00124b0000000001","friendly_name":"a\n"})",
         R"({"ieee_address":"0x00124b0000000001","friendly_name":"x","definition":{"exposes":7}})"}) {
     const auto record = read_device_record(text);
     ASSERT_FALSE(record) << text;
     EXPECT_EQ(record.error().code, ErrorCode::kInvalid);
     EXPECT_THAT(record.error().text, HasSubstr("device"));
+  }
+}
+
+TEST(DeviceRecord, ANameThatNoTopicCanHaveMakesItWait) {
+  for (const auto* name : {R"("")", R"("a#")", R"("+a")", R"("/a")", R"("a\n")", "7", "null"}) {
+    const auto record = read_device_record(
+        fmt::format(R"({{"ieee_address":"0x00124b0000000001","interview_state":"SUCCESSFUL","supported":true,)"
+                    R"("friendly_name":{}}})",
+                    name));
+    ASSERT_TRUE(record) << name;
+    EXPECT_NE(record->unusable_name, "") << name;
+    EXPECT_THAT(why_waiting(*record), HasSubstr("rubicon zigbee rename 00124b0000000001 NAME")) << name;
   }
 }
 

@@ -77,11 +77,18 @@ TEST(InventoryRecords, ARecordThatCannotBeReadKeepsTheDeviceAndIsReportedOnce) {
   ObservedInventory seen;
   const TestRecord plug{2, "plug"};
   seen.list(list_of({{1, "lamp"}, plug}));
-  const auto bad = R"({"ieee_address":"0x)" + test_address(1) + R"(","friendly_name":"a+b"})";
-  EXPECT_THAT(seen.list(list_of_texts({bad, plug.text()})), ElementsAre(HasSubstr("wildcard of MQTT")));
+  const auto bad = R"({"ieee_address":"0x)" + test_address(1) + R"(","definition":{"exposes":7}})";
+  EXPECT_THAT(seen.list(list_of_texts({bad, plug.text()})), ElementsAre(HasSubstr("exposes")));
   EXPECT_THAT(seen.list(list_of_texts({plug.text(), bad})), IsEmpty());
   EXPECT_THAT(seen.run_for(1min), IsEmpty());
   EXPECT_EQ(seen.inventory.find(test_address(1))->name, "lamp");
+}
+
+TEST(InventoryRecords, ADeviceWhoseNameBecomesUnusableWaits) {
+  ObservedInventory seen;
+  seen.list(list_of({{1, "lamp"}}));
+  EXPECT_THAT(seen.list(list_of({{1, "a+b"}})), ElementsAre(HasSubstr("waiting 01: the friendly name has a wildcard")));
+  EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), ElementsAre("changed 01: lamp"));
 }
 
 TEST(InventoryRecords, WhileARecordHasNoAddressNoDeviceIsAbsent) {

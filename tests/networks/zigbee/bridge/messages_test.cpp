@@ -2,11 +2,14 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
 #include "networks/zigbee/bridge/recommended.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -15,7 +18,7 @@ constexpr const char* kInfo = R"({"version":"2.14.1","coordinator":{"type":"EZSP
   "config":{"advanced":{"output":"json","last_seen":"ISO_8601","log_level":"warning","cache_state":true},
     "mqtt":{"base_topic":"home/zigbee","server":"mqtt://secret@host","force_disable_retain":false},
     "availability":{"enabled":true,"active":{"timeout":10},"passive":{"timeout":1500}},
-    "device_options":{"optimistic":false},
+    "device_options":{"optimistic":false,"retain":true},
     "devices":{"0x00124b0000000001":{"friendly_name":"lamp","optimistic":true},
                "0x00124b0000000002":{"friendly_name":"plug","availability":{"timeout":5}},
                "0x00124b0000000003":{"friendly_name":"fan","availability":false},
@@ -196,12 +199,13 @@ TEST(Recommendations, NameWhatDiffersAndWhy) {
   BridgeDescription bridge;
   EXPECT_THAT(names(recommendations(bridge)),
               ElementsAre("advanced.last_seen=disable, not ISO_8601", "availability.enabled=false, not true",
-                          "advanced.log_level=info, not warning"));
+                          "device_options.retain=false, not true", "advanced.log_level=info, not warning"));
   bridge.output = "attribute";
   bridge.retained = bridge.cache_state = false;
   bridge.last_seen = "epoch";
   bridge.log_level = "error";
   bridge.availability_enabled = true;
+  bridge.all.retain = true;
   EXPECT_THAT(names(recommendations(bridge)),
               ElementsAre("advanced.output=attribute, not json", "mqtt.force_disable_retain=true, not false",
                           "advanced.cache_state=false, not true"));

@@ -80,7 +80,7 @@ TEST_F(RecordedLists, TheTraceJoinsSixteenDevicesAndOneLeaves) {
       const auto bridge = read_info(payload);
       ASSERT_TRUE(bridge);
       EXPECT_TRUE(check_version(*bridge));
-      EXPECT_EQ(recommendations(*bridge).size(), 1U) << "only the level of the log";
+      EXPECT_EQ(recommendations(*bridge).size(), 2U) << "retain, and the level of the log";
     }
     if (found->kind == Topics::Kind::kBridgeState) ++counts[*read_online(payload) ? "online" : "offline"];
     if (found->kind == Topics::Kind::kEvent) {
