@@ -114,8 +114,7 @@ class Session {
     link_ = std::move(*link);
     space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
     spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler(), *space_);
-    const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
-                          loop_.scheduler().wall_now()};
+    const Summary console{kConsole, transport::host_name(), transport::own_process(), "", loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
     past_ = std::make_unique<HistoryPart>(
         HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},

@@ -71,7 +71,7 @@ Result<std::int64_t> number_in(Store& store, const char* sql) {
   return store.database().number(sql, "measuring");
 }
 
-int info(Store& store, const Settings& settings, const HistoryOptions& options) {
+int info(Store& store, const Settings& settings, const HistoryOptions&) {
   const auto blocks = number_in(store, "SELECT count(*) FROM block");
   const auto points = number_in(store, "SELECT coalesce(sum(count),0) FROM block");
   const auto packed = number_in(store, "SELECT coalesce(sum(length(data)),0) FROM block");
@@ -216,7 +216,7 @@ int export_points(Store& store, const Settings&, const HistoryOptions& options) 
   return ended(out, kGood);
 }
 
-int compact(Store& store, const Settings&, const HistoryOptions& options) {
+int compact(Store& store, const Settings&, const HistoryOptions&) {
   std::error_code ignored;
   const auto before = std::filesystem::file_size(store.path(), ignored);
   auto done = store.close_all();
@@ -282,7 +282,7 @@ void add_history(Cli& cli) {
   auto* ask = add({"query", "Show what series were, or list them",
                    "  rubicon history demo.history query\n"
                    "  rubicon history demo.history query '6541:proxy.*.*.sensor.temperature-1.value' --from 1d\n"
-                   "  rubicon history demo.history query 'living.*' --from 1d\n"},
+                   "  rubicon history demo.history query '*.temperature-1' --from 1d\n"},
                   sqlite::FileUse::kRead, query);
   add_patterns(ask, options->patterns, "series to show; default: a list of all");
   options->from = "1h";

@@ -187,7 +187,7 @@ void Devices::received(const transport::MqttMessage& message) {
     return report_();
   }
   auto& entity = at->second;
-  heard_ = true;
+  if (!std::exchange(heard_, true)) report_();
   if (!message.retained && !message.payload.empty()) inventory_.heard(at->first);
   if (found->kind == bridge::Topics::Kind::kAvailability) return availability(at->first, entity, message.payload);
   ++counters_.states;

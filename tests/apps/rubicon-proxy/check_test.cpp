@@ -64,7 +64,7 @@ TEST_F(CheckOfAFile, APasswordThatOthersCanReadIsAWarning) {
   const auto open = check(networks);
   EXPECT_EQ(open.code, 0) << open.errors;
   EXPECT_THAT(open.errors, HasSubstr("warning: " + (folder_ / "island.yaml").string() +
-                                     ":3:60: networks.zigbee.broker.password-file: " + secret +
+                                     ":3:61: networks.zigbee.broker.password-file: " + secret +
                                      ": all users of this machine can read this password; run chmod 600"));
   fs::permissions(secret, fs::perms(0600));
   EXPECT_THAT(check(networks).errors, Not(HasSubstr("password")));

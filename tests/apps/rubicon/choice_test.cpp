@@ -92,7 +92,8 @@ TEST_F(Choice, ANetworkIsNamedAsTheListWritesIt) {
     EXPECT_EQ(islands_in(lines_of(rubicon({"networks", "--json", network}))), std::set<int>{7}) << network;
     EXPECT_EQ(islands_in(lines_of(rubicon({"devices", "--json", "--network", network}))), std::set<int>{7}) << network;
     const auto reopened = rubicon({"networks", network, "reopen"});
-    EXPECT_EQ(reopened.code, 0) << reopened.errors;
+    EXPECT_EQ(reopened.code, 3);
+    EXPECT_THAT(reopened.errors, HasSubstr("the line is up"));
   }
   EXPECT_THAT(rubicon({"replay", "shed:dummy-1"}).errors, HasSubstr("no recording in network 'dummy-1'"));
   EXPECT_THAT(rubicon({"wsn", "monitor", "--network", "home:wsn-9"}).errors, HasSubstr("no network wsn-9"));

@@ -325,16 +325,15 @@ TEST_F(ZigbeeEntities, ASirenSoundsAsLongAndAsLoudAsWasSet) {
     return more;
   };
   make();
-  bridge_starts({record(kPlug, "siren",
-                        {{{"type", "composite"},
-                          {"name", "warning"},
-                          {"property", "warning"},
-                          {"access", 2},
-                          {"features",
-                           {part("mode", {{"type", "enum"}, {"values", {"stop", "emergency"}}}),
-                            part("level", {{"type", "enum"}, {"values", {"low", "high"}}}),
-                            part("duration", {{"type", "numeric"}, {"unit", "s"}})}}}},
-                        false)});
+  const json warning{{"type", "composite"},
+                     {"name", "warning"},
+                     {"property", "warning"},
+                     {"access", 2},
+                     {"features",
+                      {part("mode", {{"type", "enum"}, {"values", {"stop", "emergency"}}}),
+                       part("level", {{"type", "enum"}, {"values", {"low", "high"}}}),
+                       part("duration", {{"type", "numeric"}, {"unit", "s"}})}}};
+  bridge_starts(json::array({record(kPlug, "siren", json::array({warning}), false)}));
   open();
   const auto join = host.all<model::Join>().at(0).second;
   const auto id = [&](const std::string& type) {

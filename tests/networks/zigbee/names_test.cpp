@@ -19,8 +19,9 @@ class ZigbeeNames : public House {
   /// Of `rubicon zigbee devices`: by address.
   std::map<std::string, std::string> why_not() {
     ask({{"id", "x"}, {"do", "devices"}});
+    const auto answer = reply();
     std::map<std::string, std::string> found;
-    for (const auto& one : reply()["devices"])
+    for (const auto& one : answer["devices"])
       if (one.contains("why")) found[one["address"]] = one["why"];
     return found;
   }
