@@ -69,6 +69,27 @@ TEST_F(KnxWords, WordsAndNumbersCommandThem) {
   EXPECT_THAT(refused.error().text, HasSubstr("'heet' is not one of"));
 }
 
+/// The device of D1.4, figure 3.1: an output register of 8 bits.
+TEST_F(KnxWords, AnOutputRegisterIsSetByWholeNumbersAndReportsThem) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {
+    "1/4/6": {"dpt": "5.*", "kind": "actuator", "state": "1/4/7", "device": "1.4.6"}}})");
+  const auto joins = host.all<model::Join>();
+  ASSERT_EQ(joins.size(), 1U);
+  EXPECT_EQ(joins[0].first, "1.4.6");
+  const auto output = point(Kind::kActuator, "unsigned8BitOutput");
+  EXPECT_EQ(joins[0].second.capabilities.at(0).point, output);
+  for (const auto value : {0, 200, 255}) {
+    ASSERT_TRUE(command("1.4.6", output, std::int64_t{value}));
+    host.time.run_for(1s);
+    EXPECT_EQ(telegrams("1/4/6", {0x00, 0x80, static_cast<std::uint8_t>(value)}), 1) << value;
+  }
+  server.inject(0x1105, group("1/4/7"), 0x80, {0xc8});
+  host.time.run_for(1s);
+  EXPECT_EQ(values_of("1.4.6").back(), "200") << "a whole number, no percentage";
+  EXPECT_FALSE(command("1.4.6", output, std::int64_t{256}));
+  EXPECT_FALSE(command("1.4.6", output, std::int64_t{-1}));
+}
+
 TEST_F(KnxWords, TheJoinNamesWordsAndBounds) {
   start(kModes);
   std::map<std::string, Capability> of;

@@ -270,6 +270,26 @@ TEST_F(LinkToAKernel, EachTupleThatAKernelMayNotChangeHasALineOrIsCountedInTheNe
   EXPECT_EQ(lines_with("more tuples"), 1);
 }
 
+TEST_F(LinkToAKernel, AnAppendToATextOfAKernelEndsWithANulAndOneToBytesDoesNot) {
+  const auto all = space->subscribe(*Pattern::parse("101:**"), {}, note());
+  world.run(1s);
+  push("text", "a", 1);
+  auto bytes = tuple(kKernel, "bytes", "\x01");
+  bytes.encoding = Encoding::kBinary;
+  bytes.media_type = "application/octet-stream";
+  bytes.sequence = 1;
+  kernel.send(200, Port::kPush, text_of(write_push(bytes)));
+  world.run(1s);
+  for (const auto* key : {"text", "bytes"}) space->append_remote(kKernel, key, "xy", 5s, nullptr);
+  world.run(1s);
+  std::vector<std::string> appended;
+  for (const auto& message : kernel.messages) {
+    if (message.header.port != Port::kSetAppend) continue;
+    appended.emplace_back(read_set_append(base::as_bytes(message.body))->difference);
+  }
+  EXPECT_THAT(appended, ElementsAre(c_string("xy"), "xy"));
+}
+
 TEST_F(LinkToAKernel, KernelsSeeTheNameThatTheComponentGivesItself) {
   Summary summary;
   summary.name = "Anna's home@cellar";
