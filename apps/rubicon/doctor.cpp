@@ -188,6 +188,7 @@ class Doctor {
     add(check_lines(seen, now));
     add(check_devices(seen));
     add(check_losses(seen));
+    add(check_problems(seen, now));
     add(check_peis_counters(seen));
     add(check_secure(seen));
     add(check_disks(seen));

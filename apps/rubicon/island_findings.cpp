@@ -28,6 +28,8 @@ constexpr const char* kDisk = "disk";
 constexpr std::chrono::seconds kOpening{10};
 /// Larger differences between clocks are a problem.
 constexpr std::chrono::seconds kClock{2};
+/// Problems of a network that are listed one by one.
+constexpr std::size_t kMostProblems = 10;
 /// Less free space is a problem.
 constexpr std::uint64_t kLittleRoom = 100'000'000;
 /// A clock before 2020 was never set.
@@ -117,6 +119,18 @@ Findings check_counters(const std::string& who, const Counters* before, const Co
   return all;
 }
 
+/// One entry of the property `problems` of a network.
+Finding problem_of(const std::string& whose, const nlohmann::json& entry, WallTime when) {
+  const auto problem = entry.is_object() ? entry : nlohmann::json::object();
+  const auto count = model::count_of(problem, "count");
+  const auto last = model::time_of(problem, "time");
+  return {"problem", Grade::kNote,
+          fmt::format("{}: {} ({}): {}", whose, model::text_of(problem, "address"), model::text_of(problem, "what"),
+                      model::text_of(problem, "reason")),
+          fmt::format("{}, last {} ago; {}", count == 1 ? "once" : fmt::format("{} times", count), age_text(last, when),
+                      page("knx.md#what-cannot-be-used"))};
+}
+
 const Network* find(const std::vector<Network>& networks, const std::string& id) {
   const auto found = std::find_if(networks.begin(), networks.end(), [&](const auto& one) { return one.id == id; });
   return found == networks.end() ? nullptr : &*found;
@@ -174,6 +188,22 @@ Findings check_losses(const IslandSeen& seen) {
       all.push_back(std::move(one));
   }
   if (all.empty()) all.push_back({kLoss, Grade::kGood, fmt::format("island {} lost nothing", name_of(seen.island))});
+  return all;
+}
+
+Findings check_problems(const IslandSeen& seen, WallTime when) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    const auto text = network.properties.find("problems");
+    const auto list = text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
+    if (!list.is_array()) continue;
+    const auto whose = fmt::format("network {} of island {}", network.id, name_of(seen.island));
+    for (std::size_t i = 0; i < std::min(list.size(), kMostProblems); ++i)
+      all.push_back(problem_of(whose, list[i], when));
+    if (list.size() > kMostProblems)
+      all.push_back({"problem", Grade::kNote, fmt::format("{}: {} more problems", whose, list.size() - kMostProblems),
+                     fmt::format("rubicon get '{}.property.problems.value'", network.id)});
+  }
   return all;
 }
 

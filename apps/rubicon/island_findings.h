@@ -36,6 +36,8 @@ Findings check_devices(const IslandSeen& seen);
 /// `loss`: counters of the island and of its networks. A problem if they grew between the observations, else a note; a
 /// note also where the first observation is incomplete.
 Findings check_losses(const IslandSeen& seen);
+/// What networks dropped, refused or cannot use, by their property `problems`: the latest of each.
+Findings check_problems(const IslandSeen& seen, WallTime when);
 /// `disk`: room for the state file and for recordings, recorders that drop records.
 Findings check_disks(const IslandSeen& seen);
 /// `history`: whether its history is written.

@@ -132,6 +132,8 @@ constexpr Type kHomeTypes[] = {
     {TypeId(0x026c), "motorState", "movement of a motor", "1", kEnumeration, -kNone, kNone, kState, ""},
     {TypeId(0x026d), "effectSpeed", "speed of a light effect", "%", kReal, 0.0, 100.0, kState, ""},
     {TypeId(0x026e), "effectColour", "colours of a light effect", "1", kText, -kNone, kNone, kState, ""},
+    {TypeId(0x0280), "namedScene", "scene by its name, or its number from 1", "1", kEnumeration, -kNone, kNone, kEvent,
+     ""},
 };
 
 }  // namespace

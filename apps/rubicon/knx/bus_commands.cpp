@@ -37,13 +37,22 @@ std::string value_text(const json& telegram) {
   return unit.empty() ? text : text + " " + unit;
 }
 
+/// For JSON: a value that is a number is one there too.
+json with_number(json telegram) {
+  if (const auto number = telegram.find("number"); number != telegram.end()) {
+    telegram["value"] = *number;
+    telegram.erase("number");
+  }
+  return telegram;
+}
+
 int read(ToolLine& bus, const Settings& settings, const Options& options) {
   json request{{"do", "read"}, {"address", options.address}};
   if (!options.dpt.empty()) request["dpt"] = options.dpt;
   auto answer = bus.reply_to(request, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
-  bus.out().line(settings.json ? model::dump(answer) : printable(value_text(answer)));
+  bus.out().line(settings.json ? model::dump(with_number(std::move(answer))) : printable(value_text(answer)));
   return kGood;
 }
 
@@ -78,7 +87,7 @@ bool is_shown(const Options& options, const json& telegram) {
 int monitor(ToolLine& bus, const Settings& settings, const Options& options) {
   bus.on_event = [&](const json& telegram) {
     if (!is_shown(options, telegram)) return;
-    bus.out().line(settings.json ? model::dump(telegram) : printable(telegram_line(telegram)));
+    bus.out().line(settings.json ? model::dump(with_number(telegram)) : printable(telegram_line(telegram)));
   };
   bus.on_line = [](bool up, const std::string& why) {
     print_error(up ? "the line is back" : printable("the line is lost: " + why));

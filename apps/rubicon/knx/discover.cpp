@@ -57,6 +57,7 @@ Line as_json(const networks::knx::line::FoundServer& server) {
             {"medium", networks::knx::line::medium_name(about.medium)},
             {"serial", base::to_hex(about.serial)},
             {"mac", base::to_hex(about.mac)}};
+  if (about.max_apdu) line["max_apdu"] = *about.max_apdu;
   for (const auto& one : about.families) line["families"][std::to_string(static_cast<int>(one.family))] = one.version;
   line["secure"] = to_string(server.security());
   for (const auto& one : about.secured) line["secured"].push_back(static_cast<int>(one.family));

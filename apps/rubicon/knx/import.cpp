@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 
 #include "apps/rubicon/knx/commands.h"
 #include "base/config_reader.h"
@@ -46,6 +47,7 @@ Result<void> read_record(const std::string& path, networks::knx::groups::ImportO
   std::vector<GroupPoint> points;
   networks::knx::groups::read_groups(reader, points);
   out.known_secured = networks::knx::groups::read_secured_groups(reader);
+  std::ignore = networks::knx::groups::read_notation(reader);  // that of the import counts
   reader.finish();
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   out.known = std::move(points);
@@ -132,7 +134,8 @@ int import(const ImportOptions& options) {
     print_error("no group address was imported: nothing is written");
     return kFailed;
   }
-  return put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured));
+  return put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured,
+                                                     imported->report.notation));
 }
 
 }  // namespace

@@ -27,9 +27,9 @@ bool is_rounded(const BoundPoint& point) {
 
 }  // namespace
 
-BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn)
+BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Report report)
     : host_(host),
-      warn_(std::move(warn)),
+      report_(std::move(report)),
       reads_(host.scheduler(), reads,
              [this](wire::GroupAddress address, std::string_view why) { no_answer(address, why); }) {}
 
@@ -134,7 +134,7 @@ void BusPoints::update(BoundPoint& point, wire::PayloadView payload) {
   } else {
     ++counters_.bad_values;
     why = fmt::format("telegram {}: {}", base::to_hex(payload.bytes), value.error().text);
-    warn_(fmt::format("value {}", to_string(point.source())), fmt::format("{}: {}", to_string(point.source()), why));
+    report_({kBadValue, point.source(), why});
   }
   model::Updates updates;
   updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}, std::move(why)});
@@ -214,10 +214,10 @@ void BusPoints::verify(const std::string& device, const model::Actuate& command)
 }
 
 void BusPoints::no_answer(wire::GroupAddress address, std::string_view why) {
-  if (!why.empty()) return warn_("refused reads", fmt::format("{} cannot be read: {}", to_string(address), why));
-  warn_(fmt::format("no answer {}", to_string(address)),
-        fmt::format("no device on the bus answers for {}: none has its read flag set, or the one that has is off",
-                    to_string(address)));
+  report_({kUnanswered, address,
+           why.empty() ? std::string("no device on the bus answers a read: none has the read flag of this address set, "
+                                     "or the one that has is off")
+                       : fmt::format("cannot be read: {}", why)});
 }
 
 }  // namespace rubicon::networks::knx

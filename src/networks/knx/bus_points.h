@@ -9,6 +9,7 @@
 #include "network/network.h"
 #include "networks/knx/group_reads.h"
 #include "networks/knx/point_table.h"
+#include "networks/knx/problems.h"
 
 namespace rubicon::networks::knx {
 
@@ -19,10 +20,9 @@ class BusPoints {
   struct Counters {
     std::uint64_t readings = 0, bad_values = 0, commands = 0, failed_commands = 0;
   };
-  /// Logs a warning, limited by subject.
-  using Warn = std::function<void(const std::string& subject, std::string_view text)>;
+  using Report = std::function<void(const Problem&)>;
 
-  BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn);
+  BusPoints(network::NetworkHost& host, GroupReads::Options reads, Report report);
 
   /// Replaces the points; those that stay keep their state. After begin() it delivers joins and leaves.
   void set_table(PointTable table);
@@ -55,7 +55,7 @@ class BusPoints {
   void no_answer(wire::GroupAddress address, std::string_view why);
 
   network::NetworkHost& host_;
-  Warn warn_;
+  Report report_;
   PointTable table_;
   GroupReads reads_;
   line::Line* line_ = nullptr;

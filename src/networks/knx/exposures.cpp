@@ -1,5 +1,7 @@
 #include "networks/knx/exposures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -22,10 +24,16 @@ bool is_usable(std::string_view status) {
   return quality.empty() || quality == "good" || quality == "assumed";
 }
 
+/// Why a value with this `.status` is not usable.
+std::string why_unusable(std::string_view status) {
+  const auto read = model::point_status_from_json(status);
+  return fmt::format("its value is {}{}{}", read.quality, read.reason.empty() ? "" : ": ", read.reason);
+}
+
 }  // namespace
 
-Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, OnError on_error)
-    : host_(host), types_(types), send_(std::move(send)), on_error_(std::move(on_error)) {}
+Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, Report report)
+    : host_(host), types_(types), send_(std::move(send)), report_(std::move(report)) {}
 
 void Exposures::set(std::vector<Exposure> exposures) {
   auto before = std::exchange(entries_, {});
@@ -37,6 +45,9 @@ void Exposures::set(std::vector<Exposure> exposures) {
     } else {
       watch(entries_.emplace_back(std::make_shared<Entry>()), std::move(exposure));
     }
+  }
+  for (const auto& gone : before) {
+    if (gone && gone->silent) report_.over(gone->exposure.address);
   }
   const bool clocks =
       std::any_of(entries_.begin(), entries_.end(), [](const auto& one) { return one->exposure.clock.has_value(); });
@@ -55,12 +66,12 @@ void Exposures::look_at_clock() {
   }
 }
 
-std::optional<wire::Payload> Exposures::present(const Entry& entry) const {
+std::optional<wire::Payload> Exposures::present(const Entry& entry) {
   const auto& clock = entry.exposure.clock;
   if (!clock) return entry.payload;
   auto payload = clock_payload(entry.exposure.dpt, *clock, host_.scheduler().wall_now(), is_clock_synchronised());
   if (payload) return std::move(*payload);
-  on_error_(entry.exposure, payload.error());
+  refuse(entry, payload.error().text);
   return std::nullopt;
 }
 
@@ -75,17 +86,48 @@ void Exposures::watch(const std::shared_ptr<Entry>& added, Exposure exposure) {
   if (model::last_part(entry.exposure.tuple) == "value") {
     const model::PointKey point{std::string(model::parent_key(entry.exposure.tuple))};
     if (auto watched = host_.watch_tuple(point.status(), [this, &entry](std::string_view text) {
+          entry.status = text;
           entry.usable = is_usable(text);
           update(entry);
         }))
-      entry.status = std::move(*watched);
+      entry.status_watch = std::move(*watched);
   }
   auto watched = host_.watch_tuple(entry.exposure.tuple, [this, &entry](std::string_view text) {
     entry.text = text;
+    entry.heard = entry.heard || !text.empty();
     update(entry);
   });
-  if (!watched) return on_error_(entry.exposure, watched.error());
-  entry.value = std::move(*watched);
+  if (!watched) return report_.problem({kNoSource, entry.exposure.address, watched.error().text});
+  entry.value_watch = std::move(*watched);
+  await_source(entry);
+}
+
+/// An event has no value most of the time: its status is good all the same.
+void Exposures::await_source(Entry& entry) {
+  if (entry.silent || entry.source.pending()) return;
+  entry.source = host_.scheduler().after(kSourceWait, [this, &entry] {
+    if (entry.usable && !(entry.text.empty() && entry.status.empty())) return;
+    entry.silent = true;
+    const auto why = !entry.usable ? why_unusable(entry.status)
+                     : entry.heard ? std::string("the tuple is gone")
+                                   : std::string("nobody has published this tuple");
+    report_.problem({kNoSource, entry.exposure.address, fmt::format("{}: {}", entry.exposure.tuple, why)});
+  });
+}
+
+void Exposures::has_source(Entry& entry) {
+  entry.source.cancel();
+  if (std::exchange(entry.silent, false)) report_.over(entry.exposure.address);
+}
+
+std::size_t Exposures::without_value() const {
+  return static_cast<std::size_t>(
+      std::count_if(entries_.begin(), entries_.end(), [](const auto& entry) { return entry->silent; }));
+}
+
+void Exposures::refuse(const Entry& entry, std::string_view why) {
+  ++refused_;
+  report_.problem({kRefusedExposure, entry.exposure.address, fmt::format("{}: {}", entry.exposure.tuple, why)});
 }
 
 /// `text` is in the unit and words of the type catalogue.
@@ -106,9 +148,10 @@ void Exposures::update(Entry& entry) {
   if (entry.text.empty() || !entry.usable) return clear(entry);
   auto payload = payload_of(entry.exposure, entry.text);
   if (!payload) {
-    on_error_(entry.exposure, payload.error());
+    refuse(entry, payload.error().text);
     return clear(entry);
   }
+  has_source(entry);
   const bool first = !entry.payload;
   if (entry.payload == *payload) return;
   entry.payload = std::move(*payload);
@@ -124,6 +167,11 @@ void Exposures::clear(Entry& entry) {
   entry.cyclic.cancel();
   entry.retry.cancel();
   entry.change_waits = false;
+  if (entry.text.empty() || !entry.usable) {
+    await_source(entry);
+  } else {
+    has_source(entry);
+  }
 }
 
 /// At most one change per pause: a sensor may report faster than the bus can carry.
@@ -149,8 +197,8 @@ void Exposures::write(Entry& entry) {
   if (std::exchange(entry.ends, false)) clear(entry);
   const auto self =
       std::find_if(entries_.begin(), entries_.end(), [&](const auto& one) { return one.get() == &entry; });
-  send_(std::move(telegram), [this, weak = std::weak_ptr<Entry>(*self)](bool sent) {
-    if (const auto one = weak.lock()) written(*one, sent);
+  send_(std::move(telegram), [this, weak = std::weak_ptr<Entry>(*self)](bool sent, std::string_view refused) {
+    if (const auto one = weak.lock()) written(*one, sent, refused);
   });
 }
 
@@ -161,8 +209,9 @@ void Exposures::repeat(Entry& entry) {
   });
 }
 
-void Exposures::written(Entry& entry, bool sent) {
+void Exposures::written(Entry& entry, bool sent, std::string_view refused) {
   entry.on_the_way = false;
+  if (!refused.empty()) refuse(entry, refused);
   if (!sent) return retry(entry);
   if (entry.change_waits && !entry.pause.pending() && up_ && has_value(entry)) write(entry);
 }
@@ -199,7 +248,9 @@ bool Exposures::answer(const wire::Telegram& read) {
   response.destination = read.destination;
   response.payload = std::move(*payload);
   response.priority = read.priority;
-  send_(std::move(response), [](bool) {});
+  send_(std::move(response), [this, weak = std::weak_ptr<Entry>(*found)](bool, std::string_view refused) {
+    if (const auto one = weak.lock(); one && !refused.empty()) refuse(*one, refused);
+  });
   return true;
 }
 

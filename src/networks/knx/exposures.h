@@ -10,6 +10,7 @@
 #include "networks/knx/bus_clock.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/groups/group_point.h"
+#include "networks/knx/problems.h"
 
 namespace rubicon::networks::knx {
 
@@ -31,12 +32,17 @@ struct Exposure {
 /// must outlive it.
 class Exposures {
  public:
-  /// Sends a telegram to the bus; calls `done` with whether it reached the bus.
-  using Send = std::function<void(wire::Telegram, std::function<void(bool sent)> done)>;
-  /// Called when a tuple cannot be watched, or its value cannot be encoded as the data point type.
-  using OnError = std::function<void(const Exposure&, const Error&)>;
+  /// Sends a telegram to the bus; calls `done` with whether it reached the bus, and why it never will (else empty).
+  using Send = std::function<void(wire::Telegram, std::function<void(bool sent, std::string_view refused)> done)>;
+  /// Called when a value cannot be written (kRefusedExposure), and when an exposure has had no value for kSourceWait
+  /// (kNoSource); `over` when it has one again, or is removed.
+  struct Report {
+    std::function<void(const Problem&)> problem;
+    std::function<void(wire::GroupAddress)> over;
+  };
+  static constexpr Duration kSourceWait = std::chrono::seconds(60);
 
-  Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, OnError on_error);
+  Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, Report report);
 
   /// Replaces all exposures. Those that are equal to a present one keep their value and timers.
   void set(std::vector<Exposure> exposures);
@@ -48,15 +54,23 @@ class Exposures {
   bool contains(wire::GroupAddress address) const;
 
   std::size_t size() const { return entries_.size(); }
+  /// Values and answers that were not written, because their type cannot hold them or the line refused them.
+  std::uint64_t refused() const { return refused_; }
+  /// Exposures that have had no value for kSourceWait.
+  std::size_t without_value() const;
 
  private:
   struct Entry {
     Exposure exposure;
     std::string text;                      ///< of the tuple; empty = unknown
-    bool usable = true;                    ///< by the `.status` beside the value, where there is one
+    std::string status;                    ///< the `.status` beside the value; empty = there is none
+    bool usable = true;                    ///< by that status
+    bool heard = false;                    ///< the tuple had a value
+    bool silent = false;                   ///< reported as without a value
     std::optional<wire::Payload> payload;  ///< nullopt: there is no value to show
-    network::TupleWatch value, status;
+    network::TupleWatch value_watch, status_watch;
     Timer cyclic;  ///< the next write by `every`
+    Timer source;  ///< until it is reported as without a value
     Timer pause;   ///< while pending, changes wait
     Timer retry;
     std::int64_t era = 0;  ///< clock_era() of the last write of the clock
@@ -65,14 +79,17 @@ class Exposures {
     bool on_the_way = false;  ///< a telegram waits for its turn, or for its confirmation
   };
   void watch(const std::shared_ptr<Entry>& added, Exposure exposure);
-  std::optional<wire::Payload> present(const Entry& entry) const;
+  std::optional<wire::Payload> present(const Entry& entry);
   bool has_value(const Entry& entry) const { return entry.exposure.clock || entry.payload; }
   void look_at_clock();
   void update(Entry& entry);
   void clear(Entry& entry);
+  void await_source(Entry& entry);
+  void has_source(Entry& entry);
+  void refuse(const Entry& entry, std::string_view why);
   void write(Entry& entry);
   void write_change(Entry& entry);
-  void written(Entry& entry, bool sent);
+  void written(Entry& entry, bool sent, std::string_view refused);
   void start_pause(Entry& entry);
   void repeat(Entry& entry);
   void retry(Entry& entry);
@@ -81,7 +98,8 @@ class Exposures {
   network::NetworkHost& host_;
   const TypeCatalogue& types_;
   Send send_;
-  OnError on_error_;
+  Report report_;
+  std::uint64_t refused_ = 0;
   bool up_ = false;
   Timer clock_look_;
   Duration clock_offset_{0};  ///< of the wall clock from the steady one, at the last look

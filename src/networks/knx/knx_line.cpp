@@ -13,7 +13,7 @@ auto parts(const line::Outbox::Limits& limits) {
 }
 
 auto parts(const line::TunnelOptions& o) {
-  return std::tuple_cat(std::tie(o.host, o.port, o.local_port, o.via, o.nat, o.wanted), parts(o.limits));
+  return std::tuple_cat(std::tie(o.host, o.port, o.local_port, o.via, o.nat, o.wanted, o.max_apdu), parts(o.limits));
 }
 
 auto parts(const line::RoutingOptions& o) {
@@ -25,7 +25,8 @@ auto parts(const line::RoutingOptions& o) {
 bool same_line(const LineOptions& one, const LineOptions& other) {
   if (one.via != other.via) return false;
   return one.via == Via::kRouting ? parts(one.routing) == parts(other.routing)
-                                  : parts(one.tunnel) == parts(other.tunnel);
+                                  : parts(one.tunnel) == parts(other.tunnel) && one.hosts == other.hosts &&
+                                        one.gateway_check == other.gateway_check;
 }
 
 std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,
@@ -35,7 +36,15 @@ std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& sch
     routing.seed = std::random_device()();
     return std::make_unique<line::RoutingLine>(scheduler, transports, routing, std::move(calls));
   }
-  return std::make_unique<line::TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
+  if (options.hosts.size() < 2)
+    return std::make_unique<line::TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
+  auto gateways = options.gateways;
+  if (gateways.empty()) {
+    for (const auto& host : options.hosts) gateways.push_back({host, options.tunnel.secure, options.tunnel.wanted});
+  }
+  return std::make_unique<line::GatewayLine>(
+      line::GatewayOptions{options.tunnel, std::move(gateways), options.gateway_check}, scheduler, transports,
+      std::move(calls));
 }
 
 }  // namespace rubicon::networks::knx

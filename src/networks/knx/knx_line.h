@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "networks/knx/line/gateway_line.h"
 #include "networks/knx/line/routing_line.h"
 #include "networks/knx/line/tunnel_line.h"
 
@@ -14,7 +15,10 @@ struct LineOptions {
   Via via = Via::kTunnel;
   line::TunnelOptions tunnel;
   line::RoutingOptions routing;
-  bool multicast_given = false;  ///< the options name the group of routing
+  std::vector<std::string> hosts{};       ///< of tunnels, if there are several; the first is that of `tunnel`
+  std::vector<line::Gateway> gateways{};  ///< the tunnels of these hosts with their keys; empty = one for each host
+  std::optional<Duration> gateway_check = std::chrono::minutes(5);  ///< of GatewayOptions
+  bool multicast_given = false;                                     ///< the options name the group of routing
 };
 
 /// True if a line that was made with one of them need not be replaced for the other.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <tuple>
 #include <utility>
 
@@ -13,6 +12,7 @@
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
 #include "networks/knx/missing_keys.h"
+#include "networks/knx/repetitions.h"
 #include "networks/knx/tool_requests.h"
 #include "networks/knx/tunnel_round.h"
 #include "networks/knx/unassigned.h"
@@ -26,10 +26,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A frame that is marked as repeated and equals another one of the last 200 ms is the same telegram (knx.md,
-/// section 8).
-constexpr Duration kRepetitionTime = 200ms;
-constexpr std::size_t kMaxRecent = 16;
 /// Lifetime of telegrams for exposed tuples: after a reconnect hundreds may wait.
 constexpr Duration kExposedLifetime = 10min;
 
@@ -43,22 +39,17 @@ class KnxNetwork final : public network::Network {
         remembers_(config.remembers),
         log_(host.limited_log()),
         capture_(options_.capture),
-        points_(host, {}, [this](const std::string& subject, std::string_view text) { warn(subject, text); }),
-        exposures_(
-            host, config.types,
-            [this](wire::Telegram telegram, std::function<void(bool)> done) {
-              send_exposed(std::move(telegram), std::move(done));
-            },
-            [this](const Exposure& exposure, const Error& error) {
-              warn("expose " + exposure.tuple,
-                   fmt::format("{} as {}: {}", exposure.tuple, to_string(exposure.address), error.text));
-            }),
+        points_(host, {}, [this](const Problem& problem) { report(problem); }),
+        exposures_(host, config.types,
+                   [this](wire::Telegram telegram, auto done) { send_exposed(std::move(telegram), std::move(done)); },
+                   {[this](const Problem& problem) { report(problem); },
+                    [this](wire::GroupAddress address) { problems_.end(kNoSource, address); }}),
         tools_(
             host, capture_, [this](wire::GroupAddress address) { return meaning(address); },
             [this](wire::GroupAddress address) { return points_.table().command_at(address); },
             [this](const wire::Telegram& telegram) { points_.receive(telegram); }),
         reporter_(host, [this] { return state(); }) {
-    points_.set_table(PointTable(options_.points, types_));
+    points_.set_table(PointTable(options_.points, types_, options_.notation));
     options_.points = {};  // the table has them
   }
 
@@ -82,13 +73,14 @@ class KnxNetwork final : public network::Network {
   void line_lost(Error why);
   void line_down();
   void received(const wire::Telegram& telegram);
-  bool is_repetition(const wire::Telegram& telegram);
-  void send_exposed(wire::Telegram telegram, std::function<void(bool sent)> done);
+  void send_exposed(wire::Telegram telegram, std::function<void(bool sent, std::string_view refused)> done);
+  std::pair<std::string, const dpt::Dpt*> name_and_type(wire::GroupAddress address) const;
   ToolRequests::Meaning meaning(wire::GroupAddress address) const;
+  std::string show(wire::GroupAddress address) const { return to_string(address, options_.notation); }
   void show_sent(ByteView cemi);
   void warn(const std::string& subject, std::string_view text);
+  void report(const Problem& problem);
   void warn_of_duplicate_address(const model::State& state);
-  void add_missing_keys(std::vector<network::Missing>& all) const;
   std::optional<model::State> state_without_keys() const;
   void add_counters(std::map<std::string, std::uint64_t>& all) const;
   void add_limits(std::string& reason) const;
@@ -106,8 +98,8 @@ class KnxNetwork final : public network::Network {
   ToolRequests tools_;
   network::StateReporter reporter_;
   UnassignedAddresses unassigned_;
-  std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
-  std::uint64_t repetitions_ = 0;
+  Problems problems_;
+  Repetitions repetitions_;
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
   std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
   std::string refused_;                        ///< why there are no keys; the options are to be changed
@@ -198,6 +190,7 @@ void KnxNetwork::use_keys(Result<SecureAccess> access) {
   auto& line = options_.line;
   line.tunnel.secure = std::move(access->session);
   if (access->tunnel) line.tunnel.wanted = access->tunnel;
+  line.gateways = std::move(access->gateways);
   line.routing.secure = std::move(access->routing);
   if (line.routing.secure) line.routing.storage = storage();
   if (!access->multicast.empty() && !line.multicast_given) line.routing.group.address = access->multicast;
@@ -278,30 +271,8 @@ std::vector<network::Missing> KnxNetwork::missing() const {
   const auto is_wanted = [&wanted](const auto& interface) { return interface.address == wanted; };
   if (!wanted.empty() && std::none_of(interfaces.begin(), interfaces.end(), is_wanted))
     all.push_back({"interface", fmt::format("no interface of this host has the address {}", wanted)});
-  add_missing_keys(all);
+  add_missing_keys(options_.secure, options_.line, options_.secured, remembers_, all);
   return all;
-}
-
-void KnxNetwork::add_missing_keys(std::vector<network::Missing>& all) const {
-  auto access = derive_access(options_.secure, options_.line);
-  using Kind = network::Missing::Kind;
-  if (!access)
-    return all.push_back({options_.secure.keyring ? "keyring" : "secure", access.error().text,
-                          access.error().code == ErrorCode::kIo ? Kind::kOnHost : Kind::kWrong});
-  if (!access->groups.groups.empty() && !remembers_)
-    all.push_back({options_.secure.keyring ? "keyring" : "group-keys-file",
-                   "its groups can only be read, and recorded telegrams are taken once more after each start: sequence "
-                   "numbers need a state file (state: {file: ...})",
-                   Kind::kWarning});
-  if (access->routing && !remembers_)
-    all.push_back({options_.secure.keyring ? "keyring" : "backbone-key-file",
-                   "recorded telegrams of secure routing can be replayed after a restart: its timer needs a state file "
-                   "(state: {file: ...})",
-                   Kind::kWarning});
-  const auto without = add_without_keys(access->groups, options_.secured);
-  if (!without.empty())
-    all.push_back({options_.secure.keyring ? "keyring" : "import", explain_missing_keys(without, options_.secure),
-                   Kind::kWarning});
 }
 
 void KnxNetwork::line_changed(const line::LineState& state) {
@@ -329,23 +300,8 @@ void KnxNetwork::line_down() {
   exposures_.line_down();
 }
 
-bool KnxNetwork::is_repetition(const wire::Telegram& telegram) {
-  const auto now = host_.scheduler().now();
-  while (!recent_.empty() && (recent_.size() > kMaxRecent || recent_.front().first + kRepetitionTime < now))
-    recent_.pop_front();
-  if (telegram.repeated) {
-    for (const auto& [when, one] : recent_) {
-      if (one.service == telegram.service && one.destination == telegram.destination && one.source == telegram.source &&
-          one.payload == telegram.payload)
-        return true;
-    }
-  }
-  recent_.emplace_back(now, telegram);
-  return false;
-}
-
 void KnxNetwork::received(const wire::Telegram& telegram) {
-  if (is_repetition(telegram)) return void(++repetitions_);
+  if (repetitions_.contain(telegram, host_.scheduler().now())) return;
   tools_.seen(telegram, false);
   const bool exposed = telegram.service == wire::Service::kRead ? exposures_.answer(telegram)
                                                                 : exposures_.contains(telegram.destination);
@@ -353,22 +309,22 @@ void KnxNetwork::received(const wire::Telegram& telegram) {
   reporter_.counters_changed();
 }
 
-void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)> done) {
-  if (!line_) return done(false);
-  const auto address = telegram.destination;
+void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool, std::string_view)> done) {
+  if (!line_) return done(false, {});
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
-              [this, address, done = std::move(done)](line::SendOutcome outcome, std::string_view why) {
-                if (outcome == line::SendOutcome::kRefused)
-                  warn("refused exposures", fmt::format("{} is not sent: {}", to_string(address), why));
-                done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed);
+              [done = std::move(done)](line::SendOutcome outcome, std::string_view why) {
+                done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed,
+                     outcome == line::SendOutcome::kRefused ? why : std::string_view());
               });
 }
 
-ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
+/// The configured name and type of an address.
+std::pair<std::string, const dpt::Dpt*> KnxNetwork::name_and_type(wire::GroupAddress address) const {
   const auto listeners = points_.table().listeners_of(address);
   if (!listeners.empty()) {
     const auto& point = points_.table().points()[listeners.front().point];
-    return {point.group.name, point.dpt};
+    const bool state = point.group.state == address && !point.group.state_name.empty();
+    return {state ? point.group.state_name : point.group.name, point.dpt};
   }
   for (const auto& point : points_.table().points()) {
     if (point.group.address == address) return {point.group.name, point.dpt};
@@ -377,6 +333,11 @@ ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
     if (exposed.address == address) return {exposed.tuple, dpt::find_dpt(exposed.dpt)};
   }
   return {};
+}
+
+ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
+  auto [name, type] = name_and_type(address);
+  return {std::move(name), type, show(address), guard_ && guard_->secures(address)};
 }
 
 Result<void> KnxNetwork::send(const model::Message& message) {
@@ -397,7 +358,7 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (!same_access(next.secure, options_.secure) || next.secured != options_.secured ||
       !same_line(next.line, configured_line_))
     return fail(ErrorCode::kUnsupported, "the options of the line differ");
-  PointTable table(std::exchange(next.points, {}), types_);
+  PointTable table(std::exchange(next.points, {}), types_, next.notation);
   next.line = std::move(options_.line);  // with its keys
   options_ = std::move(next);
   capture_.set_limits(options_.capture);
@@ -406,6 +367,8 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (opened_) exposures_.set(options_.exposures);
   unassigned_.remove_if(
       [this](wire::GroupAddress address) { return points_.table().contains(address) || exposures_.contains(address); });
+  problems_.keep(
+      [this](wire::GroupAddress address) { return points_.table().contains(address) || exposures_.contains(address); });
   reporter_.counters_changed();
   return {};
 }
@@ -413,6 +376,14 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
 void KnxNetwork::warn(const std::string& subject, std::string_view text) {
   reporter_.counters_changed();
   log_.warning(subject, text);
+}
+
+void KnxNetwork::report(const Problem& problem) {
+  problems_.add(problem, host_.scheduler().wall_now());
+  reporter_.counters_changed();
+  if (problem.what == kBadValue) return;  // the proxy logs the reason of a bad reading
+  warn(fmt::format("{} {}", problem.what, show(problem.address)),
+       fmt::format("{}: {}", show(problem.address), problem.reason));
 }
 
 void KnxNetwork::warn_of_duplicate_address(const model::State& state) {
@@ -440,8 +411,10 @@ void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
               {"reads", points_.reads().sent_count()},
               {"unanswered-reads", points_.reads().unanswered()},
               {"waiting-reads", points_.reads().waiting()},
-              {"bus-repetitions", repetitions_},
+              {"bus-repetitions", repetitions_.count()},
               {"exposed", exposures_.size()},
+              {"exposed-without-value", exposures_.without_value()},
+              {"refused-exposures", exposures_.refused()},
               {"unassigned-addresses", unassigned_.size()},
               {"dropped-unassigned", unassigned_.dropped()}});
 }
@@ -468,8 +441,10 @@ std::optional<model::State> KnxNetwork::state() {
   warn_of_duplicate_address(state);
   add_counters(state.counters);
   if (up_) add_limits(state.reason);
-  state.texts = {{"unassigned", unassigned_.json()},
+  state.texts = {{"unassigned", unassigned_.json(options_.notation)},
+                 {"problems", problems_.json(options_.notation)},
                  {"server", line.server},
+                 {"gateway", line.gateway},
                  {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},
                  {"bus", line.bus ? "ok" : "silent"}};
   return state;

@@ -9,6 +9,7 @@
 
 #include "base/host_port.h"
 #include "base/text.h"
+#include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
 #include "networks/knx/groups/secured_groups.h"
@@ -23,6 +24,9 @@ namespace {
 
 /// Groups of KNXnet/IP routing (knx.md, section 2): 224.0.23.12 to 239.255.255.255.
 constexpr std::uint32_t kMinMulticast = 0xe000170c, kMaxMulticast = 0xefffffff;
+
+/// Bytes of an APDU without and with extended frames (KNX 3/3/2).
+constexpr std::int64_t kShortApdu = 15, kLongApdu = 254;
 
 /// The group or individual address under a key; nullopt if it is absent or, with an error, not an address.
 template <class Parse>
@@ -45,10 +49,37 @@ line::Outbox::Limits read_limits(ConfigReader& options) {
   return limits;
 }
 
+/// `host: 10.0.0.9`, or a list: the first is preferred, the others are used while it cannot be.
+void read_hosts(ConfigReader& options, LineOptions& out) {
+  if (!options.has("host")) {
+    options.required_text("host", "the name or address of the interface, such as 192.168.1.10");
+    return;
+  }
+  out.hosts = options.texts("host");
+  const auto* node = options.node("host");
+  if (out.hosts.empty() && node->kind == ConfigNode::Kind::kList)
+    options.error("host", "is an empty list, expected the name or address of an interface, or several");
+  std::set<std::string> seen;
+  for (const auto& host : out.hosts) {
+    if (const auto fault = base::host_fault(host); !fault.empty()) options.error("host", fault);
+    if (!seen.insert(groups::to_lower(host)).second)
+      options.error("host", fmt::format("names {} twice, expected different interfaces", model::quoted(host)));
+  }
+  if (!out.hosts.empty()) out.tunnel.host = out.hosts.front();
+  const bool several = out.hosts.size() > 1;
+  if (several) {
+    for (const auto* key : {"tunnel-address", "local-port"})
+      if (options.has(key))
+        options.error(key, "is of one interface, and 'host' names several: expected only one of both");
+  }
+  if (!several && options.has("gateway-check"))
+    options.error("gateway-check", "is given without a second host, expected 'host: [FIRST, SECOND]'");
+  out.gateway_check = options.duration_or_never("gateway-check", out.gateway_check);
+  if (out.gateway_check && *out.gateway_check < std::chrono::seconds(10))
+    options.error("gateway-check", "expected at least 10s, or never");
+}
+
 void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
-  out.host = options.required_text("host", "the name or address of the interface, such as 192.168.1.10");
-  if (const auto fault = base::host_fault(out.host); options.has("host") && !fault.empty())
-    options.error("host", fault);
   out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
   out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
   const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});
@@ -56,6 +87,8 @@ void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
             : nat == "yes" ? line::TunnelOptions::Nat::kOn
                            : line::TunnelOptions::Nat::kOff;
   out.wanted = read_address(options, "tunnel-address", wire::parse_individual);
+  if (options.has("max-apdu"))
+    out.max_apdu = static_cast<std::uint16_t>(options.integer("max-apdu", kShortApdu, kShortApdu, kLongApdu));
   out.limits = read_limits(options);
 }
 
@@ -90,6 +123,7 @@ void read_line(ConfigReader& options, LineOptions& out) {
     out.multicast_given = options.has("multicast");
     read_routing(options, out.routing);
   } else {
+    read_hosts(options, out);
     read_tunnel(options, out.tunnel);
   }
 }
@@ -168,6 +202,7 @@ groups::Import read_group_file(const network::NetworkConfig& config, std::string
   ConfigReader file(*root, "", options.errors());
   groups::read_groups(file, out.points);
   out.secured = groups::read_secured_groups(file);
+  out.report.notation = groups::read_notation(file).value_or(wire::Notation::kThreeLevel);
   file.finish();
   return out;
 }
@@ -234,6 +269,8 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
   ConfigReader& options = config.options;
   groups::read_groups(options, out.points);
   out.secured = groups::read_secured_groups(options);
+  const auto notation = groups::read_notation(options);
+  out.notation = notation.value_or(out.notation);
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
   if (name.empty()) {
@@ -248,9 +285,13 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
   }
   auto imported = import_groups(config, transports, name, guess, out.report);
   out.secured = groups::joined(out.secured, imported.secured);
+  if (!notation) out.notation = imported.report.notation;
   for (auto& point : imported.points) {
     if (configured.contains(point.address)) continue;
-    if (point.state && configured.contains(*point.state)) point.state.reset();
+    if (point.state && configured.contains(*point.state)) {
+      point.state.reset();
+      point.state_name.clear();
+    }
     out.points.push_back(std::move(point));
   }
   for (const auto& conflict : conflicts(out.points)) options.error("import", conflict);
@@ -262,7 +303,7 @@ KnxOptions read_knx_options(const network::NetworkConfig& config, transport::Tra
   ConfigReader& options = config.options;
   KnxOptions out;
   read_line(options, out.line);
-  out.secure = read_secure_options(config, transports, out.line.via);
+  out.secure = read_secure_options(config, transports, out.line);
   read_points(config, transports, out);
   for (auto& [key, entry] : options.maps("expose")) read_exposure(key, entry, out.exposures);
   check_exposures(options, out);

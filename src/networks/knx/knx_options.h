@@ -20,6 +20,7 @@ struct KnxOptions {
   std::vector<wire::GroupAddress> secured;  ///< groups that are secured by the import or the options; sorted
   std::vector<Exposure> exposures;
   Capture::Limits capture;
+  wire::Notation notation = wire::Notation::kThreeLevel;  ///< of group addresses in texts for people, not in keys
   std::string report;  ///< summary of the import, for the log; empty = nothing was imported
 };
 

@@ -40,4 +40,27 @@ std::string explain_missing_keys(const std::vector<wire::GroupAddress>& groups, 
                                           : "export a keyring from ETS and configure `keyring`");
 }
 
+void add_missing_keys(const SecureOptions& secure, const LineOptions& line,
+                      const std::vector<wire::GroupAddress>& secured, bool remembers,
+                      std::vector<network::Missing>& all) {
+  auto access = derive_access(secure, line);
+  using Kind = network::Missing::Kind;
+  if (!access)
+    return all.push_back({secure.keyring ? "keyring" : "secure", access.error().text,
+                          access.error().code == ErrorCode::kIo ? Kind::kOnHost : Kind::kWrong});
+  if (!access->groups.groups.empty() && !remembers)
+    all.push_back({secure.keyring ? "keyring" : "group-keys-file",
+                   "its groups can only be read, and recorded telegrams are taken once more after each start: sequence "
+                   "numbers need a state file (state: {file: ...})",
+                   Kind::kWarning});
+  if (access->routing && !remembers)
+    all.push_back({secure.keyring ? "keyring" : "backbone-key-file",
+                   "recorded telegrams of secure routing can be replayed after a restart: its timer needs a state file "
+                   "(state: {file: ...})",
+                   Kind::kWarning});
+  const auto without = add_without_keys(access->groups, secured);
+  if (!without.empty())
+    all.push_back({secure.keyring ? "keyring" : "import", explain_missing_keys(without, secure), Kind::kWarning});
+}
+
 }  // namespace rubicon::networks::knx

@@ -22,6 +22,7 @@ std::string address_of(const groups::GroupPoint& group) {
 }
 
 TypeId type_of(const groups::GroupPoint& group, const dpt::Dpt* dpt, const TypeCatalogue& types) {
+  if (group.scenes) return groups::kNamedScene;
   if (dpt) return group.kind == Kind::kSensor ? dpt->sensor : dpt->actuator;
   return types.find(group.kind == Kind::kSensor ? "bytesInput" : "bytesOutput")->id;
 }
@@ -61,6 +62,11 @@ Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
     add_range(capability, *point.dpt, type);
     if (type.words.empty()) capability.words = words_of(*point.dpt);
   }
+  if (point.scenes) {
+    capability.words = *point.scenes;
+    capability.minimum = 1;
+    capability.maximum = groups::most_scene_number(point.dpt->id);
+  }
   const bool actuator = point.id.kind == Kind::kActuator;
   capability.access = actuator ? model::Access::kReadWrite : model::Access::kRead;
   capability.reports = point.readable();
@@ -73,7 +79,9 @@ Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
 
 }  // namespace
 
-PointTable::PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types) : types_(&types) {
+PointTable::PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types,
+                       wire::Notation notation)
+    : types_(&types), notation_(notation) {
   points_.reserve(groups.size());
   for (const auto& group : groups) bind(group, types);
   sort();
@@ -90,10 +98,12 @@ PointTable::PointTable(const std::vector<groups::GroupPoint>& groups, const Type
 
 void PointTable::bind(const groups::GroupPoint& group, const TypeCatalogue& types) {
   BoundPoint point;
-  point.group = {group.address, group.state, group.dpt, group.name, group.read};
+  point.group = {group.address, group.state, group.dpt, group.name, group.state_name, group.read};
   point.dpt = group.dpt ? dpt::find_dpt(*group.dpt) : nullptr;
   point.id = {group.kind, type_of(group, point.dpt, types), group.instance};
   point.address = address_of(group);
+  if (group.scenes && point.dpt)
+    point.scenes = std::make_shared<const std::vector<model::Word>>(groups::scene_words(point.dpt->id, *group.scenes));
   const auto index = points_.size();
   auto& device = devices_[point.address];
   device.points.push_back(index);
@@ -166,8 +176,9 @@ std::string PointTable::model_of(const Device& device) const {
   std::string text = "KNX";
   for (const auto index : device.points) {
     const auto& group = points_[index].group;
-    text += fmt::format("{} {}", index == device.points.front() ? "" : ";", to_string(group.address));
-    if (group.state) text += ", state " + to_string(*group.state);
+    text += fmt::format("{} {}", index == device.points.front() ? "" : ";", to_string(group.address, notation_));
+    if (group.state) text += ", state " + to_string(*group.state, notation_);
+    if (!group.state_name.empty()) text += fmt::format(" ({})", group.state_name);
     if (group.dpt) text += ", DPT " + to_string(*group.dpt);
     if (text.size() > kMaxLength) return text.substr(0, kMaxLength) + "...";
   }
@@ -191,11 +202,13 @@ model::Join PointTable::join_of(const std::string& device) const {
 Result<Value> value_of(const BoundPoint& point, wire::PayloadView payload) {
   if (!point.dpt) return Value(base::to_hex(payload.bytes));
   auto value = decode(*point.dpt, payload);
+  if (value && point.scenes) return groups::scene_value(point.dpt->id, *point.scenes, payload.bytes[0]);
   return value ? dpt::to_catalogue(*point.dpt, point.id.kind, *value) : value;
 }
 
 /// Without a type the value is the payload in hex, in whole bytes: it cannot express the small form.
 Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value) {
+  if (point.scenes) return groups::scene_payload(point.dpt->id, *point.scenes, value);
   if (point.dpt) {
     auto converted = dpt::from_catalogue(*point.dpt, point.id.kind, value);
     return converted ? encode(*point.dpt, *converted) : Result<wire::Payload>(fail(converted.error()));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,7 +16,7 @@ struct BoundGroup {
   wire::GroupAddress address{};
   std::optional<wire::GroupAddress> state{};
   std::optional<dpt::DptId> dpt{};
-  std::string name{};
+  std::string name{}, state_name{};
   groups::ReadRule read{};
 };
 
@@ -25,6 +26,8 @@ struct BoundPoint {
   const dpt::Dpt* dpt = nullptr;  ///< nullptr: values are bytes in hex
   PointId id;
   std::string address;  ///< of its device within the network
+  std::shared_ptr<const std::vector<model::Word>>
+      scenes{};  ///< groups::scene_words(); nullptr: its scenes have no names
   bool subscribed = false;
   SteadyTime updated_at{};  ///< of its last value; zero = none since the line came up
 
@@ -38,7 +41,9 @@ struct BoundPoint {
 class PointTable {
  public:
   PointTable() = default;
-  PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types);
+  /// `notation`: of the addresses in texts for people.
+  PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types,
+             wire::Notation notation = wire::Notation::kThreeLevel);
 
   struct Device {
     std::string name;  ///< empty: not configured, or the device is a single group address
@@ -74,6 +79,7 @@ class PointTable {
   std::string model_of(const Device& device) const;
 
   const TypeCatalogue* types_ = nullptr;  ///< not null in a table with points
+  wire::Notation notation_ = wire::Notation::kThreeLevel;
   std::vector<BoundPoint> points_;
   std::map<std::string, Device> devices_;
   std::map<std::string, std::string> wanted_ids_;      ///< key parts by device, where its address is taken

@@ -17,12 +17,14 @@ using Policy = SecureOptions::Policy;
 using Taken = std::span<const wire::IndividualAddress>;
 
 constexpr std::size_t kKeyFileBytes = 64;
+/// Tunnels of one interface that are tried: interfaces have fewer.
+constexpr std::size_t kMostTunnels = 32;
 
 /// Reads the options of KNX Secure and the files that they name.
 class Reader {
  public:
-  Reader(const network::NetworkConfig& config, transport::Transports& transports, Via via)
-      : config_(config), options_(config.options), transports_(transports), via_(via) {}
+  Reader(const network::NetworkConfig& config, transport::Transports& transports, const LineOptions& line)
+      : config_(config), options_(config.options), transports_(transports), via_(line.via), hosts_(line.hosts.size()) {}
 
   SecureOptions read() {
     SecureOptions out;
@@ -83,11 +85,19 @@ class Reader {
   }
 
   void read_server(SecureOptions::KeyringSource& source) {
-    const auto text = options_.text("server-address", "");
-    if (text.empty()) return;
-    const auto address = wire::parse_individual(text);
-    if (!address) return options_.error("server-address", address.error().text);
-    source.server = *address;
+    const auto texts = options_.texts("server-address");
+    std::vector<wire::IndividualAddress> servers;
+    for (const auto& text : texts) {
+      const auto address = wire::parse_individual(text);
+      if (!address) return options_.error("server-address", address.error().text);
+      servers.push_back(*address);
+    }
+    if (servers.size() == 1) source.server = servers.front();
+    if (servers.size() < 2) return;
+    source.servers = std::move(servers);
+    if (source.servers.size() != hosts_)
+      options_.error("server-address", fmt::format("has {} addresses, expected one for each of the {} hosts",
+                                                   source.servers.size(), hosts_));
   }
 
   void read_user(SecureOptions& out) {
@@ -152,6 +162,7 @@ class Reader {
   ConfigReader& options_;
   transport::Transports& transports_;
   Via via_;
+  std::size_t hosts_;
 };
 
 Error in_file(const SecureOptions::KeyringSource& source, const Error& error) {
@@ -161,7 +172,7 @@ Error in_file(const SecureOptions::KeyringSource& source, const Error& error) {
 /// Plain only where the keyring cannot mean anything else: an address that it does not have may be a typing error.
 Result<void> derive_without_tunnels(const SecureOptions& options, const LineOptions& line, SecureAccess& out) {
   constexpr auto kNone = "the keyring has no tunnel with a user and a password";
-  const bool named = line.tunnel.wanted || options.keyring->server;
+  const bool named = line.tunnel.wanted || options.keyring->server || !options.keyring->servers.empty();
   if (options.policy == Policy::kAllow && !named) {
     out.plain = fmt::format("the line is plain: {}", kNone);
     return {};
@@ -172,9 +183,40 @@ Result<void> derive_without_tunnels(const SecureOptions& options, const LineOpti
                                                          kNone)}));
 }
 
+/// All tunnels of the interface at one of several hosts.
+Result<void> add_gateways(const keyring::Keyring& keyring, const std::string& host,
+                          std::optional<wire::IndividualAddress> server, std::vector<line::Gateway>& out) {
+  std::vector<wire::IndividualAddress> taken;
+  while (taken.size() < kMostTunnels) {
+    const auto access = keyring.tunnel({{}, server, taken});
+    if (!access && taken.empty()) return fail(access.error());
+    if (!access) break;
+    auto keys = access->session_keys();
+    if (!keys) return fail(keys.error());
+    const bool known = number(access->address) != 0;
+    out.push_back({host, std::move(*keys), known ? std::optional(access->address) : std::nullopt});
+    if (!known) break;
+    taken.push_back(access->address);
+  }
+  return {};
+}
+
+Result<void> derive_gateways(const SecureOptions& options, const keyring::Keyring& keyring, const LineOptions& line,
+                             SecureAccess& out) {
+  const auto& source = *options.keyring;
+  for (std::size_t i = 0; i < line.hosts.size(); ++i) {
+    const auto server = i < source.servers.size() ? std::optional(source.servers[i]) : source.server;
+    if (auto done = add_gateways(keyring, line.hosts[i], server, out.gateways); !done)
+      return fail(in_file(source, done.error()));
+  }
+  out.session = out.gateways.front().secure;
+  return {};
+}
+
 Result<void> derive_tunnel(const SecureOptions& options, const keyring::Keyring& keyring, const LineOptions& line,
                            Taken taken, SecureAccess& out) {
   if (!keyring.has_secure_tunnel()) return derive_without_tunnels(options, line, out);
+  if (line.hosts.size() > 1) return derive_gateways(options, keyring, line, out);
   const auto access = keyring.tunnel({line.tunnel.wanted, options.keyring->server, taken});
   if (!access) return fail(in_file(*options.keyring, access.error()));
   auto keys = access->session_keys();
@@ -244,7 +286,7 @@ Result<SecureAccess> derive_line(const SecureOptions& options, const LineOptions
 bool same_access(const SecureOptions& one, const SecureOptions& other) {
   const auto same_keyring = [](const SecureOptions::KeyringSource& a, const SecureOptions::KeyringSource& b) {
     return a.path == b.path && a.file.signature == b.file.signature && a.file.signed_bytes == b.file.signed_bytes &&
-           a.password == b.password && a.server == b.server;
+           a.password == b.password && a.server == b.server && a.servers == b.servers;
   };
   const auto same_user = [](const SecureOptions::User& a, const SecureOptions::User& b) {
     return a.number == b.number && a.password == b.password && a.device_password == b.device_password;
@@ -263,8 +305,9 @@ bool same_access(const SecureOptions& one, const SecureOptions& other) {
          same(one.backbone, other.backbone, same_backbone);
 }
 
-SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports, Via via) {
-  return Reader(config, transports, via).read();
+SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports,
+                                  const LineOptions& line) {
+  return Reader(config, transports, line).read();
 }
 
 Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line,

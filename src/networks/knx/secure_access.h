@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "network/network.h"
 #include "networks/knx/keyring/keyring.h"
@@ -23,6 +24,7 @@ struct SecureOptions {
     secure::Secret password;
     std::string password_path{};                      ///< empty: of the environment
     std::optional<wire::IndividualAddress> server{};  ///< the interface, if the keyring has several
+    std::vector<wire::IndividualAddress> servers{};   ///< one for each of several hosts; empty = `server` has all
   };
   /// Of a tunnel without a keyring.
   struct User {
@@ -57,14 +59,16 @@ struct SecureOptions {
 /// True if keys derived from one of them are those of the other.
 bool same_access(const SecureOptions& one, const SecureOptions& other);
 
-/// `secure`, `keyring` and the keys without a keyring, with the files that they name. `via` is that of the line. Errors
+/// `secure`, `keyring` and the keys without a keyring, with the files that they name. Errors
 /// are added to those of the reader.
-SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports, Via via);
+SecureOptions read_secure_options(const network::NetworkConfig& config, transport::Transports& transports,
+                                  const LineOptions& line);
 
 /// The keys of one line.
 struct SecureAccess {
   std::optional<secure::SessionKeys> session{};
   std::optional<wire::IndividualAddress> tunnel{};  ///< the tunnel of the session's user
+  std::vector<line::Gateway> gateways{};            ///< all tunnels of several hosts, in the order of preference
   std::optional<secure::RoutingKeys> routing{};
   std::string multicast{};  ///< of the keyring's backbone; empty = not known
   std::string plain{};      ///< why the line is plain although keys for it were given; for the user

@@ -41,13 +41,21 @@ std::string_view word(wire::Service service) {
   return "write";
 }
 
-/// The value in the words of the KNX table; empty where there is no type or it does not fit.
-std::string value_text(const dpt::Dpt* dpt, wire::PayloadView payload) {
-  if (!dpt) return {};
-  const auto value = decode(*dpt, payload);
-  if (!value) return {};
-  const auto* number = std::get_if<double>(&*value);
-  return label(*dpt, number ? Value(natural(*dpt, *number)) : *value);
+/// Type, unit and value in the words of the KNX table, empty where it does not fit. A number that has no word stands
+/// beside it as `number`.
+void add_value(const dpt::Dpt& dpt, wire::PayloadView payload, json& out) {
+  out["dpt"] = to_string(dpt.id);
+  out["unit"] = dpt.unit;
+  out["value"] = "";
+  out.erase("number");
+  auto value = decode(dpt, payload);
+  if (!value) return;
+  if (auto* number = std::get_if<double>(&*value)) *number = natural(dpt, *number);
+  const auto text = label(dpt, *value);
+  out["value"] = text;
+  if (text != model::to_text(*value)) return;
+  if (const auto* real = std::get_if<double>(&*value)) out["number"] = *real;
+  if (const auto* whole = std::get_if<std::int64_t>(&*value)) out["number"] = *whole;
 }
 
 /// The type named in the request, else the configured one.
@@ -123,7 +131,8 @@ void ToolRequests::read(Requester requester, const json& request) {
   telegram.destination = *address;
   auto& reading = reads_.emplace_back(OpenRead{std::move(requester), *address, *dpt, {}});
   reading.timeout = host_.scheduler().after(kToolTelegramLifetime + kToolAnswerTime, [this, &reading] {
-    refuse(reading.requester, fmt::format("no device on the bus answers for {}", to_string(reading.address)));
+    refuse(reading.requester,
+           fmt::format("no device on the bus answers for {}", find_meaning_(reading.address).address));
     reads_.remove_if([&](const OpenRead& one) { return &one == &reading; });
   });
   line_->send(std::move(telegram), host_.scheduler().now() + kToolTelegramLifetime,
@@ -138,11 +147,12 @@ void ToolRequests::write(Requester requester, const json& request) {
   if (!address) return refuse(requester, address.error().text);
   if (const auto command = requester.is_member ? find_command_(*address) : std::string(); !command.empty())
     return refuse(requester, fmt::format("messages cannot command actuators, and {} commands one: set {} instead",
-                                         to_string(*address), command));
+                                         find_meaning_(*address).address, command));
   const auto dpt = type_of(request, find_meaning_(*address).dpt);
   if (!dpt) return refuse(requester, dpt.error().text);
   if (!*dpt)
-    return refuse(requester, fmt::format("{} has no configured type: the request must name one", to_string(*address)));
+    return refuse(requester,
+                  fmt::format("{} has no configured type: the request must name one", find_meaning_(*address).address));
   auto payload = dpt::encode_text(**dpt, field_text(request, "value"));
   if (!payload) return refuse(requester, payload.error().text);
   wire::Telegram telegram;
@@ -150,15 +160,16 @@ void ToolRequests::write(Requester requester, const json& request) {
   telegram.payload = *payload;
   telegram.priority = wire::Priority::kNormal;
   const auto hex = base::to_hex(payload->bytes);
-  line_->send(telegram, host_.scheduler().now() + kToolTelegramLifetime,
-              [this, requester = std::move(requester), hex, telegram, watch = lifetime_.watch()](
-                  line::SendOutcome outcome, std::string_view why) {
-                if (watch.ended()) return;
-                if (outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
-                  return refuse(requester, why);
-                reply(requester, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
-                wrote_(telegram);
-              });
+  line_->send(
+      telegram, host_.scheduler().now() + kToolTelegramLifetime,
+      [this, requester = std::move(requester), hex, telegram, watch = lifetime_.watch()](line::SendOutcome outcome,
+                                                                                         std::string_view why) {
+        if (watch.ended()) return;
+        if (outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
+          return refuse(requester, why);
+        reply(requester, {{"ok", true}, {"address", find_meaning_(telegram.destination).address}, {"hex", hex}});
+        wrote_(telegram);
+      });
 }
 
 void ToolRequests::monitor(const Requester& requester, const json& request) {
@@ -190,14 +201,13 @@ json ToolRequests::described(const wire::Telegram& telegram, bool own) const {
   json out{{"time", base::to_seconds(host_.scheduler().wall_now())},
            {"service", word(telegram.service)},
            {"source", to_string(telegram.source)},
-           {"address", to_string(telegram.destination)},
-           {"own", own}};
+           {"address", meaning.address},
+           {"own", own},
+           {"secured", meaning.secured}};
   if (telegram.service != wire::Service::kRead) out["hex"] = base::to_hex(telegram.payload.bytes);
   if (!meaning.name.empty()) out["name"] = meaning.name;
   if (!meaning.dpt || telegram.service == wire::Service::kRead) return out;
-  out["dpt"] = to_string(meaning.dpt->id);
-  out["value"] = value_text(meaning.dpt, telegram.payload);
-  out["unit"] = meaning.dpt->unit;
+  add_value(*meaning.dpt, telegram.payload, out);
   return out;
 }
 
@@ -208,11 +218,7 @@ void ToolRequests::seen(const wire::Telegram& telegram, bool own) {
     if (reading.address != telegram.destination) return false;
     auto answer = described(telegram, own);
     answer["ok"] = true;
-    if (reading.dpt) {
-      answer["dpt"] = to_string(reading.dpt->id);
-      answer["value"] = value_text(reading.dpt, telegram.payload);
-      answer["unit"] = reading.dpt->unit;
-    }
+    if (reading.dpt) add_value(*reading.dpt, telegram.payload, answer);
     reply(reading.requester, std::move(answer));
     return true;
   });

@@ -24,10 +24,12 @@ class ToolRequests {
  public:
   static constexpr std::size_t kMaxReads = 64;
 
-  /// Configured name and type of a group address; empty for other addresses.
+  /// What is known of a group address: its configured name and type, empty for other addresses.
   struct Meaning {
     std::string name;
     const dpt::Dpt* dpt = nullptr;
+    std::string address;   ///< in the notation of the project
+    bool secured = false;  ///< only secured telegrams are taken and sent (KNX Data Secure)
   };
   using FindMeaning = std::function<Meaning(wire::GroupAddress)>;
   /// The tuple whose commands the group address carries: `actuator.switch-1.command of device 1/4/6`; empty: none.

@@ -22,13 +22,13 @@ void UnassignedAddresses::add(const wire::Telegram& telegram, WallTime now) {
   entry.time = now;
 }
 
-std::string UnassignedAddresses::json() const {
+std::string UnassignedAddresses::json(wire::Notation notation) const {
   auto all = nlohmann::ordered_json::object();
   for (const auto& [address, entry] : entries_) {
-    all[to_string(address)] = {{"count", entry.count},
-                               {"last", entry.last},
-                               {"source", to_string(entry.source)},
-                               {"time", base::to_seconds(entry.time)}};
+    all[to_string(address, notation)] = {{"count", entry.count},
+                                         {"last", entry.last},
+                                         {"source", to_string(entry.source)},
+                                         {"time", base::to_seconds(entry.time)}};
   }
   return model::dump(all);
 }

@@ -24,7 +24,7 @@ class UnassignedAddresses {
   /// Addresses that were dropped because of kMaxAddresses.
   std::uint64_t dropped() const { return dropped_; }
   /// `{"1/2/7": {"count": 3, "last": "0c33", "source": "1.1.5", "time": 1795276800.5}}`
-  std::string json() const;
+  std::string json(wire::Notation notation = wire::Notation::kThreeLevel) const;
 
  private:
   struct Entry {

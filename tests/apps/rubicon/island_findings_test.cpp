@@ -124,6 +124,28 @@ TEST(IslandFindings, SettingsOfTheServerThatDifferAreNotesWithWhatToSet) {
   EXPECT_THAT(check_settings(with(network("up"))), IsEmpty());
 }
 
+TEST(IslandFindings, WhatANetworkCannotUseIsListedWithItsReason) {
+  auto knx = network("up");
+  knx.properties["problems"] =
+      R"([{"address":"6/0/2","what":"source","count":1,"reason":"nothing.there: nobody has published this tuple","time":1767225540},
+          {"address":"6/0/4","what":"exposure","count":3,"reason":"too large","time":1767225590}, 7])";
+  const auto found = check_problems(with(knx), kNow);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].grade, Grade::kNote);
+  EXPECT_EQ(found[0].what,
+            "network knx-hall of island 6541 home: 6/0/2 (source): nothing.there: nobody has published this tuple");
+  EXPECT_THAT(found[0].fix, HasSubstr("once, last 1min ago"));
+  EXPECT_THAT(found[1].fix, HasSubstr("3 times, last 10s ago"));
+  std::string many = "[";
+  for (int i = 1; i <= 30; ++i) many += std::string(i > 1 ? "," : "") + R"({"address":"1/0/1","what":"value"})";
+  knx.properties["problems"] = many + "]";
+  const auto first = check_problems(with(knx), kNow);
+  ASSERT_EQ(first.size(), 11U);
+  EXPECT_THAT(first.back().what, HasSubstr("20 more problems"));
+  knx.properties["problems"] = "no JSON";
+  EXPECT_THAT(check_problems(with(knx), kNow), IsEmpty());
+}
+
 TEST(IslandFindings, ABrokerWithoutTlsOrUserIsANote) {
   const auto what_of = [](const std::string& broker) {
     auto zigbee = network("up");

@@ -310,7 +310,8 @@ TEST_F(KnxIsland, ToolsUseItsLine) {
   const auto seen = monitor.line();
   ASSERT_TRUE(seen);
   EXPECT_EQ(json::parse(*seen)["address"], "1/2/7");
-  EXPECT_EQ(json::parse(*seen)["value"], "21.5");
+  EXPECT_EQ(json::parse(*seen)["value"], 21.5);
+  EXPECT_EQ(json::parse(*seen)["secured"], false);
   const auto none = rubicon({"knx", "read", "3/3/3"});
   EXPECT_EQ(none.code, 4);
   EXPECT_THAT(none.errors, HasSubstr("3/3/3"));

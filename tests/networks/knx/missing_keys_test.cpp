@@ -71,7 +71,7 @@ TEST_F(KeylessGroups, AreNotAnsweredOrWrittenFromATuple) {
   server.inject_read(0x111e, group("6/0/1"));
   host.time.run_for(10s);
   EXPECT_EQ(sent_to("6/0/1"), 0);
-  EXPECT_TRUE(host.words.contains("6/0/1 is not sent: 6/0/1 is secured, and its key is not known"));
+  EXPECT_TRUE(host.words.contains("6/0/1: here.now: 6/0/1 is secured, and its key is not known"));
   EXPECT_GE(count("data-secure-refused"), 2U);
 }
 
@@ -91,7 +91,7 @@ TEST_F(KeylessGroups, AreNotReadTwiceInVain) {
   start(kSecuredGroups);
   host.time.run_for(1min);
   EXPECT_EQ(count("unanswered-reads"), 1U);
-  EXPECT_TRUE(host.words.contains("1/2/7 cannot be read: 1/2/7 is secured, and its key is not known"));
+  EXPECT_TRUE(host.words.contains("1/2/7: cannot be read: 1/2/7 is secured, and its key is not known"));
   EXPECT_FALSE(host.words.contains("no device on the bus answers"));
 }
 

@@ -67,14 +67,20 @@ TEST_F(KnxPoints, ACommandOfAnotherIsNoReportOfAnActuatorThatReports) {
   EXPECT_EQ(last_state().counters.at("unassigned-addresses"), 0U);
 }
 
-TEST_F(KnxPoints, ValuesThatDoNotFitTheirTypeAreBadAndLoggedOnce) {
+TEST_F(KnxPoints, ValuesThatDoNotFitTheirTypeAreBadAndListed) {
   start();
   server.inject(0x1105, group("1/2/7"), 0x80, {0x0c});
   server.inject(0x1105, group("1/2/7"), 0x80, {0x7f, 0xff});
   host.time.run_for(2s);
   EXPECT_THAT(values_of("1/2/7"), ElementsAre("-", "-"));
   EXPECT_EQ(last_state().counters.at("undecodable-values"), 2U);
-  EXPECT_TRUE(host.words.contains("1/2/7"));
+  EXPECT_FALSE(host.words.contains("1/2/7")) << "the proxy logs the reason of the reading";
+  const auto listed = nlohmann::json::parse(last_state().texts.at("problems"));
+  ASSERT_FALSE(listed.empty());
+  EXPECT_EQ(listed[0]["address"], "1/2/7");
+  EXPECT_EQ(listed[0]["what"], "value");
+  EXPECT_EQ(listed[0]["count"], 2);
+  EXPECT_THAT(listed[0]["reason"].get<std::string>(), HasSubstr("7fff means no valid value")) << "the last one";
 }
 
 TEST_F(KnxPoints, OnlyWhatIsWantedOrMarkedIsRead) {
@@ -124,7 +130,7 @@ TEST_F(KnxPoints, AReadWithoutAnswerIsRepeatedOnceAndLogged) {
   host.time.run_for(10s);
   EXPECT_EQ(reads_of("1/2/7"), 2);
   EXPECT_EQ(last_state().counters.at("unanswered-reads"), 3U) << "and two that are read at start";
-  EXPECT_TRUE(host.words.contains("no device on the bus answers for 1/2/7"));
+  EXPECT_TRUE(host.words.contains("1/2/7: no device on the bus answers a read"));
 }
 
 TEST_F(KnxPoints, ACommandIsSentWhenTheBusHasIt) {
@@ -232,6 +238,33 @@ TEST_F(KnxPoints, ALineThatTheServerRefusesSaysSoAndCountsItsAttempts) {
   host.time.run_for(80s);
   EXPECT_EQ(last_state().line, model::LineState::kUp);
   EXPECT_EQ(last_state().reason, "");
+}
+
+TEST_F(KnxPoints, AttemptsToConnectLoseNothing) {
+  server.stop();
+  start();
+  for (int i = 0; i < 5; ++i) {
+    std::ignore = network->open();
+    host.time.run_for(15s);
+  }
+  for (const auto& [device, state] : host.all<model::State>()) {
+    const auto count = state.counters.find("undelivered");
+    EXPECT_TRUE(count == state.counters.end() || count->second == 0);
+  }
+}
+
+TEST_F(KnxPoints, TextsHaveTheNotationOfTheProjectAndKeysDoNot) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "notation": "two-level", "groups": {
+    "0/10": {"dpt": "1.001", "kind": "actuator", "state": "0/11", "state-name": "Lamp status"}}})");
+  const auto joins = host.all<model::Join>();
+  ASSERT_THAT(joins, SizeIs(1));
+  EXPECT_EQ(joins[0].first, "0/0/10") << "of which the key is made";
+  EXPECT_EQ(joins[0].second.model, "KNX 0/10, state 0/11 (Lamp status), DPT 1.001");
+  server.inject(0x1105, group("1/519"), 0x80, {0x0c, 0x33});
+  server.inject(0x1105, group("0/11"), 0x80, {0x0c, 0x33});
+  host.time.run_for(2s);
+  EXPECT_THAT(last_state().texts.at("unassigned"), HasSubstr("\"1/519\""));
+  EXPECT_THAT(last_state().texts.at("problems"), HasSubstr("\"0/11\""));
 }
 
 TEST_F(KnxPoints, AReloadAsksOnlyForWhatIsNew) {

@@ -103,6 +103,7 @@ TEST_F(SecureKnx, MonitorsSeeTelegramsOfSecuredGroupsDecrypted) {
     if (!opaque || opaque->type != kTelegramTag) continue;
     const auto telegram = nlohmann::json::parse(opaque->bytes);
     seen.push_back(telegram.value("address", "") + " " + telegram.value("value", ""));
+    EXPECT_EQ(telegram["secured"], true);
   }
   EXPECT_THAT(seen, ElementsAre("1/2/7 21.5", "2/0/1 22.5"));
 }

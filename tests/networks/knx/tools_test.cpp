@@ -25,6 +25,12 @@ class KnxExposed : public KnxBench {
     host.followed[tuple](value);
     host.time.run_for(1s);
   }
+  /// The entry of this kind in the list of problems; null if there is none.
+  json problem(std::string_view what, std::string_view address = {}) const {
+    for (const auto& one : json::parse(last_state().texts.at("problems")))
+      if (one["what"] == what && (address.empty() || one["address"] == address)) return one;
+    return {};
+  }
   static constexpr const char* kWarm = "proxy.wsn-1.7.sensor.temperature-1.value";
   static constexpr const char* kLight = "proxy.wsn-1.7.sensor.light-1.value";
   const Bytes write_21_5{0x00, 0x80, 0x0c, 0x33};
@@ -177,6 +183,46 @@ TEST_F(KnxExposed, ValuesThatCannotBeEncodedAreReportedAndNotWritten) {
   EXPECT_TRUE(host.words.contains("6/0/1"));
 }
 
+TEST_F(KnxExposed, EveryRefusedValueIsCountedAndListedWithItsReason) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/4": {"tuple": "house.percent", "dpt": "5.001"}}})");
+  set_tuple("house.percent", "250");
+  set_tuple("house.percent", "251");
+  EXPECT_EQ(last_state().counters.at("refused-exposures"), 2U);
+  const auto entry = problem("exposure");
+  EXPECT_EQ(entry["address"], "6/0/4");
+  EXPECT_EQ(entry["count"], 2);
+  EXPECT_THAT(entry["reason"].get<std::string>(), testing::AllOf(HasSubstr("house.percent"), HasSubstr("100")));
+  host.time.run_for(2min);
+  EXPECT_TRUE(problem("source").is_null()) << "it has a source";
+}
+
+TEST_F(KnxExposed, WhatHasNoSourceIsNamedAfterAMinuteAndUntilItHasOne) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001"},
+    "6/0/2": {"tuple": "nothing.there", "dpt": "5.001", "every": "5s"},
+    "6/0/3": {"tuple": "proxy.wsn-1.7.sensor.button-1.value", "dpt": "1.001"}}})");
+  host.followed["proxy.wsn-1.7.sensor.button-1.status"](R"({"quality":"good"})");
+  host.time.run_for(50s);
+  EXPECT_EQ(last_state().counters.at("exposed-without-value"), 0U);
+  host.followed["proxy.wsn-1.7.sensor.temperature-1.status"](R"({"quality":"bad","reason":"too warm"})");
+  host.time.run_for(20s);
+  EXPECT_EQ(last_state().counters.at("exposed-without-value"), 2U) << "a button is an event";
+  EXPECT_EQ(problem("source", "6/0/2")["reason"], "nothing.there: nobody has published this tuple");
+  EXPECT_EQ(problem("source", "6/0/1")["reason"],
+            "proxy.wsn-1.7.sensor.temperature-1.value: its value is bad: too warm");
+  EXPECT_TRUE(host.words.contains("6/0/2: nothing.there: nobody has published this tuple"));
+  set_tuple("nothing.there", "12");
+  EXPECT_EQ(last_state().counters.at("exposed-without-value"), 1U);
+  EXPECT_TRUE(problem("source", "6/0/2").is_null());
+  set_tuple("nothing.there", "");
+  host.time.run_for(2min);
+  EXPECT_EQ(problem("source", "6/0/2")["reason"], "nothing.there: the tuple is gone");
+  ASSERT_TRUE(change(R"({"host": "10.0.0.9", "telegrams-per-second": 0})"));
+  host.time.run_for(2s);
+  EXPECT_EQ(last_state().texts.at("problems"), "[]") << "it is exposed no more";
+}
+
 /// A tool's view: requests in, JSON out.
 class KnxTools : public KnxBench {
  protected:
@@ -209,7 +255,9 @@ TEST_F(KnxTools, ReadAnswersWithWhatTheBusSays) {
   EXPECT_EQ(answers[0]["id"], "1");
   EXPECT_EQ(answers[0]["ok"], true);
   EXPECT_EQ(answers[0]["value"], "21.5");
+  EXPECT_EQ(answers[0]["number"], 21.5);
   EXPECT_EQ(answers[0]["dpt"], "9.001");
+  EXPECT_EQ(answers[0]["secured"], false);
   EXPECT_EQ(answers[0]["source"], "1.1.250");
 }
 
@@ -219,6 +267,23 @@ TEST_F(KnxTools, ValuesAreShownAsPeopleWriteThem) {
   EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}}).at(0)["value"], "50");
   server.answers[group("1/0/3")] = {{0x41, 0xc2, 0x66, 0x66}, false};
   EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}, {"dpt", "14.068"}}).at(0)["value"], "24.3");
+}
+
+TEST_F(KnxTools, WordsAreNoNumbers) {
+  server.answers[group("1/0/1")] = {{1}, true};
+  start();
+  const auto answer = ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/1"}}).at(0);
+  EXPECT_EQ(answer["value"], "on");
+  EXPECT_FALSE(answer.contains("number"));
+}
+
+TEST_F(KnxTools, TheNameAndNotationOfAStateAddressAreItsOwn) {
+  server.answers[group("1/0/2")] = {{1}, true};
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "notation": "free", "groups": {
+    "1/0/1": {"dpt": "1.001", "name": "Lamp", "state": "1/0/2", "state-name": "Lamp status"}}})");
+  const auto answer = ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/2"}}).at(0);
+  EXPECT_EQ(answer["name"], "Lamp status");
+  EXPECT_EQ(answer["address"], "2050");
 }
 
 TEST_F(KnxTools, AnUnansweredReadIsReportedOnce) {

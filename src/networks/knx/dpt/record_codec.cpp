@@ -156,6 +156,7 @@ class RecordWriter {
 
   Result<wire::Payload> write() {
     if (auto known = check_names(); !known) return fail(known.error());
+    if (json_.empty()) return fail(ErrorCode::kInvalid, name_of(type_) + ": expected at least one of its fields");
     for (const auto& field : type_.record->fields) {
       if (auto done = write_field(field); !done) return fail(done.error());
     }
@@ -179,16 +180,20 @@ class RecordWriter {
     return {};
   }
 
-  /// Fields with a validity bit may be missing: their bits, and missing flags, are then 0.
+  /// Fields with a validity bit may be missing: their bits, and missing flags, are then 0. So may fields that have a
+  /// number for "not used".
   bool may_miss(const Field& field) const {
-    return field.validity >= 0 || (field.kind == FieldKind::kFlag && !type_.record->validities.empty());
+    return field.validity >= 0 || field.kind == FieldKind::kFloat16 ||
+           (field.kind == FieldKind::kFlag && !type_.record->validities.empty());
   }
 
   Result<void> write_field(const Field& field) {
     const auto found = json_.find(std::string(field.name));
     if (found == json_.end()) {
-      if (may_miss(field)) return {};
-      return wrong_field(type_, field, "a value, but it is missing");
+      if (!may_miss(field)) return wrong_field(type_, field, "a value, but it is missing");
+      if (field.kind == FieldKind::kFloat16)
+        put_bits(bytes_, first_bit(type_) + field.offset, field.bits, kInvalidFloat16);
+      return {};
     }
     const auto raw = field_raw(type_, field, *found);
     if (!raw) return fail(raw.error());

@@ -10,6 +10,10 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
+constexpr std::string_view kUtf32 = "text in UTF-32";
+/// Bytes that show the form of a text.
+constexpr std::size_t kExamined = 1024;
+
 bool is_ascii(std::string_view bytes) {
   for (const char c : bytes) {
     if ((static_cast<std::uint8_t>(c) & 0x80) != 0) return false;
@@ -29,6 +33,57 @@ Encoding encoding_of(std::string_view bytes) {
     bytes.remove_prefix(end + 1);
   }
   return Encoding::kWindows1252;
+}
+
+std::optional<Wide> utf16_of(std::string_view bytes) {
+  if (name_of_foreign(bytes.substr(0, 4)) == kUtf32) return {};
+  if (bytes.starts_with("\xff\xfe")) return Wide::kLittle;
+  if (bytes.starts_with("\xfe\xff")) return Wide::kBig;
+  // An export is mostly ASCII, whose characters have a zero byte; no other encoding of text has any.
+  const auto first = bytes.substr(0, std::min(bytes.size(), kExamined) & ~std::size_t{1});
+  std::array<std::size_t, 2> zeros{};
+  for (std::size_t i = 0; i < first.size(); ++i) zeros[i % 2] += first[i] == '\0' ? 1U : 0U;
+  if (zeros[0] == 0 && zeros[1] * 4 > first.size()) return Wide::kLittle;
+  if (zeros[1] == 0 && zeros[0] * 4 > first.size()) return Wide::kBig;
+  return {};
+}
+
+Result<std::string> from_utf16(std::string_view bytes, Wide form) {
+  if (bytes.size() % 2 != 0) return fail(ErrorCode::kInvalid, "UTF-16 with an odd number of bytes: the file is cut");
+  const auto unit = [&](std::size_t at) {
+    const auto one = static_cast<std::uint8_t>(bytes[at]), two = static_cast<std::uint8_t>(bytes[at + 1]);
+    return static_cast<char32_t>(form == Wide::kBig ? one << 8 | two : two << 8 | one);
+  };
+  std::string out;
+  out.reserve(bytes.size() * 5 / 8);
+  for (std::size_t at = 0; at < bytes.size(); at += 2) {
+    auto character = unit(at);
+    if (character == 0xfeff && at == 0) continue;
+    const bool high = character >= 0xd800 && character < 0xdc00 && at + 3 < bytes.size();
+    if (const auto low = high ? unit(at + 2) : char32_t{0}; low >= 0xdc00 && low < 0xe000) {
+      character = 0x10000 + ((character - 0xd800) << 10) + (low - 0xdc00);
+      at += 2;
+    }
+    base::append_utf8(character, out);
+  }
+  return out;
+}
+
+std::string_view name_of_foreign(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  struct Head {
+    std::string_view bytes, name;
+  };
+  static constexpr std::array kHeads{Head{"\xff\xfe\0\0"sv, kUtf32},
+                                     Head{"\0\0\xfe\xff"sv, kUtf32},
+                                     Head{"PK\x03\x04"sv, "an archive (.knxproj of a project, .xlsx of Excel)"},
+                                     Head{"\xd0\xcf\x11\xe0"sv, "a workbook of Excel (.xls)"},
+                                     Head{"%PDF"sv, "a PDF document"},
+                                     Head{"{\\rtf"sv, "a document in rich text format"}};
+  const auto head =
+      std::find_if(kHeads.begin(), kHeads.end(), [&](const Head& one) { return bytes.starts_with(one.bytes); });
+  if (head != kHeads.end()) return head->name;
+  return {};
 }
 
 std::uint16_t windows_1252(std::uint8_t byte) {

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx::groups {
 
@@ -12,6 +15,19 @@ enum class Encoding : std::uint8_t { kUtf8, kWindows1252, kMixed };
 /// UTF-8 if all lines are; else mixed if a line has UTF-8 characters beyond ASCII or there is a byte order mark; else
 /// Windows-1252.
 Encoding encoding_of(std::string_view bytes);
+
+/// How text in units of 16 bits is stored.
+enum class Wide : std::uint8_t { kLittle, kBig };
+
+/// By the byte order mark of UTF-16, else by the zero bytes that letters of ASCII have in it; nullopt: it is not
+/// UTF-16.
+std::optional<Wide> utf16_of(std::string_view bytes);
+/// UTF-16, without its byte order mark. Halves of a pair that stand alone become U+FFFD. kInvalid: the last character
+/// is cut.
+Result<std::string> from_utf16(std::string_view bytes, Wide form);
+
+/// What a file of bytes that is no text seems to be, for an error: `UTF-32`, `a workbook of Excel`; empty = text.
+std::string_view name_of_foreign(std::string_view bytes);
 
 /// The code point of a byte of Windows-1252; the five unassigned bytes map to themselves (WHATWG Encoding).
 std::uint16_t windows_1252(std::uint8_t byte);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "networks/knx/groups/encoding.h"
@@ -26,6 +28,13 @@ bool is_esf(std::string_view text) {
   return false;
 }
 
+constexpr std::string_view kExpected =
+    "expected group addresses exported from ETS as CSV, XML or ESF, in UTF-8, UTF-16 or Windows-1252";
+
+GroupList read_lines(std::string_view text) {
+  return is_esf(text) ? read_esf(text) : read_csv(text);
+}
+
 GroupList refused(std::string why) {
   GroupList list;
   list.report.refuse(0, std::move(why));
@@ -36,16 +45,21 @@ GroupList refused(std::string why) {
 
 GroupList read_group_list(std::string_view text) {
   if (text.size() > kMaxListBytes) return refused("larger than 64 MiB: file refused");
+  if (const auto name = name_of_foreign(text); !name.empty()) return refused(fmt::format("{}, {}", name, kExpected));
   auto content = text;
   if (content.starts_with(kUtf8Mark)) content.remove_prefix(kUtf8Mark.size());
   content.remove_prefix(std::min(content.find_first_not_of(" \t\r\n"), content.size()));
   if (content.empty()) return refused("empty, expected an ETS export of group addresses");
-  if (content.starts_with("PK\x03\x04"))
-    return refused("an archive, expected group addresses exported from ETS as CSV, XML or ESF");
-  const bool utf16 = content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff");
-  if (content.starts_with('<') || (utf16 && content.substr(0, 8).find('<') != content.npos)) return read_xml(text);
-  if (utf16) return refused("UTF-16, expected UTF-8 or Windows-1252");
-  return is_esf(content) ? read_esf(text) : read_csv(text);
+  const auto wide = utf16_of(text);
+  // A parser of XML follows the declaration in the document.
+  if (content.starts_with('<') || (wide && content.substr(0, 8).find('<') != content.npos)) return read_xml(text);
+  if (wide) {
+    const auto converted = from_utf16(text, *wide);
+    return converted ? read_lines(*converted) : refused(converted.error().text);
+  }
+  if (const auto zero = text.find('\0'); zero != text.npos)
+    return refused(fmt::format("byte {} is zero, so this is no text, {}", zero + 1, kExpected));
+  return read_lines(text);
 }
 
 }  // namespace rubicon::networks::knx::groups

@@ -26,6 +26,19 @@ std::string_view example(wire::Notation notation) {
   return "three levels (1/2/7)";
 }
 
+/// `01.02.2003`, `2003-02-01`, `1-Feb`: what a spreadsheet makes of 1/2/2003 or 1/2.
+bool is_date(std::string_view text) {
+  const auto is_mark = [](char c) { return c == '.' || c == '-' || c == '/'; };
+  const auto marks = std::count_if(text.begin(), text.end(), is_mark);
+  const auto begin = text.substr(0, std::min(text.find_first_of(".-/"), text.size()));
+  const bool number = !begin.empty() && begin.find_first_not_of("0123456789") == begin.npos;
+  return number && (marks == 2 || (marks == 1 && text.find_first_not_of("0123456789.-/") != text.npos));
+}
+
+constexpr std::string_view kDateHint =
+    "; it looks like a date, which a spreadsheet makes of some addresses: export the list from ETS again, and let no "
+    "spreadsheet save it";
+
 std::size_t slashes_of(wire::Notation notation) {
   return notation == wire::Notation::kThreeLevel ? 2 : notation == wire::Notation::kTwoLevel ? 1 : 0;
 }
@@ -75,7 +88,8 @@ std::optional<wire::GroupAddress> GroupListBuilder::address(std::size_t line, st
   if (address.error().code == ErrorCode::kOutOfRange) ++report.out_of_range;
   const auto why = address.error().code == ErrorCode::kOutOfRange
                        ? address.error().text
-                       : fmt::format("{} is not a group address, expected {}", model::quoted(text), example(notation_));
+                       : fmt::format("{} is not a group address, expected {}{}", model::quoted(text),
+                                     example(notation_), is_date(text) ? kDateHint : "");
   report.error(line, {}, why);
   return {};
 }

@@ -6,6 +6,7 @@
 
 #include "model/point.h"
 #include "networks/knx/dpt/dpt.h"
+#include "networks/knx/groups/scenes.h"
 #include "networks/knx/wire/address.h"
 #include "rubicon/time.hpp"
 
@@ -31,9 +32,11 @@ struct GroupPoint {
   std::string device_name{};          ///< for display
   std::string instance = "1";         ///< follows the type in keys: `switch-1`, `switch-ceiling`
   std::string name{}, description{};  ///< for display
+  std::string state_name{};           ///< of its state address, for display
   std::string main_group{}, middle_group{};
   std::string room{};  ///< `First floor / Kitchen`
   ReadRule read{};
+  std::optional<SceneNames> scenes{};  ///< of 17.001 and 18.001: values are names and numbers from 1
 
   friend bool operator==(const GroupPoint&, const GroupPoint&) = default;
 };

@@ -213,16 +213,28 @@ GroupPoint point_of(const GroupEntry& entry, Kind kind) {
   return point;
 }
 
+/// Why a point cannot take its value from another address; empty if it can.
+std::string_view why_not_heard(const GroupPoint& point, const GroupEntry& other) {
+  if (!point.dpt || !other.dpt) return "the type of one of both is not known";
+  return other.dpt->main == point.dpt->main ? std::string_view() : "it has another main type";
+}
+
 /// The listening addresses of an ESF that have the same main type.
-void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>& points) {
+void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>& points, Report& report) {
   std::map<wire::GroupAddress, const GroupEntry*> by_address;
   for (const auto& entry : entries) by_address.emplace(entry.address, &entry);
   for (auto& point : points) {
-    for (const auto address : by_address.at(point.address)->listen) {
+    const auto& entry = *by_address.at(point.address);
+    for (const auto address : entry.listen) {
+      if (address == point.address || address == point.state) continue;
       const auto other = by_address.find(address);
-      const bool fits =
-          other != by_address.end() && point.dpt && other->second->dpt && other->second->dpt->main == point.dpt->main;
-      if (fits && address != point.address && address != point.state) point.listen.push_back(address);
+      const auto why = other == by_address.end() ? "it is not in the file" : why_not_heard(point, *other->second);
+      if (why.empty()) {
+        point.listen.push_back(address);
+      } else {
+        report.warning(entry.line, point.address,
+                       fmt::format("listening address {} left out: {}", to_string(address, report.notation), why));
+      }
     }
   }
 }
@@ -238,9 +250,11 @@ std::vector<GroupPoint> infer_points(const std::vector<GroupEntry>& entries, boo
   for (const auto& named : guesser.all()) {
     if (named.is_state) continue;
     points.push_back(point_of(*named.entry, by_name ? guesser.kind(named) : guesser.kind_of_facts(named)));
-    if (named.state) points.back().state = named.state->entry->address;
+    if (!named.state) continue;
+    points.back().state = named.state->entry->address;
+    points.back().state_name = named.state->entry->name;
   }
-  take_listen(entries, points);
+  take_listen(entries, points, report);
   std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
   return points;
 }

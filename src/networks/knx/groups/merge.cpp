@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "networks/knx/groups/group_file.h"
 
@@ -64,6 +65,7 @@ class Merge {
     update_room(point, imported);
     point.main_group = imported.main_group;
     point.middle_group = imported.middle_group;
+    if (imported.state && imported.state == point.state) point.state_name = imported.state_name;
     if (point.name != before.name) {
       ++report_.renamed;
       report_.note(0, point.address, fmt::format("'{}' is now '{}': its id is kept", before.name, point.name));
@@ -102,6 +104,7 @@ class Merge {
     }
     if (point.kind == Kind::kActuator && !point.state) {
       point.state = state;
+      point.state_name = imported.state_name;
       states_.insert(state);
       report_.note(0, point.address, fmt::format("new state address: {}", to_string(state, report_.notation)));
       return;
@@ -109,6 +112,7 @@ class Merge {
     auto sensor = imported;
     sensor.address = state;
     sensor.state.reset();
+    sensor.name = sensor.state_name.empty() ? sensor.name : std::exchange(sensor.state_name, {});
     sensor.listen.clear();
     sensor.kind = Kind::kSensor;
     add(sensor);
@@ -130,6 +134,7 @@ class Merge {
                    fmt::format("not paired with {}: the group file uses it elsewhere",
                                to_string(*point.state, report_.notation)));
       point.state.reset();
+      point.state_name.clear();
     }
     if (point.state) states_.insert(*point.state);
     owner_.try_emplace(point.address, points_.size());

@@ -4,6 +4,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/text.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/kind_of_type.h"
 #include "rubicon/key.hpp"
@@ -74,6 +75,8 @@ class PointReader {
       point.dpt = type(node->place, reader.path() + ".dpt", reader.text("dpt", ""));
     }
     if (reader.has("state")) point.state = address(reader, "state", reader.required_text("state"));
+    point.state_name = reader.text("state-name", "");
+    if (!point.state && reader.has("state-name")) reader.error("state-name", "is given without 'state'");
     const auto by_type = point.state ? Kind::kActuator : kind_of_type(point.dpt);
     const auto kind = reader.choice("kind", to_string(by_type), {"sensor", "actuator"});
     point.kind = kind == "actuator" ? Kind::kActuator : Kind::kSensor;
@@ -95,6 +98,27 @@ class PointReader {
     const auto rule = parse_read_rule(reader.text("read", "demand"));
     if (!rule) reader.error("read", "expected demand, init, never, expire 60min or every 5min");
     point.read = rule.value_or(ReadRule{});
+    if (reader.has("scenes")) point.scenes = read_scenes(reader, point.dpt);
+  }
+
+  /// `{1: evening, 2: cinema}`; none are named by `{}`.
+  static SceneNames read_scenes(ConfigReader& reader, const std::optional<dpt::DptId>& type) {
+    SceneNames names;
+    std::set<std::string> words;
+    if (!type || !has_scenes(*type)) reader.error("scenes", "is only for the types 17.001 and 18.001");
+    auto map = reader.map("scenes");
+    for (const auto& key : map.keys()) {
+      const auto name = map.text(key, "");
+      const auto number = base::parse_number<std::uint8_t>(key);
+      if (!number || *number < 1 || *number > kMostScenes)
+        map.error(key, "is no number of a scene, expected 1 to 64, as ETS shows it");
+      if (const auto fault = scene_name_fault(name); !fault.empty())
+        map.error(key, fmt::format("is {}: {}", model::quoted(name), fault));
+      if (!words.insert(model::plain_word(name)).second)
+        map.error(key, fmt::format("{} is the name of another scene too", model::quoted(name)));
+      if (number) names.emplace(*number, name);
+    }
+    return names;
   }
 
   static std::string key_part(ConfigReader& reader, const std::string& key, std::string_view otherwise) {
@@ -137,7 +161,10 @@ class Claims {
 
   static Key key_of(const GroupPoint& point) {
     const auto* type = point.dpt ? dpt::find_dpt(*point.dpt) : nullptr;
-    const auto id = !type ? TypeId{} : point.kind == Kind::kActuator ? type->actuator : type->sensor;
+    const auto id = !type                           ? TypeId{}
+                    : point.scenes                  ? kNamedScene
+                    : point.kind == Kind::kActuator ? type->actuator
+                                                    : type->sensor;
     return {point.device.empty() ? wire::to_key_part(point.address) : point.device, point.kind, id, point.instance};
   }
 
@@ -171,6 +198,14 @@ void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out) {
       out.push_back(std::move(*point));
     }
   }
+}
+
+std::optional<wire::Notation> read_notation(ConfigReader& reader) {
+  if (!reader.has("notation")) return {};
+  const auto word = reader.choice("notation", "three-level", {"three-level", "two-level", "free"});
+  return word == "two-level" ? wire::Notation::kTwoLevel
+         : word == "free"    ? wire::Notation::kFree
+                             : wire::Notation::kThreeLevel;
 }
 
 std::vector<std::string> conflicts(const std::vector<GroupPoint>& points) {

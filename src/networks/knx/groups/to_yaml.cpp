@@ -111,39 +111,49 @@ class GroupNames {
   std::map<Key, std::string> names_;
 };
 
-std::string list_text(const std::vector<wire::GroupAddress>& addresses) {
+std::string list_text(const std::vector<wire::GroupAddress>& addresses, wire::Notation notation) {
   std::string out;
-  for (const auto address : addresses) out += fmt::format("{}{}", out.empty() ? "" : ", ", to_string(address));
+  for (const auto address : addresses)
+    out += fmt::format("{}{}", out.empty() ? "" : ", ", to_string(address, notation));
   return "[" + out + "]";
 }
 
-std::string line_of(const GroupPoint& point, const GroupNames& names) {
+std::string scenes_text(const SceneNames& names) {
+  std::string out;
+  for (const auto& [number, name] : names)
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", number, scalar(name));
+  return "{" + out + "}";
+}
+
+std::string line_of(const GroupPoint& point, const GroupNames& names, wire::Notation notation) {
   std::string out;
   const auto put = [&](std::string_view key, const std::string& value) {
     out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", key, value);
   };
   if (point.dpt) put("dpt", to_string(*point.dpt));
   put("kind", std::string(to_string(point.kind)));
-  if (point.state) put("state", to_string(*point.state));
-  if (!point.listen.empty()) put("listen", list_text(point.listen));
+  if (point.state) put("state", to_string(*point.state, notation));
+  if (!point.state_name.empty()) put("state-name", scalar(point.state_name));
+  if (!point.listen.empty()) put("listen", list_text(point.listen, notation));
   if (!point.device.empty()) put("device", scalar(point.device));
   if (!point.device_name.empty()) put("device-name", scalar(point.device_name));
   if (point.instance != "1") put("instance", scalar(point.instance));
   if (point.read != ReadRule{}) put("read", to_string(point.read));
+  if (point.scenes) put("scenes", scenes_text(*point.scenes));
   if (!point.name.empty()) put("name", scalar(point.name));
   if (!point.description.empty()) put("description", scalar(point.description));
   if (!point.room.empty()) put("room", scalar(point.room));
   if (point.main_group != names.main(point)) put("main", scalar(point.main_group));
   if (point.middle_group != names.middle(point)) put("middle", scalar(point.middle_group));
-  return fmt::format("  {}: {{{}}}\n", to_string(point.address), out);
+  return fmt::format("  {}: {{{}}}\n", to_string(point.address, notation), out);
 }
 
 /// `secured-groups: [1/2/7, 1/2/8]`, some addresses a line.
-std::string secured_text(const std::vector<wire::GroupAddress>& secured) {
+std::string secured_text(const std::vector<wire::GroupAddress>& secured, wire::Notation notation) {
   constexpr std::size_t kInLine = 10;
   std::string out;
   for (std::size_t i = 0; i < secured.size(); ++i)
-    out += fmt::format("{}{}", i == 0 ? "" : i % kInLine == 0 ? ",\n  " : ", ", to_string(secured[i]));
+    out += fmt::format("{}{}", i == 0 ? "" : i % kInLine == 0 ? ",\n  " : ", ", to_string(secured[i], notation));
   return out.empty() ? out : fmt::format("secured-groups: [{}]\n", out);
 }
 
@@ -173,7 +183,7 @@ std::string to_string(const ReadRule& rule) {
 }
 
 std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source,
-                    const std::vector<wire::GroupAddress>& secured) {
+                    const std::vector<wire::GroupAddress>& secured, wire::Notation notation) {
   std::vector<const GroupPoint*> sorted;
   sorted.reserve(points.size());
   for (const auto& point : points) sorted.push_back(&point);
@@ -183,10 +193,12 @@ std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& so
       "# {} KNX points from {}. Ids, kinds, types and state addresses of this file are kept:\n"
       "# `rubicon knx import FILE --merge THIS` only adds and renames.\n",
       points.size(), comment(source));
+  if (notation != wire::Notation::kThreeLevel)
+    out += fmt::format("notation: {}\n", notation == wire::Notation::kTwoLevel ? "two-level" : "free");
   out += names.text();
-  out += secured_text(secured);
+  out += secured_text(secured, notation);
   out += points.empty() ? "groups: {}\n" : "groups:\n";
-  for (const auto* point : sorted) out += line_of(*point, names);
+  for (const auto* point : sorted) out += line_of(*point, names, notation);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "networks/knx/secure/line_keys.h"
+#include "networks/knx/wire/cemi.h"
 #include "networks/knx/wire/telegram.h"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
@@ -31,6 +32,7 @@ struct LineState {
   bool tunnel_in_use = false;     ///< waits because the interface has no free tunnel for it
   bool user_refused = false;  ///< waits because the interface refuses the password of the user, or has no tunnel for it
   bool bus = true;            ///< false: link up, bus down or silent (status 27, three times no L_Data.con)
+  std::string gateway{};      ///< which of several gateways is used, for the user; empty = there is only one
 };
 
 /// Called in turns of the loop, never from inside a call to the line. Each call is the last action of the line in its
@@ -40,6 +42,8 @@ struct LineCallbacks {
   /// The line is lost and closed; open() may be called again. Telegrams that wait stay in the line.
   std::function<void(Error)> failed;
   std::function<void(const wire::Telegram&)> received;
+  /// Whether a frame of the bus was received before, by another tunnel: it is then dropped.
+  std::function<bool(const wire::DataFrame&)> is_known{};
   /// Every cEMI frame in either direction, as transmitted: for monitor and capture.
   std::function<void(ByteView cemi, bool outgoing)> frame;
   /// The outcome of a telegram is known: counters changed.

@@ -120,6 +120,22 @@ void Outbox::line_lost() {
   repeat_expiry_.set_at(in_flight_->expires);
 }
 
+void Outbox::hand_over(Outbox& to) {
+  if (repeats_) {
+    // The new line sends it first; it may be repeated no more.
+    const auto queue = rank(in_flight_->telegram.priority);
+    to.queues_.push_front(queue, std::move(*in_flight_));
+    ++to.waiting_;
+    in_flight_.reset();
+    repeats_ = false;
+    repeat_expiry_.clear();
+  }
+  for (std::size_t queue = 0; queue < 2 * kRanks; ++queue) {
+    for (; !queues_.empty(queue); --waiting_, ++to.waiting_) to.queues_.push_back(queue, queues_.pop_front(queue));
+  }
+  to.ready_later_.request();
+}
+
 void Outbox::repeat_expired() {
   if (repeats_) lose_in_flight();
 }

@@ -44,6 +44,9 @@ class Outbox {
   /// then its outcome is kLost.
   void line_lost();
 
+  /// Gives all telegrams that wait to another outbox, and the one that a lost line left.
+  void hand_over(Outbox& to);
+
   bool in_flight() const { return in_flight_.has_value() && !repeats_; }
   /// Telegrams in the queue, without the one in flight.
   std::size_t waiting() const { return waiting_; }

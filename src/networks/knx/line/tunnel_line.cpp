@@ -113,7 +113,7 @@ void TunnelLine::make_session() {
   settings.repeats = !over_tcp();
   settings.own = sockets_.own();
   settings.tries_route_back = tries_route_back();
-  settings.uses_other_password = uses_other_password_;
+  settings.password_form = password_form_;
   session_ = std::make_unique<secure::Session>(scheduler_, *options_.secure, std::move(settings), session_counters_,
                                                std::move(calls));
 }
@@ -146,7 +146,8 @@ TunnelSockets::Callbacks TunnelLine::socket_callbacks() {
   calls.received = [this](ByteView frame) { received(frame); };
   calls.stranger = [this] { stranger(); };
   calls.undelivered = [this] {
-    ++counters_.undelivered;
+    // Without a tunnel nothing is lost: the attempts to connect are counted.
+    if (state_.phase == Phase::kUp) ++counters_.undelivered;
     if (tunnel_) return tunnel_->undelivered();
     if (session_) session_ended({secure::Session::Cause::kNoAnswer, 0, "no program listens on that port"});
   };
@@ -186,11 +187,11 @@ void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
 // Callbacks of the session.
 
 void TunnelLine::session_up() {
-  tried_other_password_ = false;
+  refused_forms_ = 0;
   const auto watch = lifetime_.watch();
-  if (uses_other_password_)
+  if (password_form_ != 0)
     note("secure-sessions",
-         "the interface takes the password with `?` for each letter beyond ASCII: choose a password without such "
+         "the interface takes the password with `?` for letters beyond ASCII: choose a password without such "
          "letters");
   if (watch.ended()) return;
   if (!session_->verified())
@@ -264,6 +265,7 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     ++counters_.lte;
     return;
   }
+  if (callbacks_.is_known && callbacks_.is_known(*frame)) return;
   const auto telegram = decode(options_.guard, *frame, state_.own);
   if (!telegram) return dropped(telegram.error());
   ++counters_.received;
@@ -393,12 +395,13 @@ bool TunnelLine::retries_session(Duration lived) {
   return false;
 }
 
-/// A password with letters beyond ASCII has two forms; the other one is tried once and at once.
+/// A password with letters beyond ASCII has several forms; the others are tried once and at once.
 void TunnelLine::retry_password(std::string why) {
-  const bool tries = options_.secure->user_key.other && !tried_other_password_;
-  uses_other_password_ = options_.secure->user_key.other && !uses_other_password_;
-  tried_other_password_ = tries;
-  if (tries) return retry_after(Phase::kConnecting, {}, "the password has a second form, which is tried now");
+  const auto forms = options_.secure->user_key.forms();
+  password_form_ = (password_form_ + 1) % forms;
+  if (++refused_forms_ < forms)
+    return retry_after(Phase::kConnecting, {}, "the password has another form, which is tried now");
+  refused_forms_ = 0;
   state_.user_refused = true;
   retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
 }
@@ -419,7 +422,22 @@ void TunnelLine::use(secure::SessionKeys keys, wire::IndividualAddress tunnel) {
   if (!(state_.tunnel_in_use || state_.user_refused) || !reopen()) return;
   options_.secure = std::move(keys);
   options_.wanted = tunnel;
-  uses_other_password_ = tried_other_password_ = false;
+  password_form_ = refused_forms_ = 0;
+}
+
+void TunnelLine::use_gateway(std::string host, std::optional<secure::SessionKeys> keys,
+                             std::optional<wire::IndividualAddress> tunnel) {
+  const bool other = host != options_.host;
+  options_.host = std::move(host);
+  options_.secure = std::move(keys);
+  options_.wanted = tunnel;
+  if (other) route_back_ = options_.nat == TunnelOptions::Nat::kOn;
+  password_form_ = refused_forms_ = 0;
+}
+
+void TunnelLine::hand_over(TunnelLine& to) {
+  retires_ = true;
+  outbox_.hand_over(to.outbox_);
 }
 
 void TunnelLine::retry() {
@@ -437,10 +455,11 @@ void TunnelLine::send(wire::Telegram telegram, SteadyTime expires, SendCallback 
 
 void TunnelLine::pump() {
   const auto watch = lifetime_.watch();
-  while (tunnel_ && tunnel_->idle()) {
+  while (tunnel_ && tunnel_->idle() && !retires_) {
     const auto* telegram = outbox_.take();
     if (telegram == nullptr) return;
-    const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own, max_apdu_);
+    const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own,
+                             options_.max_apdu ? options_.max_apdu : max_apdu_);
     if (!cemi) {
       outbox_.finish(SendOutcome::kRefused, cemi.error().text);
       if (watch.ended()) return;

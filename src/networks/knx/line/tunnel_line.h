@@ -29,7 +29,8 @@ struct TunnelOptions {
   /// Keys of KNX IP Secure: everything goes through a session of their user. Without them everything is plain.
   std::optional<secure::SessionKeys> secure{};
   Outbox::Limits limits{};
-  secure::GroupGuard* guard = nullptr;  ///< of secured groups; must outlive the line
+  std::optional<std::uint16_t> max_apdu{};  ///< longest secured APDU in bytes, whatever the interface says
+  secure::GroupGuard* guard = nullptr;      ///< of secured groups; must outlive the line
 };
 
 /// A tunnel to a KNXnet/IP server, over UDP or TCP: connects the state machine Tunnel to sockets and a send queue, and
@@ -48,6 +49,13 @@ class TunnelLine final : public Line {
   Result<void> open() override;
   bool reopen() override;
   void use(secure::SessionKeys keys, wire::IndividualAddress tunnel) override;
+  /// The next attempt goes to this server.
+  void use_gateway(std::string host, std::optional<secure::SessionKeys> keys,
+                   std::optional<wire::IndividualAddress> tunnel);
+  /// Gives the telegrams that wait to another line, and sends no more; their callbacks are called by that one.
+  void hand_over(TunnelLine& to);
+  /// A telegram is on its way: its outcome is not known yet.
+  bool sending() const { return outbox_.in_flight(); }
   void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;
@@ -117,9 +125,10 @@ class TunnelLine final : public Line {
   std::unique_ptr<secure::Session> session_, retired_session_;
   std::optional<secure::Session::End> session_end_;  ///< why the last session ended before its tunnel
   Tunnel::Path path_ = Tunnel::Path::kControl;       ///< of the frame that the session wraps
-  bool uses_other_password_ = false;                 ///< stays true once it worked
-  bool tried_other_password_ = false;
-  std::optional<std::uint16_t> max_apdu_;  ///< of the interface, in bytes, if it says so
+  std::size_t password_form_ = 0;                    ///< of PasswordKey; stays once it worked
+  std::size_t refused_forms_ = 0;                    ///< in this round of attempts
+  std::optional<std::uint16_t> max_apdu_;            ///< of the interface, in bytes, if it says so
+  bool retires_ = false;                             ///< hand_over() was called
   Timer retry_timer_;
   WallTime next_attempt_{};  ///< when retry_timer_ fires
   HoldOff hold_off_;

@@ -40,7 +40,7 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
                                            {"lte-frames", counters_.lte},
                                            {"other-frames", counters_.other_frames},
                                            {"doubled-address", counters_.duplicate_address},
-                                           {kOtherAddress, counters_.other_address}};
+                                           {"other-tunnel-address", counters_.other_address}};
   if (options_.secure) add_session_counters(all);
   if (options_.guard != nullptr) all.merge(options_.guard->counters());
   return all;

@@ -16,19 +16,21 @@ constexpr std::string_view kProjectSalt = "21.project.ets.knx.org";  // knx.md, 
 constexpr std::size_t kArchiveSecret = 32;
 constexpr char32_t kFirstPrintable = 0x20, kLastPrintable = 0x7e, kLastLatin1 = 0xff;
 
-/// The characters of a password as one byte each, in both forms; bytes behind `size` are unused.
+/// The characters of a password as one byte each, and with `?` for each byte of UTF-8; the rest of each is unused.
 struct Encoded {
-  Secret latin1, replaced;
-  std::size_t size = 0;
+  Secret latin1, replaced, replaced_bytewise;
+  std::size_t size = 0, bytes = 0;
   bool is_latin1 = true, is_ascii = true;
 
   ByteView latin1_bytes() const { return latin1.view().first(size); }
   ByteView replaced_bytes() const { return replaced.view().first(size); }
+  ByteView bytewise_bytes() const { return replaced_bytewise.view().first(bytes); }
 };
 
 Result<Encoded> encode(std::string_view rest) {
-  Encoded out{Secret(rest.size()), Secret(rest.size())};
+  Encoded out{Secret(rest.size()), Secret(rest.size()), Secret(rest.size())};
   while (!rest.empty()) {
+    const auto before = rest.size();
     const auto character = base::take_utf8(rest);
     if (!character) return fail(ErrorCode::kInvalid, "the password is not UTF-8");
     const bool printable = *character >= kFirstPrintable && *character <= kLastPrintable;
@@ -37,6 +39,8 @@ Result<Encoded> encode(std::string_view rest) {
     out.latin1.span()[out.size] = static_cast<std::uint8_t>(*character & 0xffU);
     out.replaced.span()[out.size] = printable ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'};
     ++out.size;
+    for (auto left = before - rest.size(); left > 0; --left, ++out.bytes)
+      out.replaced_bytewise.span()[out.bytes] = printable ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'};
   }
   return out;
 }
@@ -44,14 +48,17 @@ Result<Encoded> encode(std::string_view rest) {
 Result<PasswordKey> keys_of(const Secret& password, std::string_view salt) {
   const auto encoded = encode(password.text());
   if (!encoded) return fail(encoded.error());
-  auto key = key_of_password(encoded->is_latin1 ? encoded->latin1_bytes() : encoded->replaced_bytes(), salt);
-  if (!key) return fail(key.error());
-  PasswordKey keys{std::move(*key), {}};
-  if (encoded->is_ascii || !encoded->is_latin1) return keys;
-  auto other = key_of_password(encoded->replaced_bytes(), salt);
-  if (!other) return fail(other.error());
-  keys.other = std::move(*other);
-  return keys;
+  std::vector<ByteView> forms;
+  if (encoded->is_latin1) forms.push_back(encoded->latin1_bytes());
+  if (!encoded->is_ascii) forms.push_back(encoded->replaced_bytes());
+  if (encoded->bytes != encoded->size) forms.push_back(encoded->bytewise_bytes());
+  std::vector<Key> keys;
+  for (const auto& form : forms) {
+    auto key = key_of_password(form, salt);
+    if (!key) return fail(key.error());
+    keys.push_back(std::move(*key));
+  }
+  return PasswordKey{keys.front(), {keys.begin() + 1, keys.end()}};
 }
 
 /// UTF-16, low byte first. Bytes behind `size` are unused.

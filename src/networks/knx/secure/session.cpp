@@ -71,8 +71,7 @@ void Session::repeat() {
 }
 
 const Key& Session::user_key() const {
-  const auto& key = keys_.user_key;
-  return settings_.uses_other_password && key.other ? *key.other : key.key;
+  return keys_.user_key.form(settings_.password_form);
 }
 
 void Session::send_authenticate() {
@@ -167,9 +166,10 @@ Result<bool> Session::verify(const SessionResponse& response) {
     if (!mac) return fail(mac.error());
     return equal(*mac, response.mac);
   };
-  const auto first = matches(keys_.device_code->key);
-  if (!first || *first || !keys_.device_code->other) return first;
-  return matches(*keys_.device_code->other);
+  auto matched = matches(keys_.device_code->key);
+  for (std::size_t form = 1; matched && !*matched && form < keys_.device_code->forms(); ++form)
+    matched = matches(keys_.device_code->form(form));
+  return matched;
 }
 
 Result<void> Session::agree(const SessionResponse& response) {

@@ -65,7 +65,7 @@ class Session {
     bool repeats = false;
     wire::Hpai own{};  ///< where the server sends its answers
     bool tries_route_back = false;
-    bool uses_other_password = false;  ///< PasswordKey::other of the user, if there is one
+    std::size_t password_form = 0;  ///< of the user: an index for PasswordKey::form()
     Random random = system_random();
   };
 

@@ -195,6 +195,17 @@ TEST(DptText, RecordsNameTheFieldThatIsWrong) {
   EXPECT_EQ(why("255.001", std::string(4000, '[')).substr(0, 8), "255.001 ");
 }
 
+TEST(DptText, ASetpointThatIsNotNamedIsNotUsed) {
+  const auto sent = [](const char* type, const char* text) {
+    const auto payload = encode_text(dpt(type), text);
+    return payload ? base::to_hex(payload->bytes) : payload.error().text;
+  };
+  EXPECT_EQ(sent("275.100", R"({"comfort":21.5})"), "0c337fff7fff7fff");
+  EXPECT_EQ(sent("275.100", R"({"comfort":21.5,"standby":null,"economy":null,"protection":null})"), "0c337fff7fff7fff");
+  EXPECT_EQ(sent("222.101", R"({"economy":-1})"), "7fff7fff879c");
+  EXPECT_EQ(sent("275.100", "{}"), "275.100 four HVAC setpoints: expected at least one of its fields");
+}
+
 TEST(DptText, LabelsHelpPeople) {
   EXPECT_EQ(label(dpt("1.009"), true), "close");
   EXPECT_EQ(label(dpt("17.001"), std::int64_t{5}), "scene 6");

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "networks/knx/groups/csv_records.h"
+#include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/support.h"
 
 namespace rubicon::networks::knx::groups {
@@ -239,6 +240,68 @@ TEST(GroupLists, TextThatIsNoListIsRefused) {
     EXPECT_TRUE(list.entries.empty()) << text;
   }
   EXPECT_TRUE(read_group_list(std::string(kMaxListBytes + 1, 'a')).report.refused);
+}
+
+/// ASCII and Latin-1 as UTF-16.
+std::string wide(std::string_view latin, bool big, bool mark) {
+  std::string out = mark ? (big ? "\xfe\xff" : "\xff\xfe") : "";
+  for (const char c : latin) {
+    if (big) out += '\0';
+    out += c;
+    if (!big) out += '\0';
+  }
+  return out;
+}
+
+TEST(CsvEncodings, Utf16IsReadInBothOrdersWithAndWithoutAMark) {
+  const std::string text =
+      "Group name\tAddress\tDatapointType\r\nLight\t1/-/-\t\r\nK\xfc"
+      "che\t1/0/1\tDPST-1-1\r\n";
+  for (const bool big : {false, true}) {
+    for (const bool mark : {false, true}) {
+      const auto list = read_group_list(wide(text, big, mark));
+      ASSERT_EQ(list.entries.size(), 1U) << big << mark << texts(list.report);
+      EXPECT_EQ(list.entries[0].name,
+                "K\xc3\xbc"
+                "che");
+      EXPECT_EQ(list.entries[0].line, 3U);
+      EXPECT_EQ(to_string(*list.entries[0].dpt), "1.001");
+    }
+  }
+  const auto esf = wide("House\r\nA.B.1/0/1\tLamp\tEIS 1 'Switching' (1 Bit)\tLow\t\r\n", false, true);
+  EXPECT_EQ(read_group_list(esf).report.form, "ESF");
+}
+
+TEST(CsvEncodings, PairsAndHalvesOfPairsInUtf16) {
+  EXPECT_EQ(from_utf16(std::string_view("\x3d\xd8\xa1\xdc", 4), Wide::kLittle).value(), "\xf0\x9f\x92\xa1");
+  EXPECT_EQ(from_utf16(std::string_view("\xd8\x3d\0a", 4), Wide::kBig).value(),
+            "\xef\xbf\xbd"
+            "a");
+  EXPECT_EQ(from_utf16(std::string_view("a\0\x3d\xd8", 4), Wide::kLittle).value(), "a\xef\xbf\xbd");
+}
+
+TEST(CsvEncodings, WhatIsNoTextIsNamed) {
+  using namespace std::string_view_literals;
+  const auto why = [](std::string_view bytes) {
+    const auto list = read_group_list(bytes);
+    EXPECT_TRUE(list.report.refused);
+    return list.report.findings.at(0).text;
+  };
+  EXPECT_EQ(why("\xff\xfe\0\0a\0\0\0"sv).substr(0, 14), "text in UTF-32");
+  EXPECT_EQ(why("\xd0\xcf\x11\xe0more"sv).substr(0, 19), "a workbook of Excel");
+  EXPECT_EQ(why("a;1/2/3\nb\0;1/2/4\n"sv).substr(0, 44), "byte 10 is zero, so this is no text, expecte");
+  EXPECT_EQ(why(wide("a;1/2/3\n", false, true).substr(0, 15)), "UTF-16 with an odd number of bytes: the file is cut");
+}
+
+TEST(CsvList, AnAddressThatASpreadsheetMadeADateSaysSo) {
+  const auto list =
+      read_group_list("Light;1/-/-;\nLamp;1/0/1;\nLamp 2;01.02.2003;\nLamp 3;2003-02-01;\nLamp 4;lamp;\n");
+  EXPECT_EQ(list.entries.size(), 1U);
+  const auto errors = findings(list.report, Finding::Level::kError);
+  ASSERT_EQ(errors.size(), 3U) << texts(list.report);
+  EXPECT_NE(errors[0].text.find("looks like a date"), std::string::npos) << errors[0].text;
+  EXPECT_NE(errors[1].text.find("looks like a date"), std::string::npos);
+  EXPECT_EQ(errors[2].text.find("date"), std::string::npos) << errors[2].text;
 }
 
 }  // namespace

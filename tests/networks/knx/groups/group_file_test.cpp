@@ -385,5 +385,22 @@ TEST(Import, MissingAndRefusedFilesAreReported) {
             "bad.csv:1: no address column in the header or below: file refused, nothing imported");
 }
 
+TEST(GroupFile, AddressesAreWrittenInTheNotationOfTheProject) {
+  GroupPoint point;
+  point.address = ga("0/10");
+  point.kind = Kind::kActuator;
+  point.state = ga("1/519");
+  point.state_name = "Status";
+  point.listen = {ga("0/11")};
+  const auto two = to_yaml({point}, "x", {ga("0/10")}, wire::Notation::kTwoLevel);
+  EXPECT_NE(two.find("notation: two-level\n"), std::string::npos) << two;
+  EXPECT_NE(two.find("secured-groups: [0/10]\n"), std::string::npos) << two;
+  EXPECT_NE(two.find("  0/10: {kind: actuator, state: 1/519, state-name: Status, listen: [0/11]}\n"), std::string::npos)
+      << two;
+  EXPECT_NE(to_yaml({point}, "x", {}, wire::Notation::kFree).find("  10: {kind: actuator, state: 2567,"),
+            std::string::npos);
+  EXPECT_EQ(to_yaml({point}, "x").find("notation"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace rubicon::networks::knx::groups

@@ -260,5 +260,18 @@ TEST(Import, TheFlatHasThreePairs) {
   EXPECT_EQ(imported->report.taken, 34U);
 }
 
+TEST(EsfPoints, AListeningAddressThatIsLeftOutIsNamed) {
+  auto list = read_group_list(
+      "House\r\nA.B.1/0/1\tLamp\tEIS 1 'Switching' (1 Bit)\tLow\t1/0/2 1/0/3 1/0/9\r\n"
+      "A.B.1/0/2\tAll\tEIS 1 'Switching' (1 Bit)\tLow\t\r\nA.B.1/0/3\tDim\tEIS 2 'Dimming' (4 Bit)\tLow\t\r\n");
+  const auto points = infer_points(list.entries, true, list.report);
+  EXPECT_EQ(points.at(0).listen, std::vector<wire::GroupAddress>{ga("1/0/2")});
+  const auto warnings = findings(list.report, Finding::Level::kWarning);
+  ASSERT_EQ(warnings.size(), 2U) << texts(list.report);
+  EXPECT_EQ(warnings[0].text, "listening address 1/0/3 left out: it has another main type");
+  EXPECT_EQ(warnings[1].text, "listening address 1/0/9 left out: it is not in the file");
+  EXPECT_EQ(warnings[1].line, 2U);
+}
+
 }  // namespace
 }  // namespace rubicon::networks::knx::groups

@@ -78,6 +78,18 @@ TEST_P(ShortFrames, RefuseWhatIsTooLongOnceItIsSecured) {
   EXPECT_EQ(count("data-secure-sent"), 1U);
 }
 
+TEST_P(ShortFrames, SendWhatTheConfigurationSaysTheyCarry) {
+  options.max_apdu = 55;
+  make_line();
+  ASSERT_TRUE(line->open());
+  send(1, value(0x0a07));
+  send(2, value(0x0a07, Bytes(60, 0x33)));
+  time.run_for(1s);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
+  EXPECT_EQ(sent(2), SendOutcome::kRefused);
+  EXPECT_THAT(outcomes.at(2).why, HasSubstr("at most 55 bytes"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Vias, ShortFrames, testing::Values(TunnelOptions::Via::kUdp, TunnelOptions::Via::kTcp));
 
 TEST_F(GuardedTunnel, AnInterfaceThatDoesNotSayWhatItCarriesIsUsedAfterHalfASecond) {

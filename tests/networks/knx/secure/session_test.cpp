@@ -112,7 +112,7 @@ TEST_F(SessionTest, AServerWithAnotherDevicePasswordGetsNothingAndIsNamed) {
 }
 
 TEST_F(SessionTest, ADevicePasswordBeyondAsciiMayBeThatOfTheReplacement) {
-  keys.device_code = PasswordKey{key_of("602ca362884fa245e39b26917d3cac34"), keys.device_code->key};
+  keys.device_code = PasswordKey{key_of("602ca362884fa245e39b26917d3cac34"), {keys.device_code->key}};
   connect();
   EXPECT_TRUE(session->verified());
 }
@@ -163,7 +163,7 @@ TEST_F(SessionTest, OverUdpARefusalIsNamedWhenNoBetterResponseComes) {
 
 TEST_F(SessionTest, TheOtherFormOfThePasswordIsUsedWhenAsked) {
   keys.user_key = {key_of("e158e4012047bd6cc41aafbc5c04c1fc"), keys.user_key.key};
-  settings.uses_other_password = true;
+  settings.password_form = 1;
   start();
   session->receive(response());
   EXPECT_EQ(last_sent().substr(44, 12), "c7ccb27b58d9");
