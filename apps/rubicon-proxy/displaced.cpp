@@ -23,7 +23,7 @@ std::string process_of(OwnerId island, const std::string& host,
   return {};
 }
 
-/// `, rubicon-proxy (pid 4711 of anna) on attic`; empty where the summary of the component does not say.
+/// `, pid 4711 of anna on attic`; empty where the summary of the component does not say.
 std::string holder_of(OwnerId id, const std::vector<tuples::dds::ComponentStart>& starts) {
   for (const auto& one : starts) {
     if (one.id != id || !one.present) continue;

@@ -23,7 +23,7 @@ const std::map<std::string, Files> kSlowHeaders{
       "apps/simulators/zigbee/device_model.h", "apps/simulators/zigbee/script.h"}},
     {"CLI/",
      {"apps/program/usage_error.h", "apps/rubicon/cli.h", "apps/rubicon/completion.h", "apps/rubicon/device_options.h",
-      "apps/rubicon/island_points.h", "apps/rubicon/settings.h"}},
+      "apps/rubicon/island_option.h", "apps/rubicon/settings.h", "apps/rubicon/time_option.h"}},
     {"boost/asio/ssl", {"src/web/server/peer_stream.h"}},
     {"boost/beast", {}},
     {"simdjson.h", {"src/networks/zigbee/bridge/json_tree.h"}},

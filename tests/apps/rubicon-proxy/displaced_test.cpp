@@ -20,13 +20,13 @@ TEST(Displaced, NamesTheProcessThatHasTheIdAndTheWaysOut) {
   gone.summary = "{}";
   auto console = holder;
   console.name = kConsole;
-  console.program = "rubicon-proxy (pid 4711 of anna)";
+  console.program = "pid 4711 of anna";
   tuples::dds::ComponentStart beside;
   beside.id = OwnerId(70016 + 6541 % 128);
   beside.present = true;
   beside.summary = model::to_json(console);
   EXPECT_EQ(displaced_text(OwnerId(6541), {gone, other, beside}),
-            "component id 6541 is in use by another process, rubicon-proxy (pid 4711 of anna) on attic: stop that one, "
+            "component id 6541 is in use by another process, pid 4711 of anna on attic: stop that one, "
             "or give this island another id (`island.id`, or --set island.id=6542); exiting");
   console.host = "cellar";
   beside.summary = model::to_json(console);

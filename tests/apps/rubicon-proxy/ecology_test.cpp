@@ -97,10 +97,10 @@ TEST_F(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
   ASSERT_TRUE(ask(first, "get proxy.networks").value("ok", false));
   Process second({kDaemon, "run", island(1), "--shell"});
   EXPECT_EQ(second.exit_code(), 1);
-  EXPECT_THAT(
-      second.errors(),
-      testing::ContainsRegex("component id 1 is in use by another process, rubicon-proxy .pid [0-9]+ of .*: stop that "
-                             "one, or give this island another id .`island.id`, or --set island.id=2.; exiting"));
+  EXPECT_THAT(second.errors(),
+              testing::ContainsRegex(
+                  "component id 1 is in use by another process, pid [0-9]+ of .* on .*: stop that one, or give "
+                  "this island another id .`island.id`, or --set island.id=2.; exiting"));
   EXPECT_TRUE(ask(first, "get proxy.networks").value("ok", false));
 }
 
