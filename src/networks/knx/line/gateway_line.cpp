@@ -160,6 +160,7 @@ void GatewayLine::refused(const LineState& state) {
 
 /// After a tunnel that was up the preferred gateway comes first.
 void GatewayLine::failed(Error why) {
+  if (next_) give_up_preferred();  // the next attempt begins with it
   whys_[current_] = why.text;
   const bool was_up = std::exchange(up_, false);
   check_.cancel();
