@@ -116,11 +116,17 @@ TEST_F(IslandConfigTest, ReadsWhatValuesArePlausible) {
       "{rises: yes, not: []}}}}}"));
   EXPECT_THAT(errors_.lines(), IsEmpty());
   const auto& rules = config.proxy.networks.at("dummy");
-  EXPECT_EQ(rules.valid, (std::map<std::string, proxy::Valid>{{"light", {.maximum = 5000}}}));
-  const std::map<std::string, proxy::Valid> of_device{
-      {"temperature-1", {.minimum = -5.5, .maximum = 40, .step = 3, .never = {{85, 0}}}},
-      {"energy-1", {.rises = true, .never = std::vector<double>{}}}};
-  EXPECT_EQ(rules.devices.at("1").valid, of_device);
+  ASSERT_TRUE(rules.valid.contains("light")) << "a former name";
+  EXPECT_EQ(rules.valid.at("light").maximum, 5000);
+  const auto& of_device = rules.devices.at("1").valid;
+  const auto& temperature = of_device.at("temperature-1");
+  EXPECT_EQ(temperature.minimum, -5.5);
+  EXPECT_EQ(temperature.maximum, 40);
+  EXPECT_EQ(temperature.step, 3);
+  EXPECT_FALSE(temperature.rises);
+  EXPECT_EQ(temperature.never, (std::vector<double>{85, 0}));
+  EXPECT_TRUE(of_device.at("energy-1").rises);
+  EXPECT_EQ(of_device.at("energy-1").never, std::vector<double>());
 }
 
 TEST_F(IslandConfigTest, MistakesInWhatIsPlausibleNameTheirPlace) {

@@ -7,6 +7,35 @@ namespace {
 
 const std::string kRoom = "proxy.hall.7.sensor.glow-1";
 
+Valid between(std::optional<double> minimum, std::optional<double> maximum) {
+  Valid rules;
+  rules.minimum = minimum;
+  rules.maximum = maximum;
+  return rules;
+}
+
+Valid at_most(double maximum) {
+  return between(std::nullopt, maximum);
+}
+
+Valid in_steps(double step) {
+  Valid rules;
+  rules.step = step;
+  return rules;
+}
+
+Valid rising() {
+  Valid rules;
+  rules.rises = true;
+  return rules;
+}
+
+Valid never(std::vector<double> codes) {
+  Valid rules;
+  rules.never = std::move(codes);
+  return rules;
+}
+
 class PlausibleValues : public Island {
  protected:
   void begin(Valid valid) {
@@ -23,7 +52,7 @@ class PlausibleValues : public Island {
 };
 
 TEST_F(PlausibleValues, AValueBeyondItsLimitsIsBadAndTheLastGoodOneStays) {
-  begin({.minimum = 5, .maximum = 100});
+  begin(between(5, 100));
   glow(20);
   glow(4.9);
   EXPECT_EQ(quality(kRoom), "bad");
@@ -41,7 +70,7 @@ TEST_F(PlausibleValues, AValueBeyondItsLimitsIsBadAndTheLastGoodOneStays) {
 }
 
 TEST_F(PlausibleValues, ACodeForNoValueIsBad) {
-  begin({.never = {{655.35, 0}}});
+  begin(never({655.35, 0}));
   for (const double code : {655.35, 0.0}) {
     glow(code);
     EXPECT_EQ(quality(kRoom), "bad") << code;
@@ -51,7 +80,7 @@ TEST_F(PlausibleValues, ACodeForNoValueIsBad) {
 }
 
 TEST_F(PlausibleValues, AJumpIsBelievedAtTheThirdReadingThatAgrees) {
-  begin({.step = 5});
+  begin(in_steps(5));
   glow(20);
   glow(60);
   EXPECT_EQ(quality(kRoom), "bad");
@@ -70,7 +99,7 @@ TEST_F(PlausibleValues, AJumpIsBelievedAtTheThirdReadingThatAgrees) {
 }
 
 TEST_F(PlausibleValues, ACounterThatFallsForAMomentIsNotBelievedAndAReplacedMeterIs) {
-  begin({.rises = true});
+  begin(rising());
   glow(500);
   glow(0);
   EXPECT_EQ(text(kRoom + ".value"), "500");
@@ -83,7 +112,7 @@ TEST_F(PlausibleValues, ACounterThatFallsForAMomentIsNotBelievedAndAReplacedMete
 }
 
 TEST_F(PlausibleValues, TheFirstValueAndOneAfterALongSilenceHaveNoStep) {
-  begin({.step = 5});
+  begin(in_steps(5));
   glow(80);
   EXPECT_EQ(quality(kRoom), "good");
   time.run_for(10min);
@@ -93,8 +122,8 @@ TEST_F(PlausibleValues, TheFirstValueAndOneAfterALongSilenceHaveNoStep) {
 }
 
 TEST_F(PlausibleValues, RulesOfATypeHoldForAllDevicesButThoseWithTheirOwn) {
-  rules().valid["glow"] = {.maximum = 50};
-  rules().devices["7"].valid["glow-2"] = {.maximum = 500};
+  rules().valid["glow"] = at_most(50);
+  rules().devices["7"].valid["glow-2"] = at_most(500);
   start();
   join("7", lamp());
   glow(60);
@@ -104,7 +133,7 @@ TEST_F(PlausibleValues, RulesOfATypeHoldForAllDevicesButThoseWithTheirOwn) {
 }
 
 TEST_F(PlausibleValues, NewRulesApplyAtTheNextReading) {
-  begin({.maximum = 50});
+  begin(at_most(50));
   glow(60);
   EXPECT_EQ(quality(kRoom), "bad");
   auto next = config;
@@ -119,13 +148,13 @@ TEST_F(PlausibleValues, NewRulesApplyAtTheNextReading) {
 }
 
 TEST_F(PlausibleValues, ARememberedValueOfTheNetworkMustBePlausibleToo) {
-  begin({.maximum = 50});
+  begin(at_most(50));
   say("7", model::Updates{{{sensor(kGlow), 60.0, {}, {}}}, false});
   EXPECT_EQ(text(kRoom + ".value"), "");
 }
 
 TEST_F(PlausibleValues, ARuleForAPointThatTheDeviceDoesNotHaveIsNamed) {
-  rules().devices["7"].valid["glow-9"] = {.maximum = 50};
+  rules().devices["7"].valid["glow-9"] = at_most(50);
   start();
   join("7", lamp());
   EXPECT_TRUE(log.contain("networks.hall.devices.7.valid.glow-9"));
@@ -135,7 +164,8 @@ TEST(Plausibility, KnowsTheCodesOfATypeUnlessTheConfigurationNamesOthers) {
   const TypeCatalogue types;
   const auto* power = types.find("power");
   ASSERT_TRUE(power);
-  const Capability capability{.point = {Kind::kSensor, power->id, "1"}};
+  Capability capability;
+  capability.point = {Kind::kSensor, power->id, "1"};
   NetworkRules network;
   const auto known = rules_of(network, "7", capability, power);
   ASSERT_TRUE(known);
@@ -146,7 +176,7 @@ TEST(Plausibility, KnowsTheCodesOfATypeUnlessTheConfigurationNamesOthers) {
   network.devices["7"].valid["power-1"].never.emplace();
   EXPECT_FALSE(rules_of(network, "7", capability, power));
   EXPECT_TRUE(rules_of(network, "8", capability, power));
-  EXPECT_FALSE(rules_of({}, "7", {.point = sensor(kGlow)}, types.find("temperature")));
+  EXPECT_FALSE(rules_of({}, "7", capability, types.find("temperature")));
 }
 
 }  // namespace

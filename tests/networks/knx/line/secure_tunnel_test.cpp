@@ -156,7 +156,7 @@ TEST_P(SecureTunnel, ACorrectedPasswordIsFoundByTheSlowRetry) {
 }
 
 TEST_P(SecureTunnel, TheOtherFormOfAPasswordIsTriedOnceAndThenKept) {
-  options.secure->user_key = {key(77), key(2)};
+  options.secure->user_key = {key(77), std::vector{key(2)}};
   connect_secure();
   EXPECT_EQ(server->sessions()->counters.refused, 1U);
   ASSERT_EQ(notes.size(), 1U);
@@ -169,7 +169,7 @@ TEST_P(SecureTunnel, TheOtherFormOfAPasswordIsTriedOnceAndThenKept) {
 }
 
 TEST_P(SecureTunnel, WithoutAFormThatWorksItIsRefused) {
-  options.secure->user_key = {key(77), key(78)};
+  options.secure->user_key = {key(77), std::vector{key(78)}};
   open();
   EXPECT_EQ(phase(), Phase::kRefused);
   EXPECT_EQ(server->sessions()->counters.refused, 2U);

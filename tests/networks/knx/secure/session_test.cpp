@@ -162,7 +162,7 @@ TEST_F(SessionTest, OverUdpARefusalIsNamedWhenNoBetterResponseComes) {
 }
 
 TEST_F(SessionTest, TheOtherFormOfThePasswordIsUsedWhenAsked) {
-  keys.user_key = {key_of("e158e4012047bd6cc41aafbc5c04c1fc"), keys.user_key.key};
+  keys.user_key = {key_of("e158e4012047bd6cc41aafbc5c04c1fc"), std::vector{keys.user_key.key}};
   settings.password_form = 1;
   start();
   session->receive(response());
