@@ -12,8 +12,9 @@ constexpr Duration kLookAgain = std::chrono::milliseconds(20);
 /// Pause between two observations. A pause of more than twice that means that the process was stopped; it counts as
 /// one.
 constexpr Duration kObserve = std::chrono::milliseconds(50);
-/// A component that was lost is met again by its next announcement (DDS: SPDP, at most a lease of 2 s apart).
-constexpr Duration kReturn = std::chrono::seconds(2);
+/// A component that was lost is met again by one of its next two announcements (DDS: SPDP, at most a lease of 2 s
+/// apart).
+constexpr Duration kReturn = std::chrono::seconds(4);
 
 }  // namespace
 

@@ -77,7 +77,7 @@ TEST_F(ConfigReaderTest, AChoiceIsOneOfItsWords) {
   EXPECT_EQ(read(R"({"mode": "ask"})").choice("mode", "auto", {"auto", "ask"}), "ask");
   EXPECT_TRUE(errors_.empty());
   EXPECT_EQ(read(R"({"mode": "Ask"})").choice("mode", "auto", {"auto", "ask"}), "auto");
-  EXPECT_EQ(errors_.text(), "home.yaml:2:3: dev.mode: is 'Ask', expected one of: auto, ask");
+  EXPECT_EQ(errors_.text(), "home.yaml:2:3: dev.mode: is 'Ask'; did you mean 'ask'? expected one of: auto, ask");
 }
 
 TEST_F(ConfigReaderTest, ABooleanIsYesOrNo) {

@@ -109,43 +109,6 @@ TEST_F(IslandConfigTest, ReadsEveryCommonKey) {
   EXPECT_EQ(names.actuators.at("lamp-1"), "top");
 }
 
-TEST_F(IslandConfigTest, ReadsWhatValuesArePlausible) {
-  const auto config = read(with_network(
-      "dummy: {type: dummy, valid: {illuminance: {maximum: 5000}},\n"
-      "    devices: {1: {valid: {temperature-1: {minimum: -5.5, maximum: 40, step: 3, not: [85, 0]}, energy-1: "
-      "{rises: yes, not: []}}}}}"));
-  EXPECT_THAT(errors_.lines(), IsEmpty());
-  const auto& rules = config.proxy.networks.at("dummy");
-  ASSERT_TRUE(rules.valid.contains("light")) << "a former name";
-  EXPECT_EQ(rules.valid.at("light").maximum, 5000);
-  const auto& of_device = rules.devices.at("1").valid;
-  const auto& temperature = of_device.at("temperature-1");
-  EXPECT_EQ(temperature.minimum, -5.5);
-  EXPECT_EQ(temperature.maximum, 40);
-  EXPECT_EQ(temperature.step, 3);
-  EXPECT_FALSE(temperature.rises);
-  EXPECT_EQ(temperature.never, (std::vector<double>{85, 0}));
-  EXPECT_TRUE(of_device.at("energy-1").rises);
-  EXPECT_EQ(of_device.at("energy-1").never, std::vector<double>());
-}
-
-TEST_F(IslandConfigTest, MistakesInWhatIsPlausibleNameTheirPlace) {
-  const std::pair<std::string, std::string> mistakes[] = {
-      {"valid: {tempreture: {minimum: 3}}", "valid.tempreture: is no type"},
-      {"valid: {temperature: {minimum: 3, maximum: 2}}", "temperature.minimum: is 3, expected at most the maximum 2"},
-      {"valid: {temperature: {step: 0}}", "temperature.step: expected more than 0"},
-      {"valid: {temperature: {not: [x]}}", "temperature.not: 'x' is no number"},
-      {"valid: {temperature: {min: 3}}", "minimum"},
-      {"valid: {lamp: {minimum: 3}}", "lamp is no number"},
-      {"devices: {1: {valid: {temperature: {minimum: 3}}}}", "expected a sensor or actuator id such as light-1"}};
-  for (const auto& [text, error] : mistakes) {
-    errors_ = {};
-    read(with_network("dummy: {type: dummy, " + text + "}"));
-    EXPECT_THAT(errors_.text(), HasSubstr(error)) << text;
-    EXPECT_EQ(errors_.lines().size(), 1U) << errors_.text();
-  }
-}
-
 TEST_F(IslandConfigTest, NamesGivenToFormerTypesHoldForThoseOfToday) {
   const auto config = read(
       with_network("dummy: {type: dummy, devices: {1: {sensors: {illuminance-1: window, pir-2: hall, motion-1: x}}}}"));

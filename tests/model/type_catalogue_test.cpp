@@ -73,7 +73,8 @@ TEST(TypeCatalogue, EveryTypeSaysWhatItMeans) {
   const std::set<std::string_view> words_of_points = {
       "enumerationInput", "enumerationOutput", "action",        "effect",        "identify",   "thermostatMode",
       "preset",           "fanMode",           "motionState",   "airQuality",    "melody",     "alarmVolume",
-      "motorState",       "keypadLockout",     "indicatorMode", "backlightMode", "deviceMode", "switchType"};
+      "motorState",       "keypadLockout",     "indicatorMode", "backlightMode", "deviceMode", "switchType",
+      "namedScene"};
   for (const auto* type : types.all()) {
     EXPECT_FALSE(type->quantity.empty()) << type->name;
     EXPECT_FALSE(type->unit.empty()) << type->name;

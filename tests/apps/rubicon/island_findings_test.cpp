@@ -134,7 +134,7 @@ TEST(IslandFindings, WhatANetworkCannotUseIsListedWithItsReason) {
   EXPECT_EQ(found[0].grade, Grade::kNote);
   EXPECT_EQ(found[0].what,
             "network knx-hall of island 6541 home: 6/0/2 (source): nothing.there: nobody has published this tuple");
-  EXPECT_THAT(found[0].fix, HasSubstr("once, last 1min ago"));
+  EXPECT_THAT(found[0].fix, HasSubstr("once, last 60s ago"));
   EXPECT_THAT(found[1].fix, HasSubstr("3 times, last 10s ago"));
   std::string many = "[";
   for (int i = 1; i <= 30; ++i) many += std::string(i > 1 ? "," : "") + R"({"address":"1/0/1","what":"value"})";

@@ -207,7 +207,7 @@ TEST_F(Reading, AlertsSayWhatNeedsAPersonAndWhatToDo) {
   EXPECT_FALSE(by_key.contains("proxy.dummy-rooms.living-10"));
   const auto table = rubicon({"alerts", "--island", "6541"});
   EXPECT_EQ(table.code, 0) << table.errors;
-  EXPECT_THAT(table.output, HasSubstr("attic) is not reachable"));
+  EXPECT_THAT(table.output, HasSubstr("dummy-sleepy.attic is not reachable: silent"));
   EXPECT_THAT(table.output, HasSubstr("check its power or battery"));
   EXPECT_EQ(rubicon({"alerts", "--island", "6542"}).code, 8);
 }
