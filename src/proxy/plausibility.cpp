@@ -42,7 +42,7 @@ std::optional<double> number_of(const Value& value) {
 
 /// Devices send numbers of 32 bits, too.
 bool same(double a, double b) {
-  return std::abs(a - b) <= std::abs(b) * 1e-6;
+  return std::abs(a - b) <= std::abs(b) * 1e-7;
 }
 
 }  // namespace

@@ -196,6 +196,17 @@ std::string runnable(const std::string& line, std::size_t domain) {
 
 constexpr std::size_t kParts = 4;  ///< of the examples, which run at the same time
 
+std::string page_of(const Example& example) {
+  return example.place.substr(0, example.place.rfind(':'));
+}
+
+/// A page stays together: its examples use the files of those before them.
+std::size_t begin_of(const std::vector<Example>& all, std::size_t part) {
+  auto at = all.size() * part / kParts;
+  while (at > 0 && at < all.size() && page_of(all[at]) == page_of(all[at - 1])) ++at;
+  return at;
+}
+
 /// The demo island and a part of the examples, run beside it.
 class EveryExample : public testing::TestWithParam<std::size_t> {
  protected:
@@ -268,7 +279,7 @@ TEST_P(EveryExample, EndsAsItShould) {
     endless.clear();
   };
   const auto all = all_examples();
-  for (auto i = all.size() * GetParam() / kParts; i < all.size() * (GetParam() + 1) / kParts; ++i) {
+  for (auto i = begin_of(all, GetParam()); i < begin_of(all, GetParam() + 1); ++i) {
     if (reason_not_to_run(all[i])) continue;
     if (is_endless(runnable(all[i].line, 0))) {
       endless.push_back(all[i]);

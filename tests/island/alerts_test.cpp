@@ -23,7 +23,7 @@ TEST(IslandAlerts, AreATupleThatFollowsTheirCause) {
   at.time.run_for(2min);
   ASSERT_EQ(seen.size(), 2U);
   ASSERT_EQ(seen[1].all.size(), 1U);
-  EXPECT_EQ(seen[1].all[0].about, "proxy.dummy-rooms.attic");
+  EXPECT_EQ(seen[1].all[0].about, "proxy.dummy-1.attic");
 }
 
 TEST(IslandAlerts, OfADiskARecorderAndAClock) {

@@ -46,7 +46,7 @@ TEST_F(ProxyAlerts, ALineThatIsDownStandsForItsDevices) {
   time.run_for(1s);
   ASSERT_EQ(kinds(), Kinds{"line-down proxy.hall"});
   EXPECT_EQ(alerts().all[0].severity, model::Severity::kProblem);
-  EXPECT_THAT(alerts().all[0].what, ::testing::HasSubstr("cable pulled"));
+  EXPECT_THAT(alerts().all[0].what, ::testing::HasSubstr("network hall is down: no carrier"));
   EXPECT_THAT(alerts().all[0].fix, ::testing::HasSubstr("networks: hall:"));
 }
 

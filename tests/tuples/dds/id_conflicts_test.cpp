@@ -42,7 +42,8 @@ TEST_F(IdConflicts, OnePresenceSampleEndsNobody) {
   rogue.show(1, start - 1'000'000);
   pass(10s);
   EXPECT_THAT(ecology.displaced, IsEmpty());
-  EXPECT_EQ(warnings("component 1 gives 1 us after 1970 as its start"), 1U);
+  EXPECT_EQ(warnings("component 1 says that it started on 1970-01-01 00:00 UTC, before the clock of its host was set"),
+            1U);
   EXPECT_EQ(warnings("another presence of component 1, started at 2025-12-31T23:59:59Z, does not answer"), 1U);
   Component robot(ecology, time, 70000);
   pass(1s);

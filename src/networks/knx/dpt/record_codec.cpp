@@ -156,7 +156,8 @@ class RecordWriter {
 
   Result<wire::Payload> write() {
     if (auto known = check_names(); !known) return fail(known.error());
-    if (json_.empty()) return fail(ErrorCode::kInvalid, name_of(type_) + ": expected at least one of its fields");
+    if (json_.empty() && type_.record->validities.empty())
+      return fail(ErrorCode::kInvalid, name_of(type_) + ": expected at least one of its fields");
     for (const auto& field : type_.record->fields) {
       if (auto done = write_field(field); !done) return fail(done.error());
     }

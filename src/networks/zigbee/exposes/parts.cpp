@@ -84,12 +84,19 @@ Result<void> check_number(const Leaf& leaf, const std::string& where, const Tree
   return {};
 }
 
+/// Whether the device itself has this value: a feature may call `false` on.
+bool is_spelled(const Leaf& leaf, const Tree& value) {
+  const auto json = model::dump(value);
+  return json == leaf.on.json || json == leaf.off.json;
+}
+
 Result<void> check_part(const Leaf& leaf, const std::string& where, Tree& value) {
   if (value.is_null()) return {};
   switch (leaf.form) {
     case LeafForm::kNumeric: return check_number(leaf, where, value);
     case LeafForm::kBinary:
-      if (value.is_boolean()) value = model::parse_json(value.get<bool>() ? leaf.on.json : leaf.off.json);
+      if (value.is_boolean() && !is_spelled(leaf, value))
+        value = model::parse_json(value.get<bool>() ? leaf.on.json : leaf.off.json);
       return check_word({leaf.on, leaf.off}, where, value);
     case LeafForm::kEnum: return check_word(leaf.values, where, value);
     case LeafForm::kText:
