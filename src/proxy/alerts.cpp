@@ -29,14 +29,15 @@ std::string titled(const Device& device) {
 }
 
 void add_line(const Network& network, AlertList& list) {
-  if (network.line != model::LineState::kDown && network.line != model::LineState::kRefused) return;
+  if (!network.down || network.line == model::LineState::kEnded) return;
   list.add([&] {
     return Alert{
         "line-down",
         network.key,
         Severity::kProblem,
         network.since,
-        fmt::format("network {} is {}: {}", network.id, to_string(network.line), network.reason),
+        fmt::format("network {} is {}: {}", network.id, network.line == model::LineState::kRefused ? "refused" : "down",
+                    network.reason),
         fmt::format("check cable, power and network of what `networks: {}:` names; `rubicon doctor` tests more",
                     network.id)};
   });
