@@ -26,6 +26,32 @@ TEST(IslandAlerts, AreATupleThatFollowsTheirCause) {
   EXPECT_EQ(seen[1].all[0].about, "proxy.dummy-1.attic");
 }
 
+TEST(IslandAlerts, WhatHasNoDateIsThereSinceItWasFirstSeen) {
+  VirtualIsland at("{den: {keepalive: 1s}}");
+  Alerts alerts(at.time, *at.space, "own");
+  bool full = false;
+  alerts.add([&full](AlertList& list) { add_disk("own", {"the state file", full ? 1U : 100'000'000U}, list); });
+  alerts.start();
+  const auto shown = [&at] {
+    const auto tuple = at.space->get(at.space->self(), "own.alerts");
+    return model::alerts_from_json(tuple ? tuple->value : std::string_view()).all;
+  };
+  at.time.run_for(10s);
+  EXPECT_TRUE(shown().empty());
+  full = true;
+  at.time.run_for(2s);
+  ASSERT_EQ(shown().size(), 1U);
+  const auto since = shown()[0].since;
+  EXPECT_GT(since, at.time.wall_now() - 4s);
+  at.time.run_for(1h);
+  EXPECT_EQ(shown()[0].since, since);
+  full = false;
+  at.time.run_for(2s);
+  full = true;
+  at.time.run_for(2s);
+  EXPECT_GT(shown().at(0).since, since + 1h) << "it is another one";
+}
+
 TEST(IslandAlerts, OfADiskARecorderAndAClock) {
   AlertList list;
   add_disk("proxy.state", {"the state file", 100'000'000}, list);

@@ -87,6 +87,9 @@ TEST_F(PlausibleValues, AJumpIsBelievedAtTheThirdReadingThatAgrees) {
   EXPECT_EQ(reason(), "60 differs by more than 5 from 20 before (believed when 3 readings agree, this is number 1)");
   glow(22);
   EXPECT_EQ(quality(kRoom), "good") << "it was a spike";
+  glow(27);
+  EXPECT_EQ(quality(kRoom), "good") << "exactly a step";
+  glow(22);
   for (const double value : {60.0, 90.0, 62.0, 61.0}) {
     glow(value);
     EXPECT_EQ(text(kRoom + ".value"), "22") << value;
@@ -101,6 +104,8 @@ TEST_F(PlausibleValues, AJumpIsBelievedAtTheThirdReadingThatAgrees) {
 TEST_F(PlausibleValues, ACounterThatFallsForAMomentIsNotBelievedAndAReplacedMeterIs) {
   begin(rising());
   glow(500);
+  glow(500);
+  EXPECT_EQ(quality(kRoom), "good") << "a counter may stand still";
   glow(0);
   EXPECT_EQ(text(kRoom + ".value"), "500");
   glow(501);
