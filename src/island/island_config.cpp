@@ -112,17 +112,19 @@ std::map<std::string, std::string> read_names(ConfigReader& device, const std::s
 
 proxy::Valid read_rules(ConfigReader& map) {
   proxy::Valid rules;
-  const auto number = [&map](const char* key) { return map.has(key) ? std::optional(map.real(key, 0)) : std::nullopt; };
+  const auto number = [&map](const char* key) {
+    const auto value = map.real(key, 0);
+    return map.has(key) ? std::optional(value) : std::nullopt;
+  };
   rules.minimum = number("minimum");
   rules.maximum = number("maximum");
   rules.step = number("step");
   rules.rises = map.boolean("rises", false);
-  if (map.has("not")) {
-    rules.never.emplace();
-    for (const auto& text : map.texts("not")) {
-      const auto code = base::parse_number<double>(text);
-      code ? rules.never->push_back(*code) : map.error("not", fmt::format("'{}' is no number", text));
-    }
+  const auto codes = map.texts("not");
+  if (map.has("not")) rules.never.emplace();
+  for (const auto& text : codes) {
+    const auto code = base::parse_number<double>(text);
+    code ? rules.never->push_back(*code) : map.error("not", fmt::format("'{}' is no number", text));
   }
   if (rules.minimum && rules.maximum && *rules.minimum > *rules.maximum)
     map.error("minimum", fmt::format("is {}, expected at most the maximum {}", *rules.minimum, *rules.maximum));

@@ -162,7 +162,7 @@ TEST_F(IslandConfigTest, AWrongCommonKeyNamesTheRightOneAndTheListHoldsAllOfThem
   EXPECT_EQ(
       errors[0],
       "x.yaml:3:26: networks.dummy-1: unknown key 'silnce'; did you mean 'silence'? known: as, devices, line, rate, "
-      "roaming, sampling-rate, seed, silence, simulate, type");
+      "roaming, sampling-rate, seed, silence, simulate, type, valid");
 }
 
 TEST_F(IslandConfigTest, AListOfNetworksIsNumberedByType) {
