@@ -166,6 +166,19 @@ TEST_F(RoamingCommands, TheRateThatAUserSetGoesWithTheDeviceAndBack) {
   EXPECT_EQ(rate(2), "300") << "the newest";
 }
 
+TEST_F(RoamingCommands, TheRateOfANetworkStaysWithIt) {
+  const auto kRate = std::string("proxy.scripted-1.7.property.rate.value");
+  start_island(1, kLab);
+  start_island(2, "roaming: lab, rate: 3s");
+  auto join = lamp();
+  join.capabilities.push_back(capability(point(Kind::kProperty, "rate", ""), Access::kReadWrite));
+  for (const auto island : {1U, 2U}) {
+    devices_of(island).say("7", join);
+    scheduler.run_for(2s);
+  }
+  EXPECT_EQ(value(islands[2]->space(), 2, kRate), "3000");
+}
+
 TEST_F(RoamingCommands, OnlyAnIslandThatListedTheDeviceTransfersCommands) {
   begin();
   join(2);
