@@ -235,7 +235,7 @@ class Session {
     return fmt::format("{} network{}", count, count == 1 ? "" : "s");
   }
 
-  /// Who may command it, where nobody has to prove who he is.
+  /// Who may command the island; empty with trust or rights, where each commander proves who he is.
   std::string open_to() const {
     const auto& engine = island_->config().engine;
     if (judge_ || trust_.get() || (!engine.dds && !engine.peis)) return {};

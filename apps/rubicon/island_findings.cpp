@@ -29,7 +29,7 @@ constexpr std::chrono::seconds kOpening{10};
 /// Larger differences between clocks are a problem.
 constexpr std::chrono::seconds kClock{2};
 /// Problems of a network that are listed one by one.
-constexpr std::size_t kMostProblems = 10;
+constexpr std::size_t kMaxProblemsShown = 10;
 /// Less free space is a problem.
 constexpr std::uint64_t kLittleRoom = 100'000'000;
 /// A clock before 2020 was never set.
@@ -198,10 +198,11 @@ Findings check_problems(const IslandSeen& seen, WallTime when) {
     const auto list = text == network.properties.end() ? nlohmann::json() : model::parse_json(text->second);
     if (!list.is_array()) continue;
     const auto whose = fmt::format("network {} of island {}", network.id, name_of(seen.island));
-    for (std::size_t i = 0; i < std::min(list.size(), kMostProblems); ++i)
+    for (std::size_t i = 0; i < std::min(list.size(), kMaxProblemsShown); ++i)
       all.push_back(problem_of(whose, list[i], when));
-    if (list.size() > kMostProblems)
-      all.push_back({"problem", Grade::kNote, fmt::format("{}: {} more problems", whose, list.size() - kMostProblems),
+    if (list.size() > kMaxProblemsShown)
+      all.push_back({"problem", Grade::kNote,
+                     fmt::format("{}: {} more problems", whose, list.size() - kMaxProblemsShown),
                      fmt::format("rubicon get '{}.property.problems.value'", network.id)});
   }
   return all;

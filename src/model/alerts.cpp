@@ -7,11 +7,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr std::size_t kLongestAlert = 500;
+constexpr std::size_t kMaxAlertBytes = 500;
 
 /// Broken UTF-8 at the end is replaced when the JSON is written.
 std::string shortened(const std::string& text) {
-  return text.size() <= kLongestAlert ? text : text.substr(0, kLongestAlert);
+  return text.size() <= kMaxAlertBytes ? text : text.substr(0, kMaxAlertBytes);
 }
 
 }  // namespace

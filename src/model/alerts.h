@@ -25,15 +25,16 @@ struct Alert {
   friend bool operator==(const Alert&, const Alert&) = default;
 };
 
-/// The tuple `<prefix>.alerts` of an island (docs/tuple-keys.md): the first kMost alerts, and how many more there are.
+/// The tuple `<prefix>.alerts` of an island (docs/tuple-keys.md): the first kMaxAlerts alerts, and how many more there
+/// are.
 class AlertList {
  public:
-  static constexpr std::size_t kMost = 200;
+  static constexpr std::size_t kMaxAlerts = 200;
 
   /// `make` returns the alert, and is called only while there is room.
   template <class Make>
   void add(Make make) {
-    if (all.size() < kMost) {
+    if (all.size() < kMaxAlerts) {
       all.push_back(make());
     } else {
       ++more;

@@ -37,8 +37,8 @@ TEST(Alerts, AListHasABoundAndCountsTheRest) {
       one.what = std::string(100'000, 'x');
       return one;
     });
-  EXPECT_EQ(list.all.size(), AlertList::kMost);
-  EXPECT_EQ(made, AlertList::kMost);
+  EXPECT_EQ(list.all.size(), AlertList::kMaxAlerts);
+  EXPECT_EQ(made, AlertList::kMaxAlerts);
   EXPECT_EQ(list.more, 800U);
   EXPECT_LT(alerts_to_json(list).size(), 200'000U);
 }

@@ -110,7 +110,7 @@ TEST_F(ProxyAlerts, AThousandSilentDevicesAreCountedAndALineStaysFirst) {
   say("7", model::Unreachable{"gone"});
   time.run_for(61s);
   const auto list = alerts();
-  EXPECT_EQ(list.all.size(), model::AlertList::kMost);
+  EXPECT_EQ(list.all.size(), model::AlertList::kMaxAlerts);
   EXPECT_EQ(list.more, 801U);
 }
 

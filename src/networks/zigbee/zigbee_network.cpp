@@ -37,7 +37,7 @@ constexpr Duration kListTime = 5s;
 /// How long all devices may be silent on a line that is up: where answers or availability are due, and where all
 /// devices report only by themselves. Looked at each kSilence.
 constexpr Duration kSilence = 1min, kLongSilence = 1h;
-constexpr std::size_t kMostTopics = 100;  // that the broker did not take and a reason names
+constexpr std::size_t kMaxTopicsNotTaken = 100;  // that the broker did not take and a reason names
 
 class ZigbeeNetwork final : public network::Network {
  public:
@@ -178,7 +178,7 @@ void ZigbeeNetwork::forbidden(std::string_view filter, const Error& why) {
 
 void ZigbeeNetwork::not_taken(std::string_view topic, const Error& why) {
   log_.warning("not taken " + std::string(topic), why.text);
-  if (not_taken_.size() < kMostTopics) not_taken_.emplace(topic);
+  if (not_taken_.size() < kMaxTopicsNotTaken) not_taken_.emplace(topic);
   devices_.not_taken(topic, why.text);
   tools_.not_taken(topic, why.text);
   reporter_.line_changed();

@@ -15,7 +15,7 @@ using Phase = LineState::Phase;
 
 /// How long two tunnels are compared: servers forward a telegram of the bus within some milliseconds.
 constexpr Duration kOverlap = std::chrono::seconds(1);
-constexpr std::size_t kMostReported = 1000;
+constexpr std::size_t kMaxReported = 1000;
 
 bool is_gauge(std::string_view counter) {
   return counter == "telegrams-waiting" || counter == "next-attempt";
@@ -244,7 +244,7 @@ bool GatewayLine::is_known(unsigned id, const wire::DataFrame& frame) {
   const auto& other = id == line_id_ ? old_ : line_;
   if (other && number(other->state().own) != 0 && frame.source == other->state().own) return true;
   const auto now = scheduler_.now();
-  while (!reported_.empty() && (reported_.front().when + kOverlap < now || reported_.size() >= kMostReported))
+  while (!reported_.empty() && (reported_.front().when + kOverlap < now || reported_.size() >= kMaxReported))
     reported_.pop_front();
   const auto same = std::find_if(reported_.begin(), reported_.end(), [&](const Reported& one) {
     return one.id != id && one.source == frame.source && one.destination == frame.destination &&
