@@ -149,7 +149,8 @@ void Passage::show_to_link(const Change& change, std::string_view key) {
   to_reader_.link().publish(kLinkItself, {&change, 1});
 }
 
-/// A tuple that the link knows and the snapshot lacks was deleted while there was no observer.
+/// A tuple that the link knows and the snapshot lacks was deleted while there was no observer. The link learns that it
+/// knows all.
 void Passage::end_observed_snapshot() {
   std::erase_if(to_reader_.observed, [&](const std::string& key) {
     if (fresh_.contains(key)) return false;
@@ -158,6 +159,8 @@ void Passage::end_observed_snapshot() {
     return true;
   });
   fresh_.clear();
+  const Change end = SnapshotEnd{};
+  to_reader_.link().publish(kLinkItself, {&end, 1});
 }
 
 /// What follows replaces what waits, but for snapshots that the owner knows nothing of.

@@ -44,7 +44,7 @@ class Presence {
   void subscribe(const SubscriptionSpec& spec);
   void unsubscribe(std::uint32_t id);
   void describe(const std::string& summary);
-  /// What the space publishes to kLinkItself: all own tuples.
+  /// What the space publishes to kLinkItself: all own tuples, and the end of their snapshot.
   void observe(std::span<const Change> changes);
   const SessionCounters& counters() const { return context_.counters; }
   const Node* node() const { return node_.get(); }
@@ -69,6 +69,8 @@ class Presence {
   void show_name();
   void set_first_tuples();
   void refresh();
+  void all_keys_known();
+  void show_keys();
   void set_tuple(std::string_view key, std::string value);
   std::string subscribers_text() const;
 
@@ -86,6 +88,7 @@ class Presence {
   std::map<OwnerId, KernelSession*> kernels_;  ///< among the sessions
   KernelSession::View view_;
   bool keys_changed_ = false;
+  bool keys_known_ = false;  ///< all of them: the first snapshot of own tuples has ended
   unsigned refreshes_ = 0;
   std::vector<LinkState> links_before_;
   Timer refresh_;

@@ -40,8 +40,7 @@ void Presence::set_tuple(std::string_view key, std::string value) {
 
 void Presence::refresh() {
   refresh_ = context_.scheduler.after(kRefresh, [this] { refresh(); });
-  if (refreshes_ == 0 || std::exchange(keys_changed_, false))
-    set_tuple("kernel.all-keys", view_.keys.list(KernelTuples::kNames, kLongestText));
+  if (keys_known_ && std::exchange(keys_changed_, false)) show_keys();
   set_tuple("kernel.subscribers", subscribers_text());
   if (refreshes_ % kTrafficEach == 0) {
     const auto links = node_->links();
@@ -52,6 +51,17 @@ void Presence::refresh() {
   }
   if (refreshes_ % kRoutesEach == 0) set_tuple("kernel.routingTable", routing_text(node_->routes()));
   ++refreshes_;
+}
+
+/// No list before it is whole: a stand-in learns its keys some seconds after the first kernel asked for them.
+void Presence::all_keys_known() {
+  if (std::exchange(keys_known_, true)) return;
+  keys_changed_ = false;
+  show_keys();
+}
+
+void Presence::show_keys() {
+  set_tuple("kernel.all-keys", view_.keys.list(KernelTuples::kNames, kLongestText));
 }
 
 /// `(\n  ( <subscriber> <owner>.<key> )\n)\n`
@@ -77,6 +87,8 @@ void Presence::observe(std::span<const Change> changes) {
       for (const auto& [id, kernel] : kernels_) kernel->key_added(key);
     } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
       keys_changed_ |= view_.keys.remove(gone->key, now);
+    } else if (std::holds_alternative<SnapshotEnd>(change)) {
+      all_keys_known();
     }
   }
 }

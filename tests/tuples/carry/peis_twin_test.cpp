@@ -106,6 +106,18 @@ TEST_F(PeisTwin, AKernelKnowsAllKeysThatAreCarried) {
   EXPECT_FALSE(home->demand.wanted);
 }
 
+TEST_F(PeisTwin, AKernelGetsNoListOfKeysThatLacksSome) {
+  subscribe(7, "kernel.all-keys");
+  std::vector<std::string> lists;
+  for (const auto& push : pushed()) {
+    if (push.starts_with("7:kernel.all-keys=")) lists.push_back(push);
+  }
+  EXPECT_THAT(lists, ElementsAre(EndsWith(" hall.lamp kitchen.lamp kitchen.log)")));
+  ASSERT_TRUE(home->space.set("attic.lamp", "off"));
+  world.run(5s);
+  EXPECT_THAT(pushed(), Contains(HasSubstr(" attic.lamp hall.lamp "))) << "later ones are added";
+}
+
 TEST_F(PeisTwin, AKernelGetsOnlyWhatItSubscribedTo) {
   subscribe(7, "kernel.all-keys");
   subscribe(7, "hall.*");
