@@ -259,7 +259,16 @@ class MosquittoClient {
                             message.payload.data(), message.qos, message.retain);
     if (is_end(result)) return check(result);
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
-    if (result == MOSQ_ERR_SUCCESS && message.qos > 0) unacknowledged_[id] = message.topic;
+    if (message.qos == 0) return;
+    if (result == MOSQ_ERR_SUCCESS)
+      unacknowledged_[id] = message.topic;
+    else
+      not_taken(message.topic, {ErrorCode::kInvalid, fmt::format("{}: cannot publish to {}: {}", name_, message.topic,
+                                                                 ::mosquitto_strerror(result))});
+  }
+
+  void not_taken(const std::string& topic, Error why) {
+    events_.push_back({MqttEvent::Kind::kNotTaken, topic, {}, false, std::move(why), 0});
   }
 
   /// Results of a request to the library that mean the end of the connection; all others concern the request.
@@ -379,11 +388,11 @@ class MosquittoClient {
   void on_published(int id, int reason) {
     heard_ += 1;
     const auto published = unacknowledged_.extract(id);
-    if (reason < 0x80) return;
-    ++exchange_.not_taken;
+    if (reason >= 0x80) ++exchange_.not_taken;
     if (published.empty()) return;
-    auto why = publication_error(reason, name_, published.mapped());
-    events_.push_back({MqttEvent::Kind::kNotTaken, published.mapped(), {}, false, std::move(why), 0});
+    const auto& topic = published.mapped();
+    if (reason >= 0x80) return not_taken(topic, publication_error(reason, name_, topic));
+    events_.push_back({MqttEvent::Kind::kTaken, topic, {}, false, {}, 0});
   }
 
   /// The library also calls this with its own codes after a reason of the broker.

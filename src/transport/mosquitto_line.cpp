@@ -116,6 +116,9 @@ class MosquittoLine final : public MqttLine {
       case MqttEvent::Kind::kRefused:
         if (calls->refused) calls->refused(event.topic, event.why);
         return;
+      case MqttEvent::Kind::kTaken:
+        if (calls->taken) calls->taken(event.topic);
+        return;
       case MqttEvent::Kind::kNotTaken:
         if (calls->not_taken) calls->not_taken(event.topic, event.why);
         return;

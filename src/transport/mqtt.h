@@ -61,8 +61,13 @@ struct MqttCalls {
   std::function<void(std::string_view topic, std::size_t bytes)> too_long;
   /// The broker refused a subscription (an access list), or does not take a packet with this filter.
   std::function<void(std::string_view filter, Error why)> refused;
-  /// The broker did not take a publication of QoS 1: a reason code of 0x80 or above in its PUBACK (MQTT 5, section
-  /// 3.4.2.1). Brokers of version 3.1.1 have no such answer. kRefused: an access list forbids to publish there.
+  /// The broker took a publication of QoS 1 (its PUBACK). One of version 3.1.1 says so of what it drops too. For each
+  /// publication either this or `not_taken` is called, in the order of publications (MQTT 5, section 4.6), unless the
+  /// connection fails before.
+  std::function<void(std::string_view topic)> taken;
+  /// The broker, or the library, did not take a publication of QoS 1: a reason code of 0x80 or above in its PUBACK
+  /// (MQTT 5, section 3.4.2.1). Brokers of version 3.1.1 have no such answer. kRefused: an access list forbids to
+  /// publish there.
   std::function<void(std::string_view topic, Error why)> not_taken;
   /// The connection failed or was lost; the line should be destroyed. kRefused: the broker is there and does not accept
   /// us (user, password, version, client id). Called once.

@@ -47,7 +47,7 @@ class MqttHome {
 
 /// What the thread of an MQTT line tells the loop.
 struct MqttEvent {
-  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kNotTaken, kFailed };
+  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kTaken, kNotTaken, kFailed };
 
   Kind kind = Kind::kReceived;
   std::string topic, payload;  ///< of a message; kTooLong has no payload; kRefused: the filter is the topic

@@ -15,7 +15,7 @@ struct MqttClient {
   std::unique_ptr<MqttLine> line;
   int connected = 0;
   std::vector<std::string> received;  ///< `topic payload`, with `*` if retained
-  std::vector<std::string> refused, not_taken;
+  std::vector<std::string> refused, taken, not_taken;
   std::vector<std::string> too_long;  ///< `topic bytes`
   std::vector<Error> failures;
 
@@ -30,6 +30,7 @@ struct MqttClient {
       too_long.push_back(std::string(topic) + ' ' + std::to_string(bytes));
     };
     calls.refused = [this](std::string_view filter, const Error&) { refused.emplace_back(filter); };
+    calls.taken = [this](std::string_view topic) { taken.emplace_back(topic); };
     calls.not_taken = [this](std::string_view topic, const Error& why) {
       not_taken.push_back(std::string(topic) + ' ' + why.text);
     };

@@ -19,6 +19,7 @@ transport::MqttCalls BrokerLine::line_calls() {
   calls.received = [this](const transport::MqttMessage& message) { calls_.received(message); };
   calls.too_long = [this](std::string_view topic, std::size_t bytes) { calls_.too_long(topic, bytes); };
   calls.refused = [this](std::string_view filter, Error why) { calls_.forbidden(filter, why); };
+  calls.taken = [this](std::string_view topic) { calls_.taken(topic); };
   calls.not_taken = [this](std::string_view topic, Error why) { calls_.not_taken(topic, why); };
   calls.failed = [this](Error why) { failed(std::move(why)); };
   return calls;

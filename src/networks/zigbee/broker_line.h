@@ -27,7 +27,8 @@ class BrokerLine {
     std::function<void(std::string_view topic, std::size_t bytes)> too_long;
     /// An access list forbids a subscription.
     std::function<void(std::string_view filter, const Error& why)> forbidden;
-    /// The broker did not take what was published there (version 5: PUBACK; README.md has the reasons).
+    /// The broker took what was published there, or did not (version 5: PUBACK; README.md has the reasons).
+    std::function<void(std::string_view topic)> taken;
     std::function<void(std::string_view topic, const Error& why)> not_taken;
     /// The connection is lost: for NetworkHost::failed().
     std::function<void(Error why)> lost;

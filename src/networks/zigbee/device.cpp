@@ -283,7 +283,10 @@ Device::~Device() = default;
 
 void Device::update(bridge::DeviceRecord record) {
   const auto before = impl_->join();
-  impl_->renamed |= impl_->record.name != record.name;
+  if (impl_->record.name != record.name) {
+    impl_->renamed = true;
+    impl_->commands.expect_no_answers();
+  }
   impl_->set_record(std::move(record));
   auto now = impl_->join();
   const bool same = before.name == now.name && before.model == now.model && before.capabilities == now.capabilities;
@@ -336,6 +339,14 @@ Result<void> Device::send(const Message& message) {
   if (message.kind() != MessageKind::kProbe)
     return fail(ErrorCode::kUnsupported, fmt::format("a ZigBee device takes no {}", to_string(message.kind())));
   return impl_->probe();
+}
+
+void Device::connected() {
+  impl_->commands.expect_no_answers();
+}
+
+void Device::taken() {
+  impl_->commands.taken();
 }
 
 void Device::not_taken(const std::string& why) {

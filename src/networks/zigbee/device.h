@@ -57,7 +57,11 @@ class Device {
   bool may_have_event(std::string_view payload) const;
   /// Actuate, SetProperty, Sample, Probe; answers as Network::send does.
   Result<void> send(const Message& message);
-  /// The broker did not take the newest set message: what waits for its echo is answered with this reason.
+  /// The broker is connected (again): it answers no message that was published before.
+  void connected();
+  /// The broker took the oldest set message that it had not answered: commands without an echo are sent.
+  void taken();
+  /// The broker did not take it: its commands are refused with this reason.
   void not_taken(const std::string& why);
   /// The bridge or the broker is gone, or the device leaves: what waits is answered with this reason; the cached values
   /// stay.

@@ -233,12 +233,23 @@ void Devices::availability(const std::string& address, Entity& entity, std::stri
 void Devices::connected() {
   heard_ = false;
   gets_before_ = counters_.gets;
+  for (const auto& [address, entity] : entities_) entity.device->connected();
+}
+
+void Devices::taken(std::string_view topic) {
+  if (auto* device = commanded_by(topic)) device->taken();
 }
 
 void Devices::not_taken(std::string_view topic, const std::string& why) {
-  for (const auto& [address, entity] : entities_) {
-    if (topic == topics_.set(entity.device->record().name)) return entity.device->not_taken(why);
-  }
+  if (auto* device = commanded_by(topic)) device->not_taken(why);
+}
+
+Device* Devices::commanded_by(std::string_view topic) const {
+  if (!topic.ends_with("/set")) return nullptr;
+  const auto found = std::find_if(entities_.begin(), entities_.end(), [&](const auto& one) {
+    return topic == topics_.set(one.second.device->record().name);
+  });
+  return found == entities_.end() ? nullptr : found->second.device.get();
 }
 
 std::size_t Devices::usable() const {

@@ -99,6 +99,8 @@ class Devices final : public DeviceHost {
 
   /// The broker is connected (again): nothing was heard on this connection.
   void connected();
+  /// The broker took a message to this topic: a command of a device without an echo is sent.
+  void taken(std::string_view topic);
   /// The broker did not take a message to this topic: a command of a device ends with this reason.
   void not_taken(std::string_view topic, const std::string& why);
   /// A state or the availability of a device or group was received on this connection, stored or new.
@@ -124,6 +126,8 @@ class Devices final : public DeviceHost {
   void update_groups();
   void apply(const bridge::GroupChanges& changes);
   const bridge::DeviceRecord* member(const std::string& address) const;
+  /// That takes its set messages at this topic; null: none.
+  Device* commanded_by(std::string_view topic) const;
   void note(Condition& condition, const model::Updates& updates);
   void apply_info(Device& device) const;
   Result<void> probe(const Message& message);

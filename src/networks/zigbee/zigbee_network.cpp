@@ -116,6 +116,7 @@ BrokerLine::Calls ZigbeeNetwork::line_calls() {
           .received = [this](const transport::MqttMessage& message) { received(message); },
           .too_long = [this](std::string_view topic, std::size_t bytes) { too_long(topic, bytes); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
+          .taken = [this](std::string_view topic) { devices_.taken(topic); },
           .not_taken = [this](std::string_view topic, const Error& why) { not_taken(topic, why); },
           .lost = [this](Error why) { lost(std::move(why)); },
           .refused =

@@ -100,19 +100,29 @@ TEST_F(BehindAccessRules, AGroupCommandThatTheBrokerDropsFails) {
   EXPECT_THAT(answer(1)->text, HasSubstr("the broker dropped it"));
 }
 
-TEST_F(BehindAccessRules, AGroupWithoutEchoesAnswersAtOnce) {
-  make();
-  bridge_starts();
+TEST_F(BehindAccessRules, AGroupWithoutEchoesAnswersAsTheBrokerDoes) {
+  start_with_a_group();
   auto pessimistic = info();
   pessimistic["config"]["device_options"]["optimistic"] = false;
   say("bridge/info", pessimistic, true);
-  say("bridge/groups", {{{"id", 7}, {"friendly_name", "all"}, {"members", {{{"ieee_address", "0x00124b0010000002"}}}}}},
-      true);
-  open();
+  host.time.run_for(1s);
   ASSERT_TRUE(command(1, "group-7", "switch", true));
   host.time.run_for(10ms);
   ASSERT_TRUE(answer(1));
   EXPECT_EQ(answer(1)->outcome, model::Outcome::kSent);
+  broker.refused_topics = {"zigbee2mqtt/all/set"};
+  ASSERT_TRUE(command(2, "group-7", "switch", true));
+  host.time.run_for(10ms);
+  ASSERT_TRUE(answer(2));
+  EXPECT_EQ(answer(2)->outcome, model::Outcome::kRefused);
+  EXPECT_THAT(answer(2)->text, HasSubstr("0x87"));
+  broker.acknowledges = false;
+  ASSERT_TRUE(command(3, "group-7", "switch", true));
+  host.time.run_for(14s);
+  EXPECT_FALSE(answer(3));
+  host.time.run_for(2s);
+  ASSERT_TRUE(answer(3));
+  EXPECT_EQ(answer(3)->outcome, model::Outcome::kSent);
 }
 
 /// MQTT 5, section 3.4.2.1: 0x87, not authorized.

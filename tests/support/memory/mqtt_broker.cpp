@@ -178,17 +178,22 @@ void MqttBroker::take(const SessionPtr& from, const MqttPublication& publication
                          net_.scheduler().now()};
   if (keeps_published) published_.push_back(seen);
   const bool refused = matches_any(refused_topics, publication.topic);
-  if (refused && !will) not_taken(from, publication);
+  if (!will && publication.qos > 0) acknowledge(from, publication, refused);
   if (!refused && !matches_any(ignored_topics, publication.topic)) spread(publication);
   if (heard) heard(seen);
 }
 
-void MqttBroker::not_taken(const SessionPtr& session, const MqttPublication& publication) {
-  if (!session->version_5 || publication.qos == 0) return;
-  ++session->counters.not_taken;
-  transit([session, topic = publication.topic] {
-    if (session->lost || !session->alive || !session->calls.not_taken) return;
-    session->calls.not_taken(topic, publication_error(kNotAuthorised, session->name, topic));
+void MqttBroker::acknowledge(const SessionPtr& session, const MqttPublication& publication, bool refused) {
+  if (!acknowledges) return;
+  const bool says_so = refused && session->version_5;
+  if (says_so) ++session->counters.not_taken;
+  transit([session, topic = publication.topic, says_so] {
+    const auto& calls = session->calls;
+    if (session->lost || !session->alive) return;
+    if (says_so && calls.not_taken)
+      calls.not_taken(topic, publication_error(kNotAuthorised, session->name, topic));
+    else if (!says_so && calls.taken)
+      calls.taken(topic);
   });
 }
 

@@ -44,6 +44,7 @@ class MqttBroker {
   std::set<std::string> refused_filters{};            ///< subscriptions to exactly these are refused
   std::set<std::string> ignored_topics{};             ///< filters: what clients publish there is dropped (access list)
   std::set<std::string> refused_topics{};  ///< as ignored_topics; a client of version 5 is told (reason 0x87, QoS 1)
+  bool acknowledges = true;                ///< publications of QoS 1
   bool keeps_published = true;             ///< if false, published() stays empty
   bool repeats = false;                    ///< each message of QoS 1 arrives twice
   std::function<void(const Publication&)> heard{};  ///< of each publication, as it arrives
@@ -90,7 +91,7 @@ class MqttBroker {
   void take_in(const SessionPtr& session);
   void subscribe(const SessionPtr& session, const std::string& filter, std::uint8_t qos);
   void take(const SessionPtr& from, const MqttPublication& publication, bool will);
-  void not_taken(const SessionPtr& session, const MqttPublication& publication);
+  void acknowledge(const SessionPtr& session, const MqttPublication& publication, bool refused);
   void spread(const MqttPublication& publication);
   void deliver(const SessionPtr& to, const MqttPublication& message, bool retained);
   void leave(const SessionPtr& session);

@@ -60,7 +60,7 @@ Commands::Commands(Scheduler& scheduler, Calls calls)
       deadline_(scheduler, [this] { flush(); }) {}
 
 Result<void> Commands::add(Command command, bool sleeps, Duration time_to_live) {
-  if (waiting_.size() + published_.size() >= kMaxPending)
+  if (waiting_.size() + published_.size() + echoless_.size() >= kMaxPending)
     return fail(ErrorCode::kBusy, fmt::format("{}: {} commands wait already", command.key, kMaxPending));
   const auto now = scheduler_.now();
   const auto longest = sleeps ? kAnswerTime : kEchoTime;
@@ -88,15 +88,30 @@ void Commands::echo(const Command& command) {
   if (!waiting_.empty()) turn_.request();
 }
 
+void Commands::taken() {
+  if (answered_ < messages_) answer_message(echoless_, ++answered_, Outcome::kSent, {});
+}
+
 void Commands::not_taken(const std::string& why) {
+  if (answered_ == messages_) return;
+  ++answered_;
   hold_until_ = {};
-  for (const auto& command : std::exchange(published_, {})) answer(command, Outcome::kRefused, why);
+  for (auto* list : {&published_, &echoless_}) answer_message(*list, answered_, Outcome::kRefused, why);
   if (!waiting_.empty()) turn_.request();
+}
+
+void Commands::answer_message(std::vector<Command>& list, std::uint64_t message, Outcome outcome,
+                              const std::string& why) {
+  std::erase_if(list, [&](const Command& command) {
+    if (command.message != message) return false;
+    answer(command, outcome, why);
+    return true;
+  });
 }
 
 void Commands::end(Outcome outcome, const std::string& why) {
   hold_until_ = {};
-  for (auto* list : {&published_, &waiting_}) {
+  for (auto* list : {&published_, &echoless_, &waiting_}) {
     for (const auto& command : std::exchange(*list, {})) answer(command, outcome, why);
   }
 }
@@ -120,7 +135,9 @@ void Commands::publish_waiting() {
 void Commands::publish(std::vector<Command> batch) {
   const auto done = calls_.publish(set_payload(batch));
   hold_until_ = scheduler_.now() + kHold;
+  if (done) ++messages_;
   for (auto& command : batch) {
+    command.message = messages_;
     if (!done)
       answer(command, outcome_of(done.error()), done.error().text);
     else
@@ -131,13 +148,13 @@ void Commands::publish(std::vector<Command> batch) {
 void Commands::sent(Command command) {
   command.published = scheduler_.wall_now();
   calls_.published(command);
-  if (!command.echoed) return answer(command, Outcome::kSent, {});
+  command.answer_by = std::min(command.answer_by, std::max(scheduler_.now() + kEchoTime, command.expires));
+  if (!command.echoed) return echoless_.push_back(std::move(command));
   std::erase_if(published_, [&](const Command& older) {
     if (!supersedes(command, older)) return false;
     answer(older, Outcome::kFailed, std::string(kSuperseded));
     return true;
   });
-  command.answer_by = std::min(command.answer_by, std::max(scheduler_.now() + kEchoTime, command.expires));
   published_.push_back(std::move(command));
 }
 
@@ -157,12 +174,19 @@ void Commands::sweep() {
         "when it wakes");
     return true;
   });
+  std::erase_if(echoless_, [&](const Command& command) {
+    if (command.answer_by > now) return false;
+    answer(command, Outcome::kSent, {});
+    return true;
+  });
 }
 
 SteadyTime Commands::next_time() const {
   auto next = SteadyTime::max();
   for (const auto& command : waiting_) next = std::min({next, command.expires, hold_until_});
-  for (const auto& command : published_) next = std::min(next, command.answer_by);
+  for (const auto* list : {&published_, &echoless_}) {
+    for (const auto& command : *list) next = std::min(next, command.answer_by);
+  }
   return next;
 }
 

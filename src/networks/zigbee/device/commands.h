@@ -21,15 +21,17 @@ struct Command {
   Value value;            ///< as commanded
   Value wanted;           ///< as the property can hold it: what `json` means
   bool event = false;     ///< each one counts; else a newer one for the same property supersedes it
-  bool echoed = true;     ///< Zigbee2MQTT publishes the value after it was sent; false: sent is all that can be known
+  bool echoed = true;     ///< Zigbee2MQTT publishes the value after it was sent; false: the broker's answer is all
   SteadyTime expires{};   ///< until then it must be published
   SteadyTime answer_by{};
   WallTime published{};
+  std::uint64_t message = 0;  ///< number of its set message
 };
 
 /// The commands of a device until Zigbee2MQTT confirmed that it sent them: merges them into `set` messages, waits for
 /// the echo, and answers each one exactly once (zigbee.md, sections 5 and 9). There is no negative reply to a set, so
-/// that a time-out must do.
+/// that a time-out must do. A command without an echo is sent when the broker took its message, or said nothing of it
+/// for kEchoTime. The broker answers the messages of a connection in their order (MQTT 5, section 4.6).
 class Commands {
  public:
   /// What is added while a set has no echo waits so long at most: longer, and one set that Zigbee2MQTT rejected would
@@ -56,8 +58,12 @@ class Commands {
   const Command* awaiting(std::size_t property) const;
   /// Its value came back: answers it and forgets it.
   void echo(const Command& command);
-  /// The broker did not take a set message of the device: answers all that were published.
+  /// The broker took the oldest set message that it did not answer yet.
+  void taken();
+  /// It did not take it: refuses its commands.
   void not_taken(const std::string& why);
+  /// No answers of the broker follow to what is published already: its connection is lost, or the topic another one.
+  void expect_no_answers() { answered_ = messages_; }
   /// Answers all.
   void end(model::Outcome outcome, const std::string& why);
 
@@ -68,11 +74,15 @@ class Commands {
   void sent(Command command);
   void sweep();
   SteadyTime next_time() const;
+  void answer_message(std::vector<Command>& list, std::uint64_t message, model::Outcome outcome,
+                      const std::string& why);
   void answer(const Command& command, model::Outcome outcome, std::string text);
 
   Scheduler& scheduler_;
   Calls calls_;
-  std::vector<Command> waiting_, published_;
+  std::vector<Command> waiting_;
+  std::vector<Command> published_, echoless_;  ///< that wait for an echo; for an answer of the broker
+  std::uint64_t messages_ = 0, answered_ = 0;  ///< set messages so far; those of them that the broker answered
   SteadyTime hold_until_{};
   base::OncePerTurn turn_;
   base::Deadline deadline_;

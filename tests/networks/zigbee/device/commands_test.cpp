@@ -185,6 +185,7 @@ TEST_F(CommandsTest, EventsKeepTheirOrderAndEachIsPublished) {
   }
   host.time.run_ready();
   EXPECT_EQ(sets(), (Texts{R"({"step":1})", R"({"step":2})", R"({"step":3})"}));
+  for (int i = 0; i < 3; ++i) commands.taken();
   EXPECT_EQ(answers(), (Texts{"1 sent", "2 sent", "3 sent"}));
 }
 

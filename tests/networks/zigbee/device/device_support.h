@@ -32,6 +32,7 @@ class FakeDeviceHost final : public DeviceHost {
     if (refuse) return fail(ErrorCode::kBusy, "the queue is full");
     published.push_back({name, std::string(verb), std::move(payload), time.now()});
     if (on_publish) on_publish(published.back());
+    if (verb == "set" && taken) time.post([this] { taken(); });
     return {};
   }
   void deliver(const std::string&, model::Body body) override {
@@ -62,6 +63,7 @@ class FakeDeviceHost final : public DeviceHost {
   std::vector<model::Body> delivered;
   std::vector<SteadyTime> delivered_at;
   std::function<void(const Publication&)> on_publish;
+  std::function<void()> taken;  ///< the broker took a set message
   bool refuse = false;
   int polls_left = 1'000'000;
 };
@@ -136,6 +138,7 @@ class DeviceTest : public testing::Test {
   /// Starts a device; the questions that it asks at once are over and forgotten.
   void start(bridge::DeviceRecord record, bool with_line = true) {
     device = std::make_unique<Device>(host, types, std::move(record));
+    host.taken = [this] { device->taken(); };
     if (!with_line) return;
     device->line_up();
     host.time.run_for(seconds(20));
