@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "tuples/dds/frame_codec.h"
+#include "tuples/distant/frame_codec.h"
 
 namespace rubicon::fuzz::dds_frame_fuzz {
 
@@ -10,15 +10,15 @@ namespace {
 using namespace rubicon::tuples;
 
 /// Writes down again what it is told.
-struct Copy final : dds::FrameReader {
+struct Copy final : distant::FrameReader {
   void on_changes(std::span<const Change> changes) override {
     for (const auto& change : changes) frame.add(change);
   }
   void on_set(RemoteSet&& set) override { frame.add(set); }
   void on_reply(Reply&& reply) override { frame.add(reply); }
-  void on_identity_check(const dds::IdentityCheck& check) override { frame.add(check); }
+  void on_identity_check(const distant::IdentityCheck& check) override { frame.add(check); }
 
-  dds::FrameWriter frame;
+  distant::FrameWriter frame;
 };
 
 }  // namespace
@@ -27,16 +27,16 @@ struct Copy final : dds::FrameReader {
 FUZZ_TARGET(dds_frame) {
   const ByteView input(data, size);
   Copy once;
-  const auto read = dds::read_frame(input, OwnerId{1}, OwnerId{2}, once);
+  const auto read = distant::read_frame(input, OwnerId{1}, OwnerId{2}, once);
   if (!read && read.error().text.empty()) std::abort();
   Copy twice;
-  if (!dds::read_frame(once.frame.view(), OwnerId{1}, OwnerId{2}, twice)) std::abort();
+  if (!distant::read_frame(once.frame.view(), OwnerId{1}, OwnerId{2}, twice)) std::abort();
   if (base::as_text(once.frame.view()) != base::as_text(twice.frame.view())) std::abort();
-  const auto spec = dds::read_subscription(input);
+  const auto spec = distant::read_subscription(input);
   if (!spec) return 0;
-  dds::FrameWriter content;
+  distant::FrameWriter content;
   content.add(*spec);
-  const auto again = dds::read_subscription(content.view());
+  const auto again = distant::read_subscription(content.view());
   if (!again || again->id != spec->id || !(again->pattern == spec->pattern)) std::abort();
   return 0;
 }

@@ -58,8 +58,8 @@ void Channel::add(Reply reply) {
   push(std::move(reply), size);
 }
 
-void Channel::add(const IdentityCheck& check) {
-  FrameWriter entry;
+void Channel::add(const distant::IdentityCheck& check) {
+  distant::FrameWriter entry;
   entry.add(check);
   add(entry.take());
 }

@@ -6,7 +6,7 @@
 
 #include "tuples/dds/dds_trust.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/frame_codec.h"
+#include "tuples/distant/frame_codec.h"
 
 namespace rubicon::tuples::dds {
 
@@ -31,7 +31,7 @@ class Channel {
   void add(Bytes changes);
   void add(RemoteSet set, SteadyTime now);
   void add(Reply reply);
-  void add(const IdentityCheck& check);
+  void add(const distant::IdentityCheck& check);
 
   enum class State : std::uint8_t { kEmpty, kMore, kFull };
   /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
@@ -66,7 +66,7 @@ class Channel {
   std::uint32_t readers_checked_ = 0;  ///< of all that were ever matched
   std::deque<std::pair<Entry, std::size_t>> entries_;
   std::size_t waiting_ = 0;
-  FrameWriter frame_;
+  distant::FrameWriter frame_;
 };
 
 }  // namespace rubicon::tuples::dds

@@ -272,7 +272,7 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   if (!peer) return true;  // no receiver: dropped
   auto* channel = channel_to(subscriber, *peer);
   if (!channel || channel->waiting() > kMaxWaitingBytes) return false;
-  FrameWriter entries;
+  distant::FrameWriter entries;
   for (const auto& change : changes) {
     if (entries.size() > 0 && entries.size() + size_of(change) > Channel::kFrameBytes) channel->add(entries.take());
     entries.add(change);
@@ -322,7 +322,7 @@ void DdsLink::subscribe(const SubscriptionSpec& spec) {
     number = *free_slots_.begin();
     free_slots_.erase(free_slots_.begin());
   }
-  FrameWriter content;
+  distant::FrameWriter content;
   content.add(spec);
   slots_[number] = content.take();
   slot_of_[spec.id] = number;

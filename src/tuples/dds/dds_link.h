@@ -24,7 +24,7 @@ namespace rubicon::tuples::dds {
 
 /// The link of one component over DDS (docs/ecology.md): publishes its presence and its subscriptions, and has a
 /// channel to each component to which it sends.
-class DdsLink final : public Link, private FrameReader {
+class DdsLink final : public Link, private distant::FrameReader {
  public:
   /// What the links of a process share; it outlives them.
   struct Shared {
@@ -88,7 +88,7 @@ class DdsLink final : public Link, private FrameReader {
   void on_changes(std::span<const Change> changes) override;
   void on_set(RemoteSet&& set) override;
   void on_reply(Reply&& reply) override;
-  void on_identity_check(const IdentityCheck&) override {}  // between processes with one id only
+  void on_identity_check(const distant::IdentityCheck&) override {}  // between processes with one id only
 
   Result<void> make_entities();
   Result<void> make_topics();

@@ -59,7 +59,7 @@ bool DdsLink::take_interests() {
               revoked[writer->member->name].assign(content.begin(), content.end());
             return;
           }
-          auto spec = read_subscription(content);
+          auto spec = distant::read_subscription(content);
           if (!spec) {
             const auto who = writer->member ? text_of(*writer->member) : fmt::format("component {}", sample.subscriber);
             return warn("interest of " + who, fmt::format("subscription of {}: {}", who, spec.error().text));
@@ -148,7 +148,7 @@ void DdsLink::drop_expired_frames() {
 
 void DdsLink::deliver(OwnerId id, ByteView content) {
   reading_from_ = id;
-  if (auto read = read_frame(content, id, self_, *this); !read)
+  if (auto read = distant::read_frame(content, id, self_, *this); !read)
     warn(fmt::format("frame {}", number(id)), read.error().text);
 }
 

@@ -89,7 +89,7 @@ bool IdConflicts::ask(std::uint64_t incarnation, Rival& rival) {
   return true;
 }
 
-void IdConflicts::send(std::uint64_t incarnation, Rival& rival, const IdentityCheck& check) {
+void IdConflicts::send(std::uint64_t incarnation, Rival& rival, const distant::IdentityCheck& check) {
   if (!rival.channel) {
     auto channel = calls_.make_channel(incarnation);
     if (!channel) return log_.warning(channel.error().text);
@@ -102,10 +102,10 @@ void IdConflicts::send(std::uint64_t incarnation, Rival& rival, const IdentityCh
 void IdConflicts::on_frame(std::uint64_t incarnation, ByteView content) {
   if (!all_.contains(incarnation)) return;
   reading_from_ = incarnation;
-  std::ignore = read_frame(content, self_, self_, *this);
+  std::ignore = distant::read_frame(content, self_, self_, *this);
 }
 
-void IdConflicts::on_identity_check(const IdentityCheck& check) {
+void IdConflicts::on_identity_check(const distant::IdentityCheck& check) {
   auto& rival = all_.at(reading_from_);
   if (!check.is_answer && !calls_.answers) return;
   if (!check.is_answer) return send(reading_from_, rival, {true, check.number});

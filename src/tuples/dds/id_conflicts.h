@@ -15,7 +15,7 @@ namespace rubicon::tuples::dds {
 /// that are alive the later start has to end. A presence alone proves nothing: an earlier start displaces this one only
 /// after it answered a question and stayed present for a lease. Bounded: one rival per DDS participant, kMax in all; if
 /// there are more, the one that has not answered for longest is forgotten.
-class IdConflicts final : private FrameReader {
+class IdConflicts final : private distant::FrameReader {
  public:
   /// Makes a channel to a rival, when there is a question or an answer to send.
   using MakeChannel = std::function<Result<std::unique_ptr<Channel>>(std::uint64_t incarnation)>;
@@ -51,12 +51,12 @@ class IdConflicts final : private FrameReader {
   void on_changes(std::span<const Change>) override {}
   void on_set(RemoteSet&&) override {}
   void on_reply(Reply&&) override {}
-  void on_identity_check(const IdentityCheck& check) override;
+  void on_identity_check(const distant::IdentityCheck& check) override;
 
   bool make_room(const Participant& who);
   void ask_rivals();
   bool ask(std::uint64_t incarnation, Rival& rival);
-  void send(std::uint64_t incarnation, Rival& rival, const IdentityCheck& check);
+  void send(std::uint64_t incarnation, Rival& rival, const distant::IdentityCheck& check);
   Duration pause() const;
 
   OwnerId self_;

@@ -5,14 +5,14 @@
 
 #include "tuples/component.h"
 #include "tuples/dds/dds_test_ecology.h"
-#include "tuples/dds/frame_codec.h"
 #include "tuples/dds/rogue.h"
+#include "tuples/distant/frame_codec.h"
 
 namespace rubicon::tuples {
 namespace {
 
 using namespace std::chrono_literals;
-using dds::FrameWriter;
+using distant::FrameWriter;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -52,7 +52,7 @@ struct Rogues : testing::Test, TwoComponentsOf<dds::DdsTestEcology> {
     change.tuple.value = value;
     change.tuple.media_type = "text/plain";
     change.tuple.sequence = sequence;
-    FrameWriter writer;
+    distant::FrameWriter writer;
     writer.add(change);
     return writer.take();
   }
@@ -62,7 +62,7 @@ struct Rogues : testing::Test, TwoComponentsOf<dds::DdsTestEcology> {
     set.key = "cmd";
     set.value = std::move(value);
     set.time_to_live = 60s;
-    FrameWriter writer;
+    distant::FrameWriter writer;
     writer.add(set);
     return writer.take();
   }
@@ -130,7 +130,7 @@ TEST_F(Rogues, OversizedValuesAndUnsoundKeysAreDroppedAndCounted) {
 
 TEST_F(Rogues, TenThousandSubscriptionsHarmNobody) {
   for (std::uint32_t i = 0; i < 10'200; ++i) {
-    FrameWriter content;
+    distant::FrameWriter content;
     content.add(SubscriptionSpec{i, pattern("a.k" + std::to_string(i)), {}});
     rogue.interest(i, content.take());
     if (i % 100 == 0) time.run_for(1ms);
@@ -186,12 +186,12 @@ TEST_F(Rogues, SubscribeForNobodyElse) {
   std::vector<std::string> wanted;
   const auto watch =
       island->space.watch_demand(pattern("mine"), [&](const Demand& demand) { wanted.emplace_back(demand.key); });
-  FrameWriter content;
+  distant::FrameWriter content;
   content.add(SubscriptionSpec{77, pattern("mine"), {}});
   rogue.interest_of(number(kRobot), robots, 77, content.take());
   let_pass();
   EXPECT_THAT(wanted, IsEmpty());
-  FrameWriter own;
+  distant::FrameWriter own;
   own.add(SubscriptionSpec{77, pattern("mine"), {}});
   rogue.interest(77, own.take());
   EXPECT_TRUE(until([&] { return !wanted.empty(); })) << "in its own name it may";

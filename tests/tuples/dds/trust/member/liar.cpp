@@ -4,9 +4,9 @@
 
 #include "transport/host_name.h"
 #include "tuples/dds/component_starts.h"
-#include "tuples/dds/frame_codec.h"
 #include "tuples/dds/secure_participant.h"
 #include "tuples/dds/take_samples.h"
+#include "tuples/distant/frame_codec.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -66,7 +66,7 @@ void Liar::obey(const Words& words) {
   const auto id = static_cast<std::uint32_t>(std::stoul(words.at(1)));
   const auto incarnation = std::stoull(words.at(2));
   if (verb == "interest") {
-    FrameWriter content;
+    distant::FrameWriter content;
     content.add(SubscriptionSpec{77, *Pattern::parse("a.**"), {}});
     auto bytes = content.take();
     rubicon_wire_Interest one{};
@@ -138,13 +138,13 @@ void Liar::frame(const Words& words) {
   change.tuple.value = words.at(6);
   change.tuple.media_type = "text/plain";
   change.tuple.sequence = 1'000'000;
-  FrameWriter content;
+  distant::FrameWriter content;
   content.add(change);
   send(words, std::stoull(words.at(4)), content.take());
 }
 
 void Liar::reply(const Words& words) {
-  FrameWriter content;
+  distant::FrameWriter content;
   content.add(Reply{OwnerId(static_cast<std::uint32_t>(std::stoul(words.at(4)))), std::stoull(words.at(6)),
                     Verdict::kRefused, ErrorCode::kRefused, "says mallory", 0});
   send(words, std::stoull(words.at(5)), content.take());

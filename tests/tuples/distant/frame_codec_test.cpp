@@ -1,8 +1,8 @@
-#include "tuples/dds/frame_codec.h"
+#include "tuples/distant/frame_codec.h"
 
 #include <gmock/gmock.h>
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples::distant {
 namespace {
 
 constexpr OwnerId kIsland{6541}, kSender{70001};
@@ -153,4 +153,4 @@ TEST(Frame, CarriesTheQuestionsOfTwoWithOneId) {
 }
 
 }  // namespace
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples::distant

@@ -3,10 +3,10 @@
 #include <span>
 #include <utility>
 
-#include "base/bytes.h"
+#include "tuples/distant/fields.h"
 #include "tuples/link.h"
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples::distant {
 
 /// Sent between two processes with the same component id: the question whether the other is alive, or the answer.
 struct IdentityCheck {
@@ -24,21 +24,17 @@ class FrameWriter {
   /// The content of an Interest, not of a frame.
   void add(const SubscriptionSpec& spec);
   /// Entries that are encoded already.
-  void add(ByteView entries);
+  void add(ByteView entries) { fields_.bytes(entries); }
 
-  std::size_t size() const { return bytes_.size(); }
-  ByteView view() const { return bytes_; }
-  Bytes take() { return std::exchange(bytes_, {}); }
-  void clear() { bytes_.clear(); }
+  std::size_t size() const { return fields_.size(); }
+  ByteView view() const { return fields_.view(); }
+  Bytes take() { return fields_.take(); }
+  void clear() { fields_.clear(); }
 
  private:
-  void byte(std::uint8_t value) { bytes_.push_back(value); }
-  void number(std::uint64_t value);
-  void signed_number(std::int64_t value);
-  void text(std::string_view text);
   void set_entry(const TupleView& tuple);
 
-  Bytes bytes_;
+  FieldWriter fields_;
 };
 
 /// Receives the entries of a frame in order; views point into the frame.
@@ -58,4 +54,4 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
 /// Decodes the content of an Interest. kInvalid if it is malformed or has no valid pattern.
 Result<SubscriptionSpec> read_subscription(ByteView content);
 
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples::distant

@@ -1,11 +1,11 @@
-#include "tuples/dds/frame_codec.h"
+#include "tuples/distant/frame_codec.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 
-namespace rubicon::tuples::dds {
+namespace rubicon::tuples::distant {
 
 namespace {
 
@@ -16,68 +16,13 @@ constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
 // Bits of a subscription.
 constexpr std::uint8_t kOneOwner = 1, kPassive = 2;
 
-constexpr std::int64_t kMaxDuration = std::chrono::nanoseconds(std::chrono::years(100)).count();
-
 std::int64_t micros(WallTime time) {
   return time.time_since_epoch().count();
 }
 
-/// Reads what FrameWriter wrote. After an invalid read all further ones give zero.
-class Cursor {
- public:
-  explicit Cursor(ByteView bytes) : bytes_(bytes) {}
-
-  std::uint8_t byte() {
-    if (at_ >= bytes_.size()) return fail_read();
-    return bytes_[at_++];
-  }
-  std::uint64_t number() {
-    std::uint64_t value = 0;
-    for (unsigned shift = 0; shift < 64; shift += 7) {
-      const auto part = byte();
-      value |= static_cast<std::uint64_t>(part & 0x7f) << shift;
-      if ((part & 0x80) == 0) return shift == 63 && part > 1 ? fail_read() : value;
-    }
-    return fail_read();
-  }
-  std::int64_t signed_number() {
-    const auto value = number();
-    return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
-  }
-  std::string_view text() {
-    const auto size = number();
-    if (size > bytes_.size() - at_) return fail_read(), std::string_view();
-    const auto found = base::as_text(bytes_.subspan(at_, static_cast<std::size_t>(size)));
-    at_ += static_cast<std::size_t>(size);
-    return found;
-  }
-  WallTime time() { return WallTime(std::chrono::microseconds(signed_number())); }
-  /// Clamped to 0..100 years.
-  Duration duration() { return Duration(std::clamp<std::int64_t>(signed_number(), 0, kMaxDuration)); }
-  OwnerId owner() {
-    const auto id = number();
-    if (id > 0xffffffff) fail_read();
-    return OwnerId(static_cast<std::uint32_t>(id));
-  }
-
-  bool ok() const { return ok_; }
-  bool at_end() const { return at_ == bytes_.size(); }
-  std::size_t position() const { return at_; }
-  std::uint8_t fail_read() {
-    ok_ = false;
-    at_ = bytes_.size();
-    return 0;
-  }
-
- private:
-  ByteView bytes_;
-  std::size_t at_ = 0;
-  bool ok_ = true;
-};
-
 /// In an entry kSet with an empty key the sequence is the id of the subscription whose snapshot ends, or 0 for Restart,
 /// with its time as the write time.
-Change read_set_entry(Cursor& in, OwnerId from) {
+Change read_set_entry(FieldReader& in, OwnerId from) {
   TupleView tuple;
   tuple.owner = from;
   tuple.key = in.text();
@@ -93,7 +38,7 @@ Change read_set_entry(Cursor& in, OwnerId from) {
   return Restart{tuple.write_time};
 }
 
-Change read_change(Cursor& in, Entry entry, OwnerId from) {
+Change read_change(FieldReader& in, Entry entry, OwnerId from) {
   if (entry == Entry::kSet) return read_set_entry(in, from);
   TupleGone gone;
   gone.how = entry == Entry::kExpired ? EventKind::kExpired : EventKind::kDeleted;
@@ -102,7 +47,7 @@ Change read_change(Cursor& in, Entry entry, OwnerId from) {
   return gone;
 }
 
-RemoteSet read_set(Cursor& in, OwnerId from, OwnerId to) {
+RemoteSet read_set(FieldReader& in, OwnerId from, OwnerId to) {
   RemoteSet set;
   set.from = from;
   set.owner = to;
@@ -120,7 +65,7 @@ RemoteSet read_set(Cursor& in, OwnerId from, OwnerId to) {
   return set;
 }
 
-Reply read_reply(Cursor& in, OwnerId to) {
+Reply read_reply(FieldReader& in, OwnerId to) {
   Reply reply;
   reply.to = to;
   reply.request = in.number();
@@ -137,33 +82,12 @@ Reply read_reply(Cursor& in, OwnerId to) {
 
 }  // namespace
 
-void FrameWriter::number(std::uint64_t value) {
-  while (value >= 0x80) {
-    byte(static_cast<std::uint8_t>(value | 0x80));
-    value >>= 7;
-  }
-  byte(static_cast<std::uint8_t>(value));
-}
-
-void FrameWriter::signed_number(std::int64_t value) {
-  number((static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63));
-}
-
-void FrameWriter::text(std::string_view text) {
-  number(text.size());
-  add(base::as_bytes(text));
-}
-
-void FrameWriter::add(ByteView entries) {
-  bytes_.insert(bytes_.end(), entries.begin(), entries.end());
-}
-
 void FrameWriter::add(const Change& change) {
   if (const auto* set = std::get_if<TupleSet>(&change)) return set_entry(set->tuple);
   if (const auto* gone = std::get_if<TupleGone>(&change)) {
-    byte(static_cast<std::uint8_t>(gone->how == EventKind::kExpired ? Entry::kExpired : Entry::kDeleted));
-    text(gone->key);
-    number(gone->sequence);
+    fields_.byte(static_cast<std::uint8_t>(gone->how == EventKind::kExpired ? Entry::kExpired : Entry::kDeleted));
+    fields_.text(gone->key);
+    fields_.number(gone->sequence);
     return;
   }
   TupleView control;
@@ -173,50 +97,50 @@ void FrameWriter::add(const Change& change) {
 }
 
 void FrameWriter::set_entry(const TupleView& tuple) {
-  byte(static_cast<std::uint8_t>(Entry::kSet));
-  text(tuple.key);
-  number(tuple.sequence);
-  text(tuple.value);
-  text(tuple.media_type);
-  number(model::number(tuple.creator));
-  signed_number(micros(tuple.write_time));
-  signed_number(micros(tuple.user_time));
-  signed_number(micros(tuple.expire_time));
+  fields_.byte(static_cast<std::uint8_t>(Entry::kSet));
+  fields_.text(tuple.key);
+  fields_.number(tuple.sequence);
+  fields_.text(tuple.value);
+  fields_.text(tuple.media_type);
+  fields_.number(model::number(tuple.creator));
+  fields_.signed_number(micros(tuple.write_time));
+  fields_.signed_number(micros(tuple.user_time));
+  fields_.signed_number(micros(tuple.expire_time));
 }
 
 void FrameWriter::add(const RemoteSet& set) {
-  byte(static_cast<std::uint8_t>(Entry::kRemoteSet));
-  number(set.request);
-  text(set.key);
-  text(set.value);
-  text(set.media_type);
-  signed_number(micros(set.user_time));
-  signed_number(set.lifetime.count());
-  signed_number(set.time_to_live.count());
+  fields_.byte(static_cast<std::uint8_t>(Entry::kRemoteSet));
+  fields_.number(set.request);
+  fields_.text(set.key);
+  fields_.text(set.value);
+  fields_.text(set.media_type);
+  fields_.signed_number(micros(set.user_time));
+  fields_.signed_number(set.lifetime.count());
+  fields_.signed_number(set.time_to_live.count());
   std::uint8_t bits = 0;
   if (set.append) bits |= kAppend;
   if (set.time_to_live_given) bits |= kTimeToLiveGiven;
   if (set.expected_sequence) bits |= kExpectsSequence;
-  byte(bits);
-  if (set.expected_sequence) number(*set.expected_sequence);
+  fields_.byte(bits);
+  if (set.expected_sequence) fields_.number(*set.expected_sequence);
 }
 
 void FrameWriter::add(const Reply& reply) {
-  byte(static_cast<std::uint8_t>(Entry::kReply));
-  number(reply.request);
-  byte(static_cast<std::uint8_t>(reply.verdict));
-  byte(static_cast<std::uint8_t>(reply.code));
-  text(reply.text);
-  number(reply.sequence);
+  fields_.byte(static_cast<std::uint8_t>(Entry::kReply));
+  fields_.number(reply.request);
+  fields_.byte(static_cast<std::uint8_t>(reply.verdict));
+  fields_.byte(static_cast<std::uint8_t>(reply.code));
+  fields_.text(reply.text);
+  fields_.number(reply.sequence);
 }
 
 void FrameWriter::add(const IdentityCheck& check) {
-  byte(static_cast<std::uint8_t>(check.is_answer ? Entry::kAnswer : Entry::kQuestion));
-  number(check.number);
+  fields_.byte(static_cast<std::uint8_t>(check.is_answer ? Entry::kAnswer : Entry::kQuestion));
+  fields_.number(check.number);
 }
 
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader) {
-  Cursor in(frame);
+  FieldReader in(frame);
   std::vector<Change> changes;
   const auto pass_changes = [&] {
     if (!changes.empty()) reader.on_changes(changes);
@@ -253,17 +177,17 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
 }
 
 void FrameWriter::add(const SubscriptionSpec& spec) {
-  number(spec.id);
-  byte(static_cast<std::uint8_t>((spec.pattern.owner ? kOneOwner : 0) | (spec.flow.passive ? kPassive : 0)));
-  if (spec.pattern.owner) number(model::number(*spec.pattern.owner));
-  text(spec.pattern.key);
-  signed_number(spec.flow.minimum.count());
-  signed_number(spec.flow.maximum.count());
-  number(std::bit_cast<std::uint64_t>(spec.flow.dead_band));
+  fields_.number(spec.id);
+  fields_.byte(static_cast<std::uint8_t>((spec.pattern.owner ? kOneOwner : 0) | (spec.flow.passive ? kPassive : 0)));
+  if (spec.pattern.owner) fields_.number(model::number(*spec.pattern.owner));
+  fields_.text(spec.pattern.key);
+  fields_.signed_number(spec.flow.minimum.count());
+  fields_.signed_number(spec.flow.maximum.count());
+  fields_.number(std::bit_cast<std::uint64_t>(spec.flow.dead_band));
 }
 
 Result<SubscriptionSpec> read_subscription(ByteView content) {
-  Cursor in(content);
+  FieldReader in(content);
   SubscriptionSpec spec;
   const auto id = in.number();
   spec.id = static_cast<std::uint32_t>(id);
@@ -282,4 +206,4 @@ Result<SubscriptionSpec> read_subscription(ByteView content) {
   return spec;
 }
 
-}  // namespace rubicon::tuples::dds
+}  // namespace rubicon::tuples::distant

@@ -1,0 +1,107 @@
+#include "tuples/host/connection.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace rubicon::tuples::host {
+
+namespace {
+
+std::size_t size_at(ByteView bytes) {
+  std::size_t size = 0;
+  for (std::size_t at = 0; at < kSizeBytes; ++at) size |= std::size_t{bytes[at]} << (8 * at);
+  return size;
+}
+
+}  // namespace
+
+transport::LocalCalls Connection::begin(Calls calls) {
+  calls_ = std::move(calls);
+  return {lifetime_.guard([this](ByteView bytes) { received(bytes); }), lifetime_.guard([this] { flush(); }),
+          lifetime_.guard([this](const Error& why) { end(why); })};
+}
+
+void Connection::take(std::unique_ptr<transport::LocalStream> stream) {
+  stream_ = std::move(stream);
+  if (waiting() > 0) flush_soon_.request();
+}
+
+void Connection::send(const Record& record) {
+  if (closed_) return;
+  append(out_, record);
+  flush_soon_.request();
+}
+
+void Connection::flush() {
+  if (!stream_ || closed_) return;
+  const ByteView fresh(out_);
+  if (queue_.empty() && !fresh.empty()) {
+    const auto done = stream_->write(fresh);
+    if (!done) return out_.clear();  // `failed` follows
+    const auto rest = fresh.subspan(*done);
+    queue_.assign(rest.begin(), rest.end());
+    return out_.clear();
+  }
+  queue_.insert(queue_.end(), fresh.begin(), fresh.end());
+  out_.clear();
+  if (queue_.empty()) return;
+  const auto done = stream_->write(ByteView(queue_).subspan(written_));
+  written_ += done ? *done : queue_.size() - written_;
+  if (written_ < queue_.size() && written_ < queue_.size() / 2) return;
+  queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(std::exchange(written_, 0)));
+}
+
+void Connection::received(ByteView bytes) {
+  if (closed_) return;
+  const auto alive = lifetime_.watch();
+  if (partial_.empty()) {
+    const auto done = pass_records(bytes);
+    if (alive.ended() || closed_) return;
+    const auto rest = bytes.subspan(done);
+    return partial_.assign(rest.begin(), rest.end());
+  }
+  partial_.insert(partial_.end(), bytes.begin(), bytes.end());
+  auto whole = std::exchange(partial_, {});
+  const auto done = pass_records(whole);
+  if (alive.ended() || closed_) return;
+  whole.erase(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(done));
+  partial_ = std::move(whole);
+}
+
+/// Returns the size of the records that were passed. A call may close or destroy this.
+std::size_t Connection::pass_records(ByteView bytes) {
+  const auto alive = lifetime_.watch();
+  std::size_t at = 0;
+  while (bytes.size() - at >= kSizeBytes) {
+    const auto size = size_at(bytes.subspan(at));
+    if (size > kMaxRecord) {
+      end({ErrorCode::kInvalid, fmt::format("a record of {} bytes, expected at most {}", size, kMaxRecord)});
+      return at;
+    }
+    if (bytes.size() - at - kSizeBytes < size) break;
+    const auto record = read_record(bytes.subspan(at + kSizeBytes, size));
+    at += kSizeBytes + size;
+    if (record) calls_.record(*record);
+    if (!record) end(record.error());
+    if (alive.ended() || closed_) return at;
+  }
+  return at;
+}
+
+void Connection::end(const Error& why) {
+  if (closed_) return;
+  close();
+  const auto call = calls_.ended;  // may destroy this
+  call(why);
+}
+
+void Connection::close() {
+  closed_ = true;
+  stream_.reset();
+  queue_.clear();
+  written_ = 0;
+  out_.clear();
+}
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,280 @@
+#include "tuples/host/disk_folder.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <utility>
+
+#include "base/own_file.h"
+#include "transport/host_name.h"
+
+namespace rubicon::tuples::host {
+
+namespace {
+
+constexpr std::string_view kSocket = ".sock";
+constexpr std::uint32_t kFirstFree = 65536;  ///< ids below are of islands
+constexpr mode_t kOwn = 0700, kOfPeople = 02750;
+
+Error trouble(const std::string& path, std::string_view doing, int error) {
+  const auto code = error == EACCES || error == EPERM || error == ELOOP || error == ENOTDIR ? ErrorCode::kRefused
+                    : error == ENOENT                                                       ? ErrorCode::kNotFound
+                                                                                            : ErrorCode::kIo;
+  return {code, fmt::format("{}: cannot {}: {}", path, doing, std::strerror(error))};
+}
+
+/// Makes the folder unless it exists. It is of this user, and nobody else may write to it.
+Result<void> make_own(const std::string& path, mode_t mode) {
+  const bool made = ::mkdir(path.c_str(), mode) == 0;
+  if (!made && errno != EEXIST) return fail(trouble(path, "make the folder", errno));
+  if (made && ::chmod(path.c_str(), mode) != 0) return fail(trouble(path, "give the folder its permissions", errno));
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0) return fail(trouble(path, "look at the folder", errno));
+  const auto refuse = [&](std::string_view why) {
+    return fail(ErrorCode::kRefused, fmt::format("{}: {}: remove it, or set RUBICON_FOLDER", path, why));
+  };
+  if (!S_ISDIR(found.st_mode)) return refuse(S_ISLNK(found.st_mode) ? "is a symbolic link" : "is no folder");
+  if (found.st_uid != ::geteuid()) return refuse(fmt::format("belongs to uid {}", found.st_uid));
+  if ((found.st_mode & 07777 & ~mode) != 0)
+    return refuse(fmt::format("has permissions {:o}, expected {:o}", found.st_mode & 07777, mode));
+  return {};
+}
+
+std::vector<std::string> names_in(const std::string& path) {
+  std::vector<std::string> names;
+  auto* folder = ::opendir(path.c_str());
+  if (!folder) return names;
+  while (const auto* entry = ::readdir(folder)) {
+    if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
+  }
+  ::closedir(folder);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// The owner of the socket if it is one, and its folder has the same.
+Result<uid_t> owner_of(const Door& door) {
+  const auto path = fmt::format("{}/{}{}", door.place, door.token, kSocket);
+  struct stat folder {
+  }, socket{};
+  if (::lstat(path.c_str(), &socket) != 0) return fail(trouble(path, "look at the socket", errno));
+  if (::stat(door.place.c_str(), &folder) != 0) return fail(trouble(door.place, "look at the folder", errno));
+  if (!S_ISSOCK(socket.st_mode)) return fail(ErrorCode::kNotFound, path + " is no socket");
+  if (socket.st_uid != folder.st_uid)
+    return fail(ErrorCode::kRefused,
+                fmt::format("{} is of uid {}, its folder of uid {}", path, socket.st_uid, folder.st_uid));
+  return socket.st_uid;
+}
+
+/// A lock on a file that stays; who holds it is written in it.
+class DiskLock final : public IdLock {
+ public:
+  explicit DiskLock(OwnFile file) : file_(std::move(file)) {}
+
+ private:
+  OwnFile file_;
+};
+
+std::string text_in(int file) {
+  std::array<char, 256> text{};
+  const auto size = ::pread(file, text.data(), text.size(), 0);
+  std::string found(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  return found.substr(0, found.find('\n'));
+}
+
+std::string own_text() {
+  std::array<char, 32> since{};
+  const auto now = std::time(nullptr);
+  std::tm local{};
+  std::strftime(since.data(), since.size(), "%Y-%m-%d %H:%M", ::localtime_r(&now, &local));
+  return fmt::format("{}, {} since {}\n", program_invocation_short_name, transport::own_process(), since.data());
+}
+
+/// Whether the path still names the file that is open: somebody may have removed it meanwhile.
+bool is_same(int file, const std::string& path) {
+  struct stat open {
+  }, named{};
+  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+         open.st_dev == named.st_dev;
+}
+
+class DiskFolder final : public Folder {
+ public:
+  DiskFolder(Place place, std::string space, Sockets sockets)
+      : place_(std::move(place)), space_(std::move(space)), sockets_(std::move(sockets)) {}
+
+  std::string path() const override { return place_.path; }
+
+  std::string make_token() const override {
+    std::uint64_t random = 0;
+    while (::getrandom(&random, sizeof random, 0) != sizeof random) {
+    }
+    return fmt::format("{:016x}", random);
+  }
+
+  Result<std::unique_ptr<IdLock>> lock(OwnerId id) override;
+  Result<std::unique_ptr<transport::LocalListener>> open(const std::string& token,
+                                                         transport::LocalAccept accept) override;
+  bool is_open() const override {
+    struct stat found {};
+    return ::lstat(own_socket_.c_str(), &found) == 0 && found.st_ino == inode_;
+  }
+  Result<std::vector<Door>> doors() const override;
+  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override;
+  Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const override;
+  Duration since_boot() const override {
+    timespec now{};
+    ::clock_gettime(CLOCK_BOOTTIME, &now);
+    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+  }
+
+  Result<void> make();
+
+ private:
+  struct Listener;
+  std::vector<std::pair<std::string, bool>> places() const;
+
+  Place place_;
+  std::string space_;
+  Sockets sockets_;
+  std::string own_;  ///< the folder of this process
+  bool own_islands_ = false;
+  std::string own_socket_;
+  ino_t inode_ = 0;
+};
+
+/// The socket goes with it, if it is still there.
+struct DiskFolder::Listener final : transport::LocalListener {
+  Listener(std::unique_ptr<transport::LocalListener> i, std::string p, ino_t n)
+      : inner(std::move(i)), path(std::move(p)), inode(n) {}
+  ~Listener() override {
+    struct stat found {};
+    if (::lstat(path.c_str(), &found) == 0 && found.st_ino == inode) ::unlink(path.c_str());
+  }
+  std::unique_ptr<transport::LocalListener> inner;
+  std::string path;
+  ino_t inode;
+};
+
+/// Below a shared place, whoever owns `islands`, and root, are the service.
+Result<void> DiskFolder::make() {
+  if (!place_.shared) {
+    own_ = place_.path + "/" + space_;
+    own_islands_ = true;
+    if (auto made = make_own(place_.path, kOwn); !made) return made;
+    return make_own(own_, kOwn);
+  }
+  struct stat islands {};
+  const auto path = place_.path + "/islands";
+  if (::stat(path.c_str(), &islands) != 0) return fail(trouble(path, "enter the folder", errno));
+  own_islands_ = islands.st_uid == ::geteuid();
+  const auto base = own_islands_ ? path : fmt::format("{}/people/{}", place_.path, ::geteuid());
+  if (!own_islands_) {
+    if (auto made = make_own(base, kOfPeople); !made) return made;
+  }
+  own_ = base + "/" + space_;
+  return make_own(own_, kOfPeople);
+}
+
+Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
+  if (number(id) < kFirstFree && !own_islands_)
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("component {}: islands of {} run as the service; for one of your own set RUBICON_FOLDER to a "
+                    "folder of yours",
+                    number(id), place_.path));
+  const auto path = fmt::format("{}/{}.lock", own_, number(id));
+  while (true) {
+    auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+    if (file.get() < 0) return fail(trouble(path, "open the lock", errno));
+    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK) return fail(trouble(path, "lock", errno));
+      return fail(ErrorCode::kDuplicate, fmt::format("component {} runs already: {}", number(id), text_in(file.get())));
+    }
+    if (!is_same(file.get(), path)) continue;
+    const auto text = own_text();
+    if (::ftruncate(file.get(), 0) != 0 || !file.write(text, path)) return fail(trouble(path, "write the lock", errno));
+    return std::make_unique<DiskLock>(std::move(file));
+  }
+}
+
+/// Under another name first, so that who finds the socket can connect to it.
+Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::string& token,
+                                                                   transport::LocalAccept accept) {
+  if (auto made = make(); !made) return fail(std::move(made.error()));
+  own_socket_ = fmt::format("{}/{}{}", own_, token, kSocket);
+  const auto before = fmt::format("{}/.{}", own_, token);
+  ::unlink(before.c_str());
+  auto listener = sockets_.listen(before, std::move(accept));
+  if (!listener) return fail(std::move(listener.error()));
+  struct stat found {};
+  if (::lstat(before.c_str(), &found) != 0 || ::rename(before.c_str(), own_socket_.c_str()) != 0)
+    return fail(trouble(own_socket_, "name the socket", errno));
+  inode_ = found.st_ino;
+  return std::make_unique<Listener>(std::move(*listener), own_socket_, inode_);
+}
+
+/// The folders of all users, and whether ids of islands count there.
+std::vector<std::pair<std::string, bool>> DiskFolder::places() const {
+  if (!place_.shared) return {{own_, true}};
+  std::vector<std::pair<std::string, bool>> all{{fmt::format("{}/islands/{}", place_.path, space_), true}};
+  for (const auto& user : names_in(place_.path + "/people"))
+    all.emplace_back(fmt::format("{}/people/{}/{}", place_.path, user, space_), false);
+  return all;
+}
+
+Result<std::vector<Door>> DiskFolder::doors() const {
+  std::vector<Door> all;
+  for (const auto& [path, islands] : places()) {
+    for (const auto& name : names_in(path)) {
+      if (name.ends_with(kSocket)) all.push_back({name.substr(0, name.size() - kSocket.size()), path, islands});
+    }
+  }
+  return all;
+}
+
+/// A socket of this user to which nobody listens was left by a process that was killed.
+Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& door, transport::LocalCalls calls) {
+  const auto owner = owner_of(door);
+  if (!owner) return fail(owner.error());
+  const auto path = fmt::format("{}/{}{}", door.place, door.token, kSocket);
+  auto stream = sockets_.connect(path, std::move(calls));
+  if (!stream) {
+    if (stream.error().code == ErrorCode::kUnreachable && *owner == ::geteuid()) ::unlink(path.c_str());
+    return stream;
+  }
+  if ((*stream)->peer().user != *owner)
+    return fail(ErrorCode::kRefused,
+                fmt::format("{} is of uid {}, but uid {} listens", path, *owner, (*stream)->peer().user));
+  return stream;
+}
+
+Result<Door> DiskFolder::door_of(const std::string& token, const transport::LocalPeer& who) const {
+  for (const auto& [path, islands] : places()) {
+    const Door door{token, path, islands};
+    const auto owner = owner_of(door);
+    if (owner && *owner == who.user) return door;
+  }
+  return fail(ErrorCode::kRefused, fmt::format("it has no socket in {}", place_.path));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Folder>> open_disk_folder(const Place& place, const std::string& space, Sockets sockets) {
+  if (auto good = check_space(space); !good) return fail(std::move(good.error()));
+  auto folder = std::make_unique<DiskFolder>(place, space, std::move(sockets));
+  if (auto made = folder->make(); !made) return fail(std::move(made.error()));
+  return folder;
+}
+
+}  // namespace rubicon::tuples::host

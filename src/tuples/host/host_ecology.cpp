@@ -1,0 +1,257 @@
+#include "tuples/host/host_ecology.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "transport/host_name.h"
+#include "tuples/host/host_link.h"
+#include "tuples/host/loop_stream.h"
+
+namespace rubicon::tuples::host {
+
+namespace {
+
+/// A process that connected says who it is within this time.
+constexpr Duration kHelloTime = std::chrono::seconds(2);
+/// Pause before a process whose queue is full, or which chose another connection, is tried again.
+constexpr Duration kPause = std::chrono::milliseconds(10);
+/// Of a process that asks: at most this often it looks at the others and at its own socket.
+constexpr Duration kMaxLook = std::chrono::seconds(1);
+constexpr std::size_t kMaxConnections = 256;  ///< of one user to this process
+
+std::string text_of(const transport::LocalPeer& who) {
+  return fmt::format("pid {} of uid {}", who.process, who.user);
+}
+
+}  // namespace
+
+HostEcology::HostEcology(std::unique_ptr<Folder> folder, HostOptions options, Scheduler& scheduler, base::LogSink& log)
+    : folder_(std::move(folder)),
+      options_(options),
+      scheduler_(scheduler),
+      log_(Log(log, "host"), scheduler),
+      token_(folder_->make_token()) {}
+
+Result<std::unique_ptr<HostEcology>> HostEcology::open(std::unique_ptr<Folder> folder, HostOptions options,
+                                                       Scheduler& scheduler, base::LogSink& log) {
+  std::unique_ptr<HostEcology> ecology(new HostEcology(std::move(folder), options, scheduler, log));
+  if (auto entered = ecology->enter(); !entered) return fail(std::move(entered.error()));
+  return ecology;
+}
+
+HostEcology::~HostEcology() {
+  tell_all({Record::Type::kGoodbye});
+  for (const auto& process : processes_) process->connection.flush();
+}
+
+/// Listens first, so that whoever comes meanwhile finds this process.
+Result<void> HostEcology::enter() {
+  if (auto opened = open_door(); !opened) return opened;
+  auto& own = add_process();
+  own.own = own.ours = true;
+  own.connection.take(make_loop_stream(scheduler_, own.connection.begin(calls_of(own))));
+  introduce(own);
+  const auto doors = folder_->doors();
+  if (!doors) return fail(doors.error());
+  meet_all();
+  look();
+  return {};
+}
+
+Result<void> HostEcology::open_door() {
+  auto listener = folder_->open(token_, [this](auto stream) { return accept(std::move(stream)); });
+  if (!listener) return fail(std::move(listener.error()));
+  listener_ = std::move(*listener);
+  return {};
+}
+
+Process& HostEcology::add_process() {
+  auto& process = *processes_.emplace_back(std::make_unique<Process>(scheduler_));
+  process.begun = process.heard = scheduler_.now();
+  return process;
+}
+
+Connection::Calls HostEcology::calls_of(Process& process) {
+  return {[this, &process](const Record& record) { on_record(process, record); },
+          [this, &process](const Error& why) { on_ended(process, why); }};
+}
+
+void HostEcology::meet_all() {
+  const auto doors = folder_->doors();
+  if (!doors) return void(log_.warning("doors", doors.error().text));
+  for (const auto& door : *doors) {
+    if (door.token != token_ && !is_met(door)) connect(door);
+  }
+}
+
+bool HostEcology::is_met(const Door& door) const {
+  return std::any_of(processes_.begin(), processes_.end(),
+                     [&](const auto& one) { return !one->ended && one->door.token == door.token; });
+}
+
+void HostEcology::connect(const Door& door) {
+  auto& process = add_process();
+  process.ours = true;
+  process.door = door;
+  auto stream = folder_->connect(door, process.connection.begin(calls_of(process)));
+  if (stream) {
+    process.connection.take(std::move(*stream));
+    return introduce(process);
+  }
+  end(process);
+  const auto& why = stream.error();
+  if (why.code == ErrorCode::kBusy) return connect_later(door);
+  if (why.code != ErrorCode::kNotFound && why.code != ErrorCode::kUnreachable) log_.warning(door.place, why.text);
+}
+
+void HostEcology::connect_later(const Door& door) {
+  const auto now = scheduler_.now();
+  if (later_.try_emplace(door, now).first->second + options_.patience > now)
+    return connect_again_.advance_to(now + kPause);
+  later_.erase(door);
+  meet_again_ = true;
+}
+
+void HostEcology::connect_again() {
+  const auto doors = folder_->doors();
+  const auto all = later_;
+  for (const auto& [door, since] : all) {
+    const bool stands = doors && std::find(doors->begin(), doors->end(), door) != doors->end();
+    if (stands && !is_met(door)) connect(door);
+    if (!stands || is_met(door)) later_.erase(door);
+  }
+}
+
+transport::LocalCalls HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
+  const auto who = stream->peer();
+  const auto same = std::count_if(processes_.begin(), processes_.end(), [&](const auto& one) {
+    return !one->ended && !one->ours && one->connection.peer().user == who.user;
+  });
+  auto& process = add_process();
+  auto calls = process.connection.begin(calls_of(process));
+  process.connection.take(std::move(stream));
+  if (static_cast<std::size_t>(same) >= kMaxConnections)
+    lifetime_.post(scheduler_, [this, &process] { refuse(process, "its user has too many connections already"); });
+  return calls;
+}
+
+/// What is said first: who this process is, its components, and what they subscribe to.
+void HostEcology::introduce(Process& process) {
+  process.introduced = true;
+  process.connection.send({Record::Type::kHello, {}, {}, kProtocolVersion, token_});
+  for (const auto& [id, link] : links_) {
+    if (!link->attached()) continue;
+    link->show(process.connection);
+    link->ask(process.connection);
+  }
+  process.connection.send({Record::Type::kReady});
+}
+
+/// A process that this one reached, and that ended before it said who it is, may have chosen its own connection to this
+/// process, whose hello is under way.
+void HostEcology::on_ended(Process& process, const Error& why) {
+  if (process.ended) return;
+  const auto door = process.door;
+  const bool met = process.greeted, left = process.said_goodbye, ours = process.ours;
+  if (met && !left && why.code == ErrorCode::kInvalid)
+    log_.warning(door.token, door.place + ": " + why.text + ": closed");
+  end(process);
+  if (!met && ours) connect_later(door);
+  meet_again_ |= met && !left;
+}
+
+void HostEcology::end(Process& process) {
+  process.ended = true;
+  process.connection.close();
+  review_all(process, process.said_goodbye ? PeerEvent::kLeft : PeerEvent::kLost);
+  purge_.request();
+}
+
+void HostEcology::refuse(Process& process, const std::string& why) {
+  if (process.ended) return;
+  const auto who = text_of(process.connection.peer());
+  log_.warning(who, fmt::format("{} is refused: {}", who, why));
+  end(process);
+}
+
+/// Each process is asked whether it lives while somebody depends on it. Also looks after the own socket.
+void HostEcology::look() {
+  const auto pace = std::min(options_.lease / 2, kMaxLook);
+  const auto now = scheduler_.now();
+  const bool was_stopped = next_look_ != SteadyTime{} && now > next_look_ + pace;
+  next_look_ = now + pace;
+  look_timer_ = scheduler_.at(next_look_, [this] { look(); });
+  std::vector<Process*> all;
+  for (const auto& one : processes_) all.push_back(one.get());
+  const auto alive = lifetime_.watch();
+  for (auto* process : all) {
+    if (alive.ended()) return;
+    // What arrived while this process was stopped is read before anybody is called silent.
+    if (was_stopped && process->asked != SteadyTime{}) process->asked = now;
+    check(*process, now);
+  }
+  if (alive.ended()) return;
+  if (!folder_->is_open()) {
+    if (auto opened = open_door(); !opened) log_.warning("door", opened.error().text);
+    meet_again_ = true;
+  }
+  if (std::exchange(meet_again_, false)) meet_all();
+}
+
+void HostEcology::check(Process& process, SteadyTime now) {
+  if (process.own || process.ended) return;
+  if (!process.greeted) {
+    if (!process.ours && now - process.begun > kHelloTime) refuse(process, "it does not say who it is");
+    return;
+  }
+  if (process.asked != SteadyTime{}) {
+    if (process.silent || now - process.asked < options_.lease) return;
+    process.silent = true;
+    return review_all(process, PeerEvent::kLost);
+  }
+  if (!reads_from(process) && process.connection.unread() == 0) return;
+  if (now - process.heard < options_.lease / 2) return;
+  process.connection.send({Record::Type::kAsk});
+  process.asked = now;
+}
+
+/// What was silent and answers is met again: its snapshots are asked for again.
+void HostEcology::heard(Process& process) {
+  process.heard = scheduler_.now();
+  process.asked = {};
+  if (!std::exchange(process.silent, false)) return;
+  for (const auto& [id, link] : links_) {
+    if (link->attached()) link->ask(process.connection);
+  }
+  review_all(process, PeerEvent::kLost);
+}
+
+bool HostEcology::knows_all() const {
+  return later_.empty() && std::none_of(processes_.begin(), processes_.end(),
+                                        [](const auto& one) { return !one->ended && one->ours && !one->ready; });
+}
+
+std::vector<std::string> HostEcology::awaited() const {
+  std::vector<std::string> all;
+  for (const auto& one : processes_) {
+    if (!one->ended && one->ours && !one->own && !one->ready) all.push_back(text_of(one->connection.peer()));
+  }
+  return all;
+}
+
+Result<std::unique_ptr<Link>> HostEcology::join(OwnerId id) {
+  if (find_link(id))
+    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
+  auto lock = folder_->lock(id);
+  if (!lock) return fail(std::move(lock.error()));
+  return std::make_unique<HostLink>(*this, StandIn{id, transport::host_id("host"), {}}, std::move(*lock));
+}
+
+Result<std::unique_ptr<Link>> HostEcology::join_as(StandIn who) {
+  if (find_link(who.id))
+    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(who.id)));
+  return std::make_unique<HostLink>(*this, std::move(who), nullptr);
+}
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/deadline.h"
+#include "base/lifetime.h"
+#include "base/limited_log.h"
+#include "tuples/host/process.h"
+#include "tuples/stand_in.h"
+
+namespace rubicon::tuples::host {
+
+class HostLink;
+
+struct HostOptions {
+  Duration lease = std::chrono::seconds(2);     ///< a process that does not answer for this time is lost
+  Duration patience = std::chrono::seconds(2);  ///< how long is tried to reach a process whose queue is full
+};
+
+/// Components of one host that meet in a folder of Unix sockets (docs/host.md): one socket a process, one connection
+/// between two processes, whatever components they have. The kernel vouches for who is behind a connection.
+///
+/// A process that enters connects to all sockets of the folder; who comes later connects to it. What all of them answer
+/// is all there is. The end of a connection is the end of the process.
+class HostEcology final : public StandInEcology {
+ public:
+  /// Enters the folder and begins to meet the others. The scheduler and the log outlive it. With the errors of
+  /// Folder::open() and Folder::doors().
+  static Result<std::unique_ptr<HostEcology>> open(std::unique_ptr<Folder> folder, HostOptions options,
+                                                   Scheduler& scheduler, base::LogSink& log);
+  ~HostEcology() override;
+
+  /// With the errors of Folder::lock(); kDuplicate if this process has the component already. The link ends before the
+  /// ecology.
+  Result<std::unique_ptr<Link>> join(OwnerId id) override;
+  /// A stand-in locks nothing: the component itself may start, and displaces it.
+  Result<std::unique_ptr<Link>> join_as(StandIn who) override;
+
+  /// `call` receives, in a later turn and once per start, the component of this process whose id another process has
+  /// by a better right: as an island of the service, or because it had it before. That component should end.
+  void watch_displaced(std::function<void(OwnerId)> call) { displaced_ = std::move(call); }
+  /// Whether all processes whose sockets were in the folder told what components they have, or are gone: a component
+  /// that is not present then does not exist.
+  bool knows_all() const;
+  /// Those that did not tell yet: `pid 812 of uid 1000`.
+  std::vector<std::string> awaited() const;
+  const Folder& folder() const { return *folder_; }
+
+ private:
+  friend class HostLink;
+  /// The component that counts of those with its id.
+  struct Present {
+    Process* at = nullptr;
+    PeerIdentity who{};
+  };
+
+  HostEcology(std::unique_ptr<Folder> folder, HostOptions options, Scheduler& scheduler, base::LogSink& log);
+
+  // -- processes (host_ecology.cpp)
+  Result<void> enter();
+  Result<void> open_door();
+  Process& add_process();
+  Connection::Calls calls_of(Process& process);
+  void meet_all();
+  bool is_met(const Door& door) const;
+  void connect(const Door& door);
+  void connect_later(const Door& door);
+  void connect_again();
+  transport::LocalCalls accept(std::unique_ptr<transport::LocalStream> stream);
+  void introduce(Process& process);
+  void on_ended(Process& process, const Error& why);
+  void end(Process& process);
+  void refuse(Process& process, const std::string& why);
+  void look();
+  void check(Process& process, SteadyTime now);
+  void heard(Process& process);
+
+  // -- what they say (host_records.cpp)
+  void on_record(Process& process, const Record& record);
+  Result<void> take(Process& process, const Record& record);
+  Result<void> on_hello(Process& process, const Record& hello);
+  bool is_twice(const Process& process, const std::string& token);
+  Result<void> on_up(Process& process, const Record& up);
+  void forget(Process& process, OwnerId id);
+  static Result<void> count(Process& process, std::size_t less, std::size_t more);
+  static Process::Component* component(Process& process, OwnerId id);
+  bool is_present(const Process& process, OwnerId id) const;
+  Result<void> on_summary(Process& process, const Record& news);
+  Result<void> on_interest(Process& process, const Record& news);
+  void on_no_interest(Process& process, const Record& news);
+  Result<void> on_frame(Process& process, const Record& frame);
+  void review(OwnerId id, PeerEvent how);
+  void review_all(const Process& process, PeerEvent how);
+  Process* best(OwnerId id) const;
+  const Present* present(OwnerId id) const;
+
+  // -- own components (host_link.cpp)
+  void tell_all(const Record& record);
+  void each_link(const std::function<void(HostLink& link)>& call);
+  HostLink* find_link(OwnerId id) const;
+  bool reads_from(const Process& process) const;
+
+  std::unique_ptr<Folder> folder_;
+  HostOptions options_;
+  Scheduler& scheduler_;
+  base::LimitedLog log_;
+  std::string token_;
+  std::unique_ptr<transport::LocalListener> listener_;
+  std::vector<std::unique_ptr<Process>> processes_;
+  std::map<Door, SteadyTime> later_;  ///< doors that are tried again, and since when
+  std::map<OwnerId, Present> present_;
+  std::map<OwnerId, HostLink*> links_;
+  std::function<void(OwnerId)> displaced_;
+  bool meet_again_ = false;  ///< a connection broke although its process may live
+  SteadyTime next_look_{};
+  Timer look_timer_;
+  base::Deadline connect_again_{scheduler_, [this] { connect_again(); }};
+  base::OncePerTurn purge_{scheduler_,
+                           [this] { std::erase_if(processes_, [](const auto& one) { return one->ended; }); }};
+  base::Lifetime lifetime_;
+};
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,269 @@
+#include "tuples/host/host_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rubicon::tuples::host {
+
+namespace {
+
+/// Bytes that may wait for a process; beyond them publish() and remote_set() refuse.
+constexpr std::size_t kMaxWaiting = std::size_t{1} << 20, kMaxSetsWaiting = std::size_t{32} << 20;
+/// Changes are split into frames of about this size; one value may be larger.
+constexpr std::size_t kFrameBytes = std::size_t{64} * 1024;
+
+/// The kernel keeps out whoever may not enter the folder; those inside may do everything.
+class FolderPolicy final : public OpenPolicy {
+ public:
+  void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = real_host(peer.host); }
+  void peer_down(OwnerId peer) override { hosts_.erase(peer); }
+  std::string_view host(OwnerId peer) const override {
+    const auto found = hosts_.find(peer);
+    return found == hosts_.end() ? std::string_view() : found->second;
+  }
+
+ private:
+  std::map<OwnerId, std::string> hosts_;
+};
+
+}  // namespace
+
+// -- of the ecology
+
+void HostEcology::tell_all(const Record& record) {
+  for (const auto& process : processes_) {
+    if (process->introduced && !process->ended) process->connection.send(record);
+  }
+}
+
+/// A call may end links.
+void HostEcology::each_link(const std::function<void(HostLink& link)>& call) {
+  std::vector<OwnerId> ids;
+  for (const auto& [id, link] : links_) ids.push_back(id);
+  const auto alive = lifetime_.watch();
+  for (const auto id : ids) {
+    auto* link = alive.ended() ? nullptr : find_link(id);
+    if (link && link->attached()) call(*link);
+  }
+}
+
+HostLink* HostEcology::find_link(OwnerId id) const {
+  const auto found = links_.find(id);
+  return found == links_.end() ? nullptr : found->second;
+}
+
+/// Whether an own component subscribes to what one of that process may have.
+bool HostEcology::reads_from(const Process& process) const {
+  return std::any_of(links_.begin(), links_.end(), [&](const auto& link) {
+    const auto& all = link.second->subscriptions();
+    return std::any_of(all.begin(), all.end(), [&](const auto& one) {
+      const auto& owner = one.second.pattern.owner;
+      return owner ? process.components.contains(*owner) : !process.components.empty();
+    });
+  });
+}
+
+// -- of the link
+
+HostLink::HostLink(HostEcology& ecology, StandIn who, std::unique_ptr<IdLock> lock)
+    : ecology_(ecology), who_(std::move(who)), lock_(std::move(lock)), policy_(std::make_unique<FolderPolicy>()) {
+  ecology_.links_[who_.id] = this;
+}
+
+HostLink::~HostLink() {
+  detach();
+  ecology_.links_.erase(who_.id);
+}
+
+void HostLink::attach(LinkListener& listener, std::uint64_t incarnation) {
+  detach();
+  listener_ = &listener;
+  incarnation_ = std::max(incarnation, incarnation_ + 1);
+  ecology_.tell_all(shown());
+  lifetime_.post(ecology_.scheduler_, [this, start = incarnation_] {
+    if (attached() && incarnation_ == start) introduce();
+  });
+}
+
+void HostLink::detach() {
+  if (!listener_) return;
+  listener_ = nullptr;
+  introduced_ = displaced_ = false;
+  subscriptions_.clear();
+  for (const auto id : std::exchange(known_, {})) policy_->peer_down(id);
+  ecology_.tell_all({Record::Type::kDown, who_.id});
+}
+
+/// Reports those that are present already.
+void HostLink::introduce() {
+  introduced_ = true;
+  const auto all = ecology_.present_;
+  const auto alive = lifetime_.watch();
+  for (const auto& [id, peer] : all) {
+    const auto* now = ecology_.present(id);
+    if (now && now->at == peer.at) peer_up(*now);
+    if (alive.ended() || !attached()) return;
+  }
+}
+
+void HostLink::peer_up(const HostEcology::Present& peer) {
+  const auto id = peer.who.id;
+  if (!attached() || !introduced_ || id == who_.id || !known_.insert(id).second) return;
+  const auto alive = lifetime_.watch();
+  // What it subscribed to and says of itself may change with each call.
+  const auto component = peer.at->components.at(id);
+  policy_->peer_up(peer.who);
+  listener_->on_peer(peer.who, PeerEvent::kUp);
+  if (!alive.ended() && !component.summary.empty()) on_summary(id, component.summary);
+  for (const auto& [number, spec] : component.interests) {
+    if (alive.ended()) return;
+    on_subscribe(id, spec);
+  }
+}
+
+void HostLink::peer_down(const PeerIdentity& who, PeerEvent how) {
+  if (!attached() || known_.erase(who.id) == 0) return;
+  const auto alive = lifetime_.watch();
+  listener_->on_peer(who, how);
+  if (!alive.ended()) policy_->peer_down(who.id);
+}
+
+void HostLink::on_summary(OwnerId peer, const std::string& summary) {
+  if (hears(peer)) listener_->on_summary(peer, summary);
+}
+
+void HostLink::on_subscribe(OwnerId peer, const SubscriptionSpec& spec) {
+  if (hears(peer)) listener_->on_subscribe(peer, spec);
+}
+
+void HostLink::on_unsubscribe(OwnerId peer, std::uint32_t id) {
+  if (hears(peer)) listener_->on_unsubscribe(peer, id);
+}
+
+Result<void> HostLink::deliver(OwnerId source, ByteView entries) {
+  if (!hears(source)) return {};
+  reading_from_ = source;
+  return distant::read_frame(entries, source, who_.id, *this);
+}
+
+void HostLink::on_changes(std::span<const Change> changes) {
+  if (listener_) listener_->on_changes(reading_from_, changes);
+}
+
+/// Exactly zero remains: a negative time, because zero means that none was given.
+void HostLink::on_set(RemoteSet&& set) {
+  if (!listener_) return;
+  if (set.time_to_live > Duration(0)) {
+    const auto left = set.time_to_live - ecology_.folder_->since_boot();
+    set.time_to_live = left > Duration(0) ? left : Duration(-1);
+  }
+  listener_->on_remote_set(set);
+}
+
+void HostLink::on_reply(Reply&& reply) {
+  if (listener_ && !listener_->on_reply(reading_from_, reply))
+    ecology_.log_.warning(
+        fmt::format("replies of {}", number(reading_from_)),
+        fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));
+}
+
+/// nullptr: it is not present.
+Connection* HostLink::connection_to(OwnerId peer, std::uint64_t& incarnation) const {
+  if (!hears(peer)) return nullptr;
+  const auto* present = ecology_.present(peer);
+  if (!present) return nullptr;
+  incarnation = present->who.incarnation;
+  return &present->at->connection;
+}
+
+bool HostLink::publish(OwnerId subscriber, std::span<const Change> changes) {
+  std::uint64_t incarnation = 0;
+  auto* connection = connection_to(subscriber, incarnation);
+  if (!connection) return true;  // no receiver: dropped
+  if (connection->waiting() > kMaxWaiting) return false;
+  distant::FrameWriter entries;
+  for (const auto& change : changes) {
+    if (entries.size() > 0 && entries.size() + text_size(change) > kFrameBytes)
+      send(subscriber, entries), entries.clear();
+    entries.add(change);
+  }
+  if (entries.size() > 0) send(subscriber, entries);
+  return true;
+}
+
+void HostLink::send(OwnerId peer, const distant::FrameWriter& entries) {
+  std::uint64_t incarnation = 0;
+  if (auto* connection = connection_to(peer, incarnation))
+    connection->send({Record::Type::kFrame, who_.id, peer, incarnation, {}, entries.view()});
+}
+
+void HostLink::ask(Connection& to) const {
+  for (const auto& [id, spec] : subscriptions_) {
+    distant::FrameWriter content;
+    content.add(spec);
+    to.send({Record::Type::kInterest, who_.id, {}, 0, {}, content.view()});
+  }
+}
+
+void HostLink::subscribe(const SubscriptionSpec& spec) {
+  subscriptions_.insert_or_assign(spec.id, spec);
+  distant::FrameWriter content;
+  content.add(spec);
+  ecology_.tell_all({Record::Type::kInterest, who_.id, {}, 0, {}, content.view()});
+}
+
+void HostLink::unsubscribe(std::uint32_t id) {
+  if (subscriptions_.erase(id) == 0) return;
+  ecology_.tell_all({Record::Type::kNoInterest, who_.id, {}, id});
+}
+
+Result<void> HostLink::remote_set(const RemoteSet& set) {
+  std::uint64_t incarnation = 0;
+  auto* connection = connection_to(set.owner, incarnation);
+  if (!connection) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  if (connection->waiting() > kMaxSetsWaiting)
+    return fail(ErrorCode::kBusy,
+                fmt::format("component {} does not accept requests at the moment", number(set.owner)));
+  auto until = set;
+  if (set.time_to_live > Duration(0)) until.time_to_live += ecology_.folder_->since_boot();
+  distant::FrameWriter entry;
+  entry.add(until);
+  send(set.owner, entry);
+  return {};
+}
+
+/// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
+void HostLink::reply(const Reply& reply) {
+  std::uint64_t incarnation = 0;
+  auto* connection = connection_to(reply.to, incarnation);
+  if (!connection) return;
+  if (connection->waiting() > kMaxSetsWaiting)
+    return void(ecology_.log_.warning(
+        "replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to))));
+  distant::FrameWriter entry;
+  entry.add(reply);
+  send(reply.to, entry);
+}
+
+std::vector<OwnerId> HostLink::peers() const {
+  return {known_.begin(), known_.end()};
+}
+
+void HostLink::describe(std::string summary) {
+  if (summary == summary_) return;
+  summary_ = std::move(summary);
+  if (attached()) ecology_.tell_all({Record::Type::kSummary, who_.id, {}, 0, {}, base::as_bytes(summary_)});
+}
+
+void HostLink::displace() {
+  if (std::exchange(displaced_, true)) return;
+  lifetime_.post(ecology_.scheduler_, [this] {
+    const auto call = is_stand_in() ? who_.displaced : std::function<void()>([this, id = who_.id] {
+      if (ecology_.displaced_) ecology_.displaced_(id);
+    });
+    if (attached() && displaced_ && call) call();
+  });
+}
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,225 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tuples/distant/frame_codec.h"
+#include "tuples/host/host_ecology.h"
+#include "tuples/host/host_link.h"
+
+namespace rubicon::tuples::host {
+
+namespace {
+
+/// Ids from here on are free for everybody; those below are of islands and count at the doors of islands only.
+constexpr std::uint32_t kFirstFree = 65536;
+
+std::size_t cost(const SubscriptionSpec& spec) {
+  return sizeof spec + 64 + spec.pattern.key.size();
+}
+
+bool is_stand_in(const Process::Component& component) {
+  return carrier_of(component.host) != model::kNoOwner;
+}
+
+}  // namespace
+
+/// A record of a process that may have come from a newer or a hostile program. An error is why the process is refused.
+void HostEcology::on_record(Process& process, const Record& record) {
+  const auto alive = lifetime_.watch();
+  heard(process);
+  if (alive.ended() || process.ended) return;
+  const bool is_hello = record.type == Record::Type::kHello;
+  const auto taken = is_hello          ? on_hello(process, record)
+                     : process.greeted ? take(process, record)
+                                       : fail(ErrorCode::kRefused, "it does not say who it is");
+  if (alive.ended() || process.ended || taken) return;
+  refuse(process, taken.error().text);
+}
+
+Result<void> HostEcology::take(Process& process, const Record& record) {
+  using Type = Record::Type;
+  switch (record.type) {
+    case Type::kUp: return on_up(process, record);
+    case Type::kDown: return forget(process, record.id), Result<void>();
+    case Type::kSummary: return on_summary(process, record);
+    case Type::kInterest: return on_interest(process, record);
+    case Type::kNoInterest: return on_no_interest(process, record), Result<void>();
+    case Type::kFrame: return on_frame(process, record);
+    case Type::kReady: process.ready = true; break;
+    case Type::kAsk: process.connection.send({Record::Type::kAnswer}); break;
+    case Type::kGoodbye: process.said_goodbye = true; break;
+    default: break;
+  }
+  return {};
+}
+
+/// Who connected says hello first; who was reached answers after it chose this connection.
+Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
+  const auto reject = [](const std::string& why) { return fail(ErrorCode::kRefused, why); };
+  if (process.greeted) return reject("it says twice who it is");
+  if (hello.number != kProtocolVersion)
+    return reject(
+        fmt::format("it has version {} of the protocol, this program version {}", hello.number, kProtocolVersion));
+  const std::string token(hello.text);
+  if (!is_token(token)) return reject("its token is none");
+  if (process.ours && !process.own && token != process.door.token) return reject("it is not the process of its socket");
+  const auto door = folder_->door_of(token, process.connection.peer());
+  if (!door) return fail(door.error());
+  if (!process.ours && is_twice(process, token)) return end(process), Result<void>();
+  process.door = *door;
+  process.greeted = true;
+  later_.erase(process.door);
+  if (!process.introduced) introduce(process);
+  return {};
+}
+
+/// Two processes that came at once reached each other twice: the connection of the one with the higher token stays.
+bool HostEcology::is_twice(const Process& process, const std::string& token) {
+  for (const auto& other : processes_) {
+    if (other.get() == &process || other->ended || other->door.token != token) continue;
+    if (other->greeted || token_ > token) return true;
+    end(*other);
+  }
+  return token == token_;
+}
+
+Result<void> HostEcology::on_up(Process& process, const Record& up) {
+  forget(process, up.id);
+  if (process.components.size() >= Process::kMaxComponents)
+    return fail(ErrorCode::kRefused, fmt::format("it has more than {} components", Process::kMaxComponents));
+  if (up.content.size() > kMaxSummary) return fail(ErrorCode::kRefused, "its summary is too long");
+  process.components[up.id] = {up.number, std::string(up.text), std::string(base::as_text(up.content)), {}};
+  const auto fits = count(process, 0, up.content.size());
+  review(up.id, PeerEvent::kLost);
+  return fits;
+}
+
+/// The component left.
+void HostEcology::forget(Process& process, OwnerId id) {
+  const auto node = process.components.extract(id);
+  if (!node) return;
+  std::size_t bytes = node.mapped().summary.size();
+  for (const auto& [number, spec] : node.mapped().interests) bytes += cost(spec);
+  std::ignore = count(process, bytes, 0);
+  review(id, PeerEvent::kLeft);
+}
+
+/// Takes note of what is kept of the process.
+Result<void> HostEcology::count(Process& process, std::size_t less, std::size_t more) {
+  process.bytes += more - less;
+  if (process.bytes <= Process::kMaxBytes) return {};
+  return fail(ErrorCode::kRefused,
+              fmt::format("its subscriptions and summaries have more than {} bytes", Process::kMaxBytes));
+}
+
+Process::Component* HostEcology::component(Process& process, OwnerId id) {
+  const auto found = process.components.find(id);
+  return found == process.components.end() ? nullptr : &found->second;
+}
+
+/// Whether the component of that id is the one of this process.
+bool HostEcology::is_present(const Process& process, OwnerId id) const {
+  const auto* known = present(id);
+  return known && known->at == &process;
+}
+
+Result<void> HostEcology::on_summary(Process& process, const Record& news) {
+  auto* of = component(process, news.id);
+  if (!of) return {};
+  if (news.content.size() > kMaxSummary) return fail(ErrorCode::kRefused, "its summary is too long");
+  const auto fits = count(process, of->summary.size(), news.content.size());
+  const std::string summary(base::as_text(news.content));
+  of->summary = summary;
+  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_summary(news.id, summary); });
+  return fits;
+}
+
+Result<void> HostEcology::on_interest(Process& process, const Record& news) {
+  const auto spec = distant::read_subscription(news.content);
+  if (!spec) return fail(spec.error());
+  auto* of = component(process, news.id);
+  if (!of) return {};
+  auto& all = of->interests;
+  const auto before = all.find(spec->id);
+  if (before == all.end() && all.size() >= Process::kMaxInterests)
+    return fail(ErrorCode::kRefused,
+                fmt::format("component {} has more than {} subscriptions", number(news.id), Process::kMaxInterests));
+  const auto fits = count(process, before == all.end() ? 0 : cost(before->second), cost(*spec));
+  all.insert_or_assign(spec->id, *spec);
+  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_subscribe(news.id, *spec); });
+  return fits;
+}
+
+void HostEcology::on_no_interest(Process& process, const Record& news) {
+  auto* of = component(process, news.id);
+  const auto id = static_cast<std::uint32_t>(news.number);
+  const auto found = of ? of->interests.find(id) : std::map<std::uint32_t, SubscriptionSpec>::iterator();
+  if (!of || found == of->interests.end()) return;
+  std::ignore = count(process, cost(found->second), 0);
+  of->interests.erase(found);
+  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_unsubscribe(news.id, id); });
+}
+
+/// What was sent to an earlier start of the own component, or by one that does not count, is dropped.
+Result<void> HostEcology::on_frame(Process& process, const Record& frame) {
+  if (!component(process, frame.id))
+    return fail(ErrorCode::kRefused, fmt::format("it has no component {}", number(frame.id)));
+  auto* link = find_link(frame.target);
+  if (!link || link->incarnation() != frame.number || !is_present(process, frame.id)) return {};
+  return link->deliver(frame.id, frame.content);
+}
+
+const HostEcology::Present* HostEcology::present(OwnerId id) const {
+  const auto found = present_.find(id);
+  return found == present_.end() ? nullptr : &found->second;
+}
+
+/// Of several with one id: the component itself and no stand-in, an island of the service, then the one that was first.
+Process* HostEcology::best(OwnerId id) const {
+  Process* found = nullptr;
+  const auto rank = [id](const Process& one) {
+    const auto& component = one.components.at(id);
+    return std::tuple(is_stand_in(component), number(id) < kFirstFree && !one.door.islands, component.incarnation);
+  };
+  for (const auto& one : processes_) {
+    if (one->ended || one->silent || !one->components.contains(id)) continue;
+    if (!found || rank(*one) < rank(*found)) found = one.get();
+  }
+  return found;
+}
+
+/// Reports to the own components what changed of that id.
+void HostEcology::review(OwnerId id, PeerEvent how) {
+  auto* now = best(id);
+  const auto* known = present(id);
+  const auto start = now ? now->components.at(id).incarnation : 0;
+  if (known && known->at == now && known->who.incarnation == start) return;
+  const auto alive = lifetime_.watch();
+  if (known) {
+    const auto who = known->who;
+    present_.erase(id);
+    each_link([&](HostLink& link) { link.peer_down(who, how); });
+    if (alive.ended()) return;
+    now = best(id);  // a call may have changed it
+  }
+  if (!now) return;
+  const auto& component = now->components.at(id);
+  PeerIdentity who{id, component.incarnation, component.host, nullptr, now->own};
+  const Present news{now, std::move(who)};
+  present_[id] = news;
+  if (auto* link = find_link(id); link && link->attached() && !now->own) link->displace();
+  each_link([&](HostLink& link) { link.peer_up(news); });
+}
+
+void HostEcology::review_all(const Process& process, PeerEvent how) {
+  std::vector<OwnerId> ids;
+  for (const auto& [id, component] : process.components) ids.push_back(id);
+  const auto alive = lifetime_.watch();
+  for (const auto id : ids) {
+    if (alive.ended()) return;
+    review(id, how);
+  }
+}
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,238 @@
+#include "support/memory/memory_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+#include <vector>
+
+namespace rubicon::tuples::host {
+
+/// One end of a stream; `peer` is the other one.
+struct MemoryHost::End {
+  pid_t owner = 0;  ///< the process that reads here
+  transport::LocalPeer who;
+  transport::LocalCalls calls;
+  std::weak_ptr<End> peer;
+  Bytes arriving;
+  bool alive = true, full = false, peer_closed = false, told = false;
+};
+
+struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
+  struct Standing {
+    pid_t owner = 0;
+    uid_t user = 0;
+    bool islands = false;
+    transport::LocalAccept accept;
+    int waiting = 0;
+  };
+  explicit State(Scheduler& s) : scheduler(s) {}
+
+  std::shared_ptr<End> make_end(pid_t owner, uid_t user_of_peer, pid_t peer) {
+    auto end = std::make_shared<End>();
+    end->owner = owner;
+    end->who = {user_of_peer, peer, {}};
+    ends.push_back(end);
+    return end;
+  }
+  bool runs(pid_t process) const { return !stopped.contains(process); }
+
+  /// What arrived is read in a later turn, if the process runs then.
+  void arrive(const std::shared_ptr<End>& end) {
+    scheduler.post([self = shared_from_this(), end] {
+      if (!end->alive || !self->runs(end->owner)) return;
+      if (!end->arriving.empty()) {
+        const auto bytes = std::exchange(end->arriving, {});
+        if (end->calls.received) end->calls.received(bytes);
+        if (const auto peer = end->peer.lock(); peer && std::exchange(peer->full, false)) self->writable(peer);
+      }
+      if (end->alive && end->peer_closed && end->arriving.empty() && !std::exchange(end->told, true) &&
+          end->calls.failed)
+        end->calls.failed({ErrorCode::kUnreachable, "the other process is gone"});
+    });
+  }
+  void writable(const std::shared_ptr<End>& end) {
+    scheduler.post([self = shared_from_this(), end] {
+      if (end->alive && self->runs(end->owner) && end->calls.writable) end->calls.writable();
+    });
+  }
+  void close(const std::shared_ptr<End>& end) {
+    if (!std::exchange(end->alive, false)) return;
+    if (const auto peer = end->peer.lock()) {
+      peer->peer_closed = true;
+      arrive(peer);
+    }
+    std::erase(ends, end);
+  }
+
+  Scheduler& scheduler;
+  std::map<std::string, Standing> doors;
+  std::map<OwnerId, pid_t> locks;
+  std::vector<std::shared_ptr<End>> ends;
+  std::set<pid_t> stopped;
+  std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
+  pid_t processes = 0;
+};
+
+class MemoryLocal final : public transport::LocalStream {
+ public:
+  MemoryLocal(std::shared_ptr<MemoryHost::State> state, std::shared_ptr<MemoryHost::End> end)
+      : state_(std::move(state)), end_(std::move(end)) {}
+  ~MemoryLocal() override { state_->close(end_); }
+  MemoryLocal(const MemoryLocal&) = delete;
+  MemoryLocal& operator=(const MemoryLocal&) = delete;
+
+  Result<std::size_t> write(ByteView bytes) override {
+    const auto peer = end_->peer.lock();
+    if (!peer || !peer->alive) return fail(ErrorCode::kUnreachable, "the other process is gone");
+    const auto room = MemoryHost::kRoom - std::min(peer->arriving.size(), MemoryHost::kRoom);
+    const auto done = std::min(bytes.size(), room);
+    peer->arriving.insert(peer->arriving.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(done));
+    end_->full = done < bytes.size();
+    if (done > 0) state_->arrive(peer);
+    return done;
+  }
+  std::size_t unread() const override {
+    const auto peer = end_->peer.lock();
+    return peer ? peer->arriving.size() : 0;
+  }
+  const transport::LocalPeer& peer() const override { return end_->who; }
+
+ private:
+  std::shared_ptr<MemoryHost::State> state_;
+  std::shared_ptr<MemoryHost::End> end_;
+};
+
+/// What one process sees. Ends without a trace with the process: locks and doors are its own.
+class MemoryFolder final : public Folder {
+ public:
+  MemoryFolder(std::shared_ptr<MemoryHost::State> state, pid_t process, uid_t user, bool islands, std::string token)
+      : state_(std::move(state)), process_(process), user_(user), islands_(islands), token_(std::move(token)) {}
+
+  std::string path() const override { return "/memory"; }
+  std::string make_token() const override { return token_; }
+  Result<std::unique_ptr<IdLock>> lock(OwnerId id) override {
+    const auto [held, fresh] = state_->locks.try_emplace(id, process_);
+    if (!fresh)
+      return fail(ErrorCode::kDuplicate, fmt::format("component {} runs already: pid {}", number(id), held->second));
+    return std::make_unique<Lock>(state_, id, process_);
+  }
+  Result<std::unique_ptr<transport::LocalListener>> open(const std::string& token,
+                                                         transport::LocalAccept accept) override {
+    state_->doors[token] = {process_, user_, islands_, std::move(accept), 0};
+    return std::make_unique<Listener>(state_, token, process_);
+  }
+  bool is_open() const override { return state_->doors.contains(token_); }
+  Result<std::vector<Door>> doors() const override {
+    std::vector<Door> all;
+    for (const auto& [token, standing] : state_->doors) all.push_back({token, path(), standing.islands});
+    return all;
+  }
+  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override {
+    const auto found = state_->doors.find(door.token);
+    if (found == state_->doors.end()) return fail(ErrorCode::kNotFound, door.token + " is not there");
+    const auto& standing = found->second;
+    auto here = state_->make_end(process_, standing.user, standing.owner);
+    auto there = state_->make_end(standing.owner, user_, process_);
+    here->calls = std::move(calls);
+    here->peer = there;
+    there->peer = here;
+    auto arrive = [state = state_, there, token = door.token] {
+      const auto now = state->doors.find(token);
+      if (now == state->doors.end() || !there->alive) return state->close(there);
+      there->calls = now->second.accept(std::make_unique<MemoryLocal>(state, there));
+      state->arrive(there);
+    };
+    if (state_->runs(standing.owner)) {
+      state_->scheduler.post(std::move(arrive));
+    } else {
+      state_->later[standing.owner].push_back(std::move(arrive));
+    }
+    return std::make_unique<MemoryLocal>(state_, std::move(here));
+  }
+  Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const override {
+    const auto found = state_->doors.find(token);
+    if (found == state_->doors.end() || (found->second.owner != who.process && who.process != own_process()))
+      return fail(ErrorCode::kRefused, "it has no socket in the folder");
+    return Door{token, path(), found->second.islands};
+  }
+  Duration since_boot() const override { return state_->scheduler.now().time_since_epoch() + std::chrono::hours(1); }
+
+ private:
+  struct Lock final : IdLock {
+    Lock(std::shared_ptr<MemoryHost::State> s, OwnerId i, pid_t p) : state(std::move(s)), id(i), process(p) {}
+    ~Lock() override {
+      const auto found = state->locks.find(id);
+      if (found != state->locks.end() && found->second == process) state->locks.erase(found);
+    }
+    std::shared_ptr<MemoryHost::State> state;
+    OwnerId id;
+    pid_t process;
+  };
+  struct Listener final : transport::LocalListener {
+    Listener(std::shared_ptr<MemoryHost::State> s, std::string t, pid_t p)
+        : state(std::move(s)), token(std::move(t)), process(p) {}
+    ~Listener() override {
+      const auto found = state->doors.find(token);
+      if (found != state->doors.end() && found->second.owner == process) state->doors.erase(found);
+    }
+    std::shared_ptr<MemoryHost::State> state;
+    std::string token;
+    pid_t process;
+  };
+  /// The stream of a process to itself names the process of the test.
+  static pid_t own_process();
+
+  std::shared_ptr<MemoryHost::State> state_;
+  pid_t process_;
+  uid_t user_;
+  bool islands_;
+  std::string token_;
+};
+
+pid_t MemoryFolder::own_process() {
+  return ::getpid();
+}
+
+MemoryHost::MemoryHost(Scheduler& scheduler) : state_(std::make_shared<State>(scheduler)) {}
+MemoryHost::~MemoryHost() = default;
+
+std::unique_ptr<Folder> MemoryHost::enter(uid_t user, bool islands) {
+  const auto process = ++state_->processes;
+  const auto order = tokens_shrink ? 1'000'000 - process : process;
+  return std::make_unique<MemoryFolder>(state_, process, user, islands, fmt::format("{:016}", order));
+}
+
+void MemoryHost::stop(pid_t process) {
+  state_->stopped.insert(process);
+}
+
+void MemoryHost::go_on(pid_t process) {
+  state_->stopped.erase(process);
+  for (auto& call : std::exchange(state_->later[process], {})) state_->scheduler.post(std::move(call));
+  for (const auto& end : std::vector(state_->ends)) {
+    if (end->owner != process) continue;
+    state_->arrive(end);
+    state_->writable(end);
+  }
+}
+
+void MemoryHost::kill(pid_t process) {
+  stop(process);
+  std::erase_if(state_->doors, [&](const auto& one) { return one.second.owner == process; });
+  std::erase_if(state_->locks, [&](const auto& one) { return one.second == process; });
+  for (const auto& end : std::vector(state_->ends)) {
+    if (end->owner == process) state_->close(end);
+  }
+}
+
+void MemoryHost::clean() {
+  state_->doors.clear();
+}
+
+std::size_t MemoryHost::doors() const {
+  return state_->doors.size();
+}
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "base/scheduler.h"
+#include "tuples/host/folder.h"
+
+namespace rubicon::tuples::host {
+
+/// The folder of a space in memory, for processes in virtual time: bytes arrive in the next turn, as long as the
+/// process that reads them runs. Outlives the folders and all streams.
+class MemoryHost {
+ public:
+  /// Bytes that a stream takes before its reader has them.
+  static constexpr std::size_t kRoom = std::size_t{200} * 1024;
+
+  explicit MemoryHost(Scheduler& scheduler);
+  ~MemoryHost();
+  MemoryHost(const MemoryHost&) = delete;
+  MemoryHost& operator=(const MemoryHost&) = delete;
+
+  /// The view of one process. Tokens grow from process to process, or shrink.
+  std::unique_ptr<Folder> enter(uid_t user = 1000, bool islands = true);
+  bool tokens_shrink = false;
+  /// Processes with this number, which count from 1, are stopped: they read nothing and nobody reaches their loop.
+  void stop(pid_t process);
+  void go_on(pid_t process);
+  /// The process ends without a goodbye: its streams and its door close, its locks end.
+  void kill(pid_t process);
+  /// A cleaner removes all sockets; processes keep their connections.
+  void clean();
+  std::size_t doors() const;
+
+ private:
+  friend class MemoryFolder;
+  friend class MemoryLocal;
+  struct End;
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,166 @@
+#include "tuples/host/disk_folder.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "rubicon/tuple_space.hpp"
+#include "support/collecting_log.h"
+#include "support/folder.h"
+#include "transport/asio_local.h"
+#include "transport/asio_scheduler.h"
+#include "tuples/component.h"
+#include "tuples/host/host_ecology.h"
+
+namespace rubicon::tuples::host {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr OwnerId kIsland{6541}, kTool{70001};
+
+struct FolderOnDisk : testing::Test {
+  Sockets sockets() {
+    const auto executor = loop.context().get_executor();
+    return {[executor](const std::string& path, transport::LocalAccept accept) {
+              return transport::listen_asio_local(executor, path, std::move(accept));
+            },
+            [executor](const std::string& path, transport::LocalCalls calls) {
+              return transport::connect_asio_local(executor, path, std::move(calls));
+            }};
+  }
+  Result<std::unique_ptr<Folder>> open(const std::string& space = "default") {
+    return open_disk_folder({path, false}, space, sockets());
+  }
+  std::unique_ptr<HostEcology> enter() {
+    return std::move(*HostEcology::open(std::move(*open()), {}, loop.scheduler(), log));
+  }
+  /// Runs the loop until that is so; 30 s are a failure.
+  bool until(const std::function<bool()>& reached) {
+    const auto end = std::chrono::steady_clock::now() + 30s;
+    while (!reached() && std::chrono::steady_clock::now() < end) loop.context().run_one_for(10ms);
+    return reached();
+  }
+  static mode_t mode_of(const std::string& file) {
+    struct stat found {};
+    return ::lstat(file.c_str(), &found) == 0 ? found.st_mode & 07777 : 0;
+  }
+
+  support::Folder around;
+  std::string path = around / "meet";
+  support::CollectingLog log;
+  transport::Loop loop;
+};
+
+TEST_F(FolderOnDisk, IsMadeForItsUserAloneWhateverTheUmask) {
+  const auto before = ::umask(0);
+  auto folder = std::move(*open());
+  const auto listener = std::move(*folder->open("00000000000000aa", [](auto) { return transport::LocalCalls{}; }));
+  ::umask(before);
+  EXPECT_EQ(mode_of(path), 0700U);
+  EXPECT_EQ(mode_of(path + "/default"), 0700U);
+  EXPECT_EQ(mode_of(path + "/default/00000000000000aa.sock"), 0660U);
+  EXPECT_TRUE(folder->is_open());
+  EXPECT_THAT(*folder->doors(), ElementsAre(Door{"00000000000000aa", path + "/default", true}));
+}
+
+TEST_F(FolderOnDisk, RefusesAFolderThatOthersMayWriteToOrThatIsALinkOrAFile) {
+  std::filesystem::create_directory(path);
+  ::chmod(path.c_str(), 0777);
+  EXPECT_THAT(open().error().text, HasSubstr("has permissions 777, expected 700"));
+  std::filesystem::remove(path);
+  std::filesystem::create_directory(around / "elsewhere");
+  std::filesystem::create_directory_symlink(around / "elsewhere", path);
+  const auto linked = open();
+  EXPECT_EQ(linked.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(linked.error().text, HasSubstr("is a symbolic link: remove it, or set RUBICON_FOLDER"));
+  std::filesystem::remove(path);
+  std::ofstream(path) << "x";
+  EXPECT_THAT(open().error().text, HasSubstr("is no folder"));
+}
+
+TEST_F(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
+  EXPECT_THAT(open("../x").error().text, HasSubstr("space '../x': expected 1 to 40 characters of A-Z a-z 0-9 _ -"));
+  EXPECT_FALSE(open(""));
+  path = around / std::string(100, 'd');
+  auto folder = std::move(*open());
+  const auto listener = folder->open("00000000000000aa", [](auto) { return transport::LocalCalls{}; });
+  EXPECT_EQ(listener.error().code, ErrorCode::kInvalid);
+  EXPECT_THAT(listener.error().text, HasSubstr("the path of a socket has at most 107 bytes"));
+}
+
+TEST_F(FolderOnDisk, AnIdIsLockedOnceAndTheErrorNamesWhoHasIt) {
+  auto one = std::move(*open()), other = std::move(*open());
+  auto lock = std::move(*one->lock(kIsland));
+  const auto second = other->lock(kIsland);
+  EXPECT_EQ(second.error().code, ErrorCode::kDuplicate);
+  EXPECT_THAT(second.error().text, HasSubstr("component 6541 runs already: tuples_host_tes"));
+  EXPECT_THAT(second.error().text, HasSubstr("pid " + std::to_string(::getpid()) + " of "));
+  lock.reset();
+  EXPECT_TRUE(other->lock(kIsland));
+}
+
+TEST_F(FolderOnDisk, ALockThatIsALinkIsRefusedAndOneThatWasRemovedLocksNothing) {
+  auto folder = std::move(*open());
+  std::ofstream(around / "victim") << "x";
+  std::filesystem::create_symlink(around / "victim", path + "/default/70001.lock");
+  EXPECT_EQ(folder->lock(kTool).error().code, ErrorCode::kRefused);
+  const auto lock = std::move(*folder->lock(kIsland));
+  std::filesystem::remove(path + "/default/6541.lock");
+  const auto again = std::move(*folder->lock(kIsland));
+  EXPECT_EQ(folder->lock(kIsland).error().code, ErrorCode::kDuplicate) << "the new file is locked";
+}
+
+TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
+  auto folder = std::move(*open());
+  std::ofstream(path + "/default/00000000000000bb.sock") << "x";
+  const auto left = path + "/default/00000000000000cc.sock";
+  const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  left.copy(static_cast<char*>(address.sun_path), left.size());
+  ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ::close(dead);
+  auto ecology = enter();
+  const auto link = std::move(*ecology->join(kTool));
+  const TupleSpace space(kTool, loop.scheduler(), *link);
+  EXPECT_TRUE(until([&] { return ecology->knows_all(); }));
+  EXPECT_THAT(space.peers(), testing::IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(left)) << "what a killed process left is removed";
+  EXPECT_TRUE(log.lines.empty()) << log.lines.front();
+}
+
+TEST_F(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {
+  auto one = enter(), other = enter();
+  auto island = std::move(*one->join(kIsland));
+  auto home = std::make_unique<TupleSpace>(kIsland, loop.scheduler(), *island);
+  ASSERT_TRUE(home->set("lamp", "on"));
+  const std::string largest(std::size_t{1} << 20, 'x');
+  ASSERT_TRUE(home->set("picture", largest));
+  const auto tool = std::move(*other->join(kTool));
+  TupleSpace space(kTool, loop.scheduler(), *tool);
+  const auto all = space.subscribe(pattern("**"), {}, [](const Event&) {});
+  EXPECT_TRUE(until([&] { return space.get(kIsland, "lamp") && space.get(kIsland, "picture"); }));
+  EXPECT_EQ(space.get(kIsland, "picture")->value, largest);
+  std::vector<PeerEvent> events;
+  const auto watch = space.watch_peers([&](OwnerId, PeerEvent event) { events.push_back(event); });
+  home.reset();
+  island.reset();
+  one.reset();
+  EXPECT_TRUE(until([&] { return !events.empty(); }));
+  EXPECT_THAT(events, ElementsAre(PeerEvent::kLeft));
+  other.reset();
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::host

@@ -1,0 +1,303 @@
+#include "tuples/host/host_ecology.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "rubicon/tuple_space.hpp"
+#include "support/collecting_log.h"
+#include "support/memory/memory_folder.h"
+#include "tuples/component.h"
+
+namespace rubicon::tuples::host {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr OwnerId kIsland{6541}, kTool{70001}, kOther{70002};
+
+/// A process with its components.
+struct Program {
+  struct Member {
+    Member(HostEcology& ecology, Scheduler& time, OwnerId id)
+        : link(std::move(*ecology.join(id))), space(id, time, *link) {}
+    std::unique_ptr<Link> link;
+    TupleSpace space;
+  };
+
+  Program(MemoryHost& host, VirtualScheduler& t, pid_t n, const HostOptions& options = {}, uid_t user = 1000,
+          bool islands = true)
+      : time(t), number(n), ecology(std::move(*HostEcology::open(host.enter(user, islands), options, t, log))) {}
+  TupleSpace& start(OwnerId id) {
+    auto& one = *members.emplace(id, std::make_unique<Member>(*ecology, time, id)).first->second;
+    watches.push_back(one.space.watch_peers([this, id](OwnerId peer, PeerEvent event) {
+      const auto* what = event == PeerEvent::kUp ? " met " : event == PeerEvent::kLeft ? " saw leave " : " lost ";
+      seen.push_back(std::to_string(model::number(id)) + what + std::to_string(model::number(peer)));
+    }));
+    return one.space;
+  }
+  std::vector<std::string> take() { return std::exchange(seen, {}); }
+
+  VirtualScheduler& time;
+  pid_t number;
+  support::CollectingLog log;
+  std::unique_ptr<HostEcology> ecology;
+  std::map<OwnerId, std::unique_ptr<Member>> members;
+  std::vector<Handle> watches;
+  std::vector<std::string> seen;
+};
+
+struct HostEcologyInMemory : testing::Test {
+  std::unique_ptr<Program> begin(const HostOptions& options = {}, uid_t user = 1000, bool islands = true) {
+    return std::make_unique<Program>(host, time, ++programs, options, user, islands);
+  }
+  /// What the space has of the owner's tuple: `on`, or empty.
+  static std::string value(const TupleSpace& space, OwnerId owner, std::string_view key) {
+    const auto found = space.get(owner, key);
+    return found ? std::string(found->value) : std::string();
+  }
+  [[nodiscard]] static Handle read_all(TupleSpace& space) {
+    return space.subscribe(pattern("**"), {}, [](const Event&) {});
+  }
+
+  VirtualScheduler time;
+  MemoryHost host{time};
+  pid_t programs = 0;
+};
+
+TEST_F(HostEcologyInMemory, ANewcomerKnowsAllThatIsThereInTheTurnsOfOneInstant) {
+  auto island = begin();
+  auto& home = island->start(kIsland);
+  ASSERT_TRUE(home.set("lamp", "on"));
+  time.run_ready();
+  auto tool = begin();
+  auto& space = tool->start(kTool);
+  EXPECT_FALSE(tool->ecology->knows_all());
+  const auto all = read_all(space);
+  time.run_ready();
+  EXPECT_TRUE(tool->ecology->knows_all());
+  EXPECT_THAT(space.peers(), ElementsAre(kIsland));
+  EXPECT_EQ(value(space, kIsland, "lamp"), "on");
+  EXPECT_THAT(home.peers(), ElementsAre(kTool));
+}
+
+TEST_F(HostEcologyInMemory, ComponentsOfOneProcessMeetAndAreOfTheOwnProcess) {
+  auto both = begin();
+  auto& home = both->start(kIsland);
+  auto& space = both->start(kTool);
+  const auto all = read_all(space);
+  ASSERT_TRUE(home.set("lamp", "on"));
+  time.run_ready();
+  EXPECT_EQ(value(space, kIsland, "lamp"), "on");
+  EXPECT_THAT(both->take(), testing::UnorderedElementsAre("6541 met 70001", "70001 met 6541"));
+}
+
+TEST_F(HostEcologyInMemory, WhoEndsLeavesAndWhoIsKilledIsLostAtOnceByEachOther) {
+  auto island = begin();
+  island->start(kIsland);
+  auto tool = begin(), other = begin();
+  tool->start(kTool);
+  other->start(kOther);
+  time.run_ready();
+  for (auto* one : {island.get(), tool.get(), other.get()}) one->take();
+  tool->watches.clear();
+  tool->members.clear();
+  tool.reset();
+  time.run_ready();
+  EXPECT_THAT(island->take(), ElementsAre("6541 saw leave 70001"));
+  EXPECT_THAT(other->take(), ElementsAre("70002 saw leave 70001"));
+  host.kill(island->number);
+  time.run_ready();
+  EXPECT_THAT(other->take(), ElementsAre("70002 lost 6541"));
+}
+
+TEST_F(HostEcologyInMemory, TwoThatComeAtOnceHaveOneConnectionAndNobodyIsLostForAMoment) {
+  for (const bool shrink : {false, true}) {
+    host.tokens_shrink = shrink;
+    std::vector<std::unique_ptr<Program>> all;
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      all.push_back(begin());
+      all.back()->start(OwnerId(70000 + i));
+    }
+    time.run_for(1s);
+    for (auto& one : all) {
+      EXPECT_EQ(one->members.begin()->second->space.peers().size(), 4U);
+      EXPECT_THAT(one->take(), testing::Each(HasSubstr(" met ")));
+      EXPECT_TRUE(one->ecology->knows_all());
+      EXPECT_TRUE(one->log.lines.empty());
+    }
+    // Each of them is gone with one end of one connection.
+    all.pop_back();
+    time.run_ready();
+    for (auto& one : all) EXPECT_EQ(one->take().size(), 1U);
+    all.clear();
+    time.run_ready();
+  }
+}
+
+TEST_F(HostEcologyInMemory, AnOwnerThatIsStoppedIsLostAfterALeaseAndFollowedAgainWhenItGoesOn) {
+  auto island = begin(), tool = begin();
+  auto& home = island->start(kIsland);
+  auto& space = tool->start(kTool);
+  const auto all = read_all(space);
+  ASSERT_TRUE(home.set("lamp", "on"));
+  time.run_for(1s);
+  tool->take();
+  host.stop(island->number);
+  time.run_for(1500ms);
+  EXPECT_THAT(tool->take(), IsEmpty()) << "a stop shorter than the lease";
+  time.run_for(4s);
+  EXPECT_THAT(tool->take(), ElementsAre("70001 lost 6541"));
+  ASSERT_TRUE(home.set("lamp", "off"));  // before it reads anything
+  host.go_on(island->number);
+  time.run_for(100ms);
+  EXPECT_THAT(tool->take(), ElementsAre("70001 met 6541"));
+  EXPECT_EQ(value(space, kIsland, "lamp"), "off");
+  EXPECT_THAT(island->take(), testing::Not(testing::Contains(HasSubstr("lost"))));
+  ASSERT_TRUE(home.set("lamp", "on"));
+  time.run_for(100ms);
+  EXPECT_EQ(value(space, kIsland, "lamp"), "on");
+}
+
+TEST_F(HostEcologyInMemory, NobodyAsksWhereNobodyDependsOnTheOther) {
+  auto island = begin(), tool = begin();
+  island->start(kIsland);
+  tool->start(kTool);
+  time.run_for(1s);
+  tool->take();
+  host.stop(island->number);
+  time.run_for(1min);
+  EXPECT_THAT(tool->take(), IsEmpty());
+  host.go_on(island->number);
+  time.run_for(1s);
+  EXPECT_THAT(tool->take(), IsEmpty());
+}
+
+TEST_F(HostEcologyInMemory, AProcessThatWasStoppedItselfCallsNobodySilent) {
+  auto island = begin(), tool = begin();
+  island->start(kIsland);
+  auto& space = tool->start(kTool);
+  const auto all = read_all(space);
+  time.run_for(3s);
+  tool->take();
+  for (int i = 0; i < 20; ++i) {
+    time.stop_for(5s);
+    time.run_for(200ms);
+  }
+  EXPECT_THAT(tool->take(), IsEmpty());
+}
+
+TEST_F(HostEcologyInMemory, AStoppedProcessIsNamedUntilItTellsWhatItHas) {
+  auto island = begin();
+  island->start(kIsland);
+  time.run_ready();
+  host.stop(island->number);
+  auto tool = begin();
+  auto& space = tool->start(kTool);
+  time.run_for(1s);
+  EXPECT_FALSE(tool->ecology->knows_all());
+  EXPECT_THAT(tool->ecology->awaited(), ElementsAre("pid 1 of uid 1000"));
+  host.go_on(island->number);
+  time.run_ready();
+  EXPECT_TRUE(tool->ecology->knows_all());
+  EXPECT_THAT(space.peers(), ElementsAre(kIsland));
+}
+
+TEST_F(HostEcologyInMemory, ACommandThatWaitedInTheSocketOfAStoppedOwnerEndsWithItsTime) {
+  auto island = begin(), tool = begin();
+  auto& home = island->start(kIsland);
+  auto& space = tool->start(kTool);
+  std::vector<std::string> taken;
+  const auto policy = home.add_policy(pattern("door"), [&](const RemoteSet& set) {
+    taken.push_back(set.value);
+    return SetDecision::applied();
+  });
+  ASSERT_TRUE(home.set("door", "shut"));
+  time.run_for(1s);
+  host.stop(island->number);
+  space.set_remote(kIsland, "door", "early", 500ms, {});
+  space.set_remote(kIsland, "door", "in time", 10s, {});
+  time.run_for(1s);
+  host.go_on(island->number);
+  time.run_for(100ms);
+  EXPECT_THAT(taken, ElementsAre("in time"));
+}
+
+TEST_F(HostEcologyInMemory, AnIdIsTakenOnceOnTheHost) {
+  auto first = begin(), second = begin();
+  first->start(kIsland);
+  const auto again = second->ecology->join(kIsland);
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kDuplicate);
+  EXPECT_THAT(again.error().text, HasSubstr("component 6541 runs already: pid 1"));
+  host.kill(first->number);
+  EXPECT_TRUE(second->ecology->join(kIsland)) << "the kernel ends the lock with the process";
+}
+
+TEST_F(HostEcologyInMemory, AStandInGoesWhenTheComponentItselfComes) {
+  auto carrier = begin(), tool = begin();
+  bool displaced = false;
+  auto stand_in =
+      std::move(*carrier->ecology->join_as({kIsland, marked_host("far", kOther), [&] { displaced = true; }}));
+  auto there = std::make_unique<TupleSpace>(kIsland, time, *stand_in);
+  ASSERT_TRUE(there->set("lamp", "copy"));
+  auto& space = tool->start(kTool);
+  const auto all = read_all(space);
+  time.run_ready();
+  EXPECT_EQ(value(space, kIsland, "lamp"), "copy");
+  auto island = begin();
+  ASSERT_TRUE(island->start(kIsland).set("lamp", "own"));
+  time.run_ready();
+  EXPECT_TRUE(displaced);
+  EXPECT_EQ(value(space, kIsland, "lamp"), "own");
+  there.reset();
+  stand_in.reset();
+  time.run_for(1s);
+  EXPECT_EQ(value(space, kIsland, "lamp"), "own");
+  EXPECT_THAT(space.peers(), ElementsAre(kIsland));
+}
+
+TEST_F(HostEcologyInMemory, AFolderThatWasEmptiedIsFilledAgainAndNobodyIsLost) {
+  auto island = begin(), tool = begin();
+  island->start(kIsland);
+  auto& space = tool->start(kTool);
+  const auto all = read_all(space);
+  time.run_for(1s);
+  tool->take();
+  host.clean();
+  time.run_for(2s);
+  EXPECT_EQ(host.doors(), 2U);
+  auto late = begin();
+  auto& newcomer = late->start(kOther);
+  time.run_ready();
+  EXPECT_THAT(newcomer.peers(), ElementsAre(kIsland, kTool));
+  EXPECT_THAT(tool->take(), ElementsAre("70001 met 70002"));
+}
+
+TEST_F(HostEcologyInMemory, TheLargestValueArrivesAndAReaderThatReadsNothingIsBounded) {
+  auto island = begin(), tool = begin();
+  auto& home = island->start(kIsland);
+  auto& space = tool->start(kTool);
+  const auto all = read_all(space);
+  const std::string largest(std::size_t{1} << 20, 'x');
+  ASSERT_TRUE(home.set("picture", largest));
+  time.run_for(1s);
+  EXPECT_EQ(value(space, kIsland, "picture"), largest);
+  host.stop(tool->number);
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(home.set("picture", largest.substr(0, 1000 + static_cast<std::size_t>(i))));
+    ASSERT_TRUE(home.set("other", largest));
+    time.run_for(1ms);
+  }
+  EXPECT_LT(home.stats().queued, 10U) << "the latest values wait, not each";
+  host.go_on(tool->number);
+  time.run_for(1s);
+  EXPECT_EQ(value(space, kIsland, "picture").size(), 1499U);
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::host
