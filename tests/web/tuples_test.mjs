@@ -29,6 +29,19 @@ async function setWithEverything({ page, open, island }) {
   assert.match(await fact(panel, "User time"), /^2026-01-02 03:04:05/);
 }
 
+/** In bytes: of a text, and of one so long that the page loads it when asked. */
+async function sizes({ page, open, island }) {
+  island.publish("page.note", "21 °C");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  assert.equal(await fact(panel, "Size"), "6 bytes");
+  await panel.getByLabel("New value").fill("x".repeat(20_000));
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.getByRole("button", { name: "Show the bytes" }).click();
+  await panel.locator(".content", { hasText: /^x{20000}$/ }).waitFor();
+  assert.equal(await fact(panel, "Size"), "20,000 bytes (19.5 KiB)");
+}
+
 /** `image/*` is shown as a picture. */
 async function picture({ page, open, island }) {
   island.publish("page.note", "carpe diem");
@@ -150,6 +163,7 @@ export const tests = () => [
     body: setWithEverything,
   },
   { name: "tuples: set with expiry", body: setWithExpiry },
+  { name: "tuples: the size of a value", body: sizes },
   { name: "tuples: a picture", body: picture },
   { name: "tuples: append, with media type", body: append },
   { name: "tuples: a set for the value that was seen", body: onlyIfUnchanged },

@@ -13,3 +13,7 @@ declare module "node:assert/strict" {
   const assert: Assert;
   export default assert;
 }
+declare module "*.txt" {
+  const text: string;
+  export default text;
+}

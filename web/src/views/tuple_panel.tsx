@@ -1,7 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { components, mayBe, store, useFeeds } from "../app";
 import type { Subscription } from "../core/feed";
-import { formatAge, formatBytes, formatCount, formatFullTime, formatRate, hexDump, prettyJson } from "../core/format";
+import { formatAge, formatFullTime, formatRate, hexDump, prettyJson } from "../core/format";
 import type { Rates } from "../core/rates";
 import { useFrame } from "../core/redraw";
 import { RestError, tupleBytes } from "../core/rest";
@@ -64,6 +64,7 @@ function Facts({ tuple, rate }: { tuple: Tuple; rate: number }) {
     <>
       <dl class="tuple-facts">
         <Fact name={text.media} value={tuple.media} />
+        <Fact name={text.size} value={text.bytes(sizeOf(tuple))} />
         <Fact name={text.sequence} value={`@${tuple.sequence}`} />
         <Fact name={text.rate} value={`${formatRate(rate)}/s`} />
         <Fact name={text.creator} value={tuple.creator ? nameOf(tuple.creator) : ""} />
@@ -82,6 +83,9 @@ function Facts({ tuple, rate }: { tuple: Tuple; rate: number }) {
     </>
   );
 }
+
+/** Bytes of the value. A text comes without its size. */
+const sizeOf = (tuple: Tuple) => (tuple.value === null ? tuple.size : new TextEncoder().encode(tuple.value).length);
 
 function Fact({ name, value }: { name: string; value: string }) {
   if (!value) return null;
@@ -180,12 +184,11 @@ function Bytes({ tuple }: { tuple: Tuple }) {
   if (error) return <p class="error">{error}</p>;
   if (bytes) return <Content>{textOf(bytes) ?? hexDump(bytes)}</Content>;
   return (
-    <p>
-      {formatBytes(tuple.size)} ({formatCount(tuple.size)} B){" "}
+    <div class="actions">
       <button type="button" class="small" onClick={() => setAsked(true)}>
         {text.load}
       </button>
-    </p>
+    </div>
   );
 }
 

@@ -1,4 +1,5 @@
 // Texts of the view of tuples.
+import { formatBytes } from "../core/format";
 import { many } from "../core/text";
 
 export const title = "Tuples";
@@ -7,7 +8,6 @@ export const found = "Tuples found";
 export const filter = "Key or value";
 export const order = "Order";
 export const orders = { key: "by key", rate: "by rate" };
-export const none = "No component is there.";
 export const filtered = "No tuple matches.";
 export const searchedPartly = (most: number) =>
   `Of islands with more than ${most.toLocaleString()} devices, the search knows names, states and what is open in the tree.`;
@@ -33,9 +33,9 @@ export const never = "never";
 export const owner = "Owner";
 export const rate = "Rate";
 export const size = "Size";
+export const bytes = (size: number) => many(size, "byte") + (size < 1024 ? "" : ` (${formatBytes(size)})`);
 export const present = "present";
 export const value = "Value";
-export const bytes = (size: string) => size;
 export const load = "Show the bytes";
 export const picture = "The value as a picture";
 export const set = "Set this tuple";
