@@ -18,7 +18,8 @@ TEST(NaturalOrder, RunsOfDigitsCountAsNumbers) {
                                            "wsn-2a", "wsn-10"}));
 }
 
-/// Eight digits before a letter of an address are not a number there. The page keeps the same order (web/test/text.test.ts).
+/// Eight digits before a letter of an address are not a number there. The page keeps the same order
+/// (web/test/text.test.ts).
 TEST(NaturalOrder, IeeeAddressesAreTexts) {
   std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/order/ids.txt");
   std::vector<std::string> sorted;
