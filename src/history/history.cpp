@@ -5,6 +5,7 @@
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "base/text.h"
+#include "base/whole_path.h"
 #include "history/answer_text.h"
 #include "history/intake.h"
 #include "history/keeper.h"
@@ -31,7 +32,7 @@ struct History::Impl {
         context(std::move(with)),
         log(Log(context.log, "history"), context.scheduler),
         intake(setup.exclude),
-        path(base::resolve_path(context.directory, setup.file)),
+        path(base::whole_path(base::resolve_path(context.directory, setup.file))),
         keeper(std::make_shared<Keeper>(path, RetentionRules{setup.raw, setup.hours, setup.size})),
         questions(context.scheduler, *context.worker, keeper, clock()) {}
 

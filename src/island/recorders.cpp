@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "base/whole_path.h"
 #include "model/json_members.h"
 #include "rubicon/key.hpp"
 
@@ -91,7 +92,7 @@ nlohmann::ordered_json RecorderSwitch::status() {
   const auto sums = counters();
   return {{"state", word},
           {"reason", recorder_ ? recorder_->reason() : std::string()},
-          {"file", base::resolve_path(context_.directory, setup_.file)},
+          {"file", base::whole_path(base::resolve_path(context_.directory, setup_.file))},
           {"size", size_},
           {"records", sums.records},
           {"dropped", sums.dropped},

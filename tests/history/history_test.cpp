@@ -35,12 +35,13 @@ class HistoryTest : public testing::Test {
   void good() { island_.set(kPoint + ".status", R"({"quality":"good","since":1})").value(); }
   void set(const std::string& value) { island_.set(kPoint + ".value", value).value(); }
 
-  void open(config::HistorySetup setup = {}) {
+  void open(config::HistorySetup setup = {}, std::string directory = {}) {
     setup.file = "h";
+    if (directory.empty()) directory = folder_.path();
     auto worker = std::make_unique<transport::MemoryWorker>(scheduler_);
     worker_ = worker.get();
-    history_ = std::make_unique<History>(std::move(setup),
-                                         History::Context{scheduler_, std::move(worker), log_, folder_.path(), clock_});
+    history_ = std::make_unique<History>(
+        std::move(setup), History::Context{scheduler_, std::move(worker), log_, std::move(directory), clock_});
     history_->follow(space_);
     scheduler_.run_ready();
   }
@@ -413,6 +414,15 @@ TEST_F(HistoryTest, ShowsItsStatusAsATuple) {
   EXPECT_EQ(shown()["dropped"], 0);
   status.reset();
   EXPECT_EQ(shown(), nlohmann::json());
+}
+
+/// Those who read the tuple are in other folders than this process.
+TEST_F(HistoryTest, TheStatusNamesTheFileFromTheRoot) {
+  open({}, "./" + std::filesystem::relative(folder_.path()).string());
+  const StatusTuple status(scheduler_, space_, "web.history.status", *history_);
+  const auto shown = space_.get(kComponent, "web.history.status");
+  ASSERT_TRUE(shown);
+  EXPECT_EQ(nlohmann::json::parse(shown->value)["file"], (std::filesystem::canonical(folder_.path()) / "h").string());
 }
 
 TEST_F(HistoryTest, ListsAPartOfItsSeriesInNaturalOrder) {

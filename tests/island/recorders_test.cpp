@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "island/virtual_island.h"
 #include "recording/recording_reader.h"
 
@@ -60,12 +62,13 @@ class RecordersOfAnIsland : public testing::Test {
 
 TEST_F(RecordersOfAnIsland, ShowWhatTheyDo) {
   EXPECT_EQ(status()["state"], "recording");
-  EXPECT_EQ(status()["file"], "all.rec");
+  EXPECT_EQ(status()["file"], (std::filesystem::current_path() / "all.rec").string())
+      << "other programs are in other folders";
   EXPECT_GT(status()["records"].get<int>(), 0);
   EXPECT_GT(status()["size"].get<int>(), 0);
   EXPECT_EQ(status()["dropped"], 0);
   EXPECT_GT(status()["since"].get<double>(), 0);
-  EXPECT_EQ(status("some")["file"], "some.rec");
+  EXPECT_EQ(status("some")["file"], (std::filesystem::current_path() / "some.rec").string());
 }
 
 TEST_F(RecordersOfAnIsland, AStoppedOneWritesNothingUntilItIsStarted) {
