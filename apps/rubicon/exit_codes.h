@@ -15,6 +15,7 @@ enum ExitCode : int {
   kExpired = 6,     ///< expired
   kSuperseded = 7,  ///< superseded
   kNotThere = 8,    ///< no such owner, tuple or device
+  kPartly = 9,      ///< `knx import`: the rest of the file was imported
   kNotGood = 10     ///< `get`: the value was shown, its quality is not good
 };
 
@@ -23,7 +24,7 @@ int exit_code_of(std::string_view state);
 
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 good; 1 failed; 2 wrong command line, or several tuples fit; how a command ended: 3 refused,\n"
-    "4 failed, 5 timed-out, 6 expired, 7 superseded; 8 no such component, tuple or device; 10 the value is shown, but\n"
-    "its quality is not good.";
+    "4 failed, 5 timed-out, 6 expired, 7 superseded; 8 no such component, tuple or device; 9 a file was imported\n"
+    "without the lines that have errors; 10 the value is shown, but its quality is not good.";
 
 }  // namespace rubicon::cli

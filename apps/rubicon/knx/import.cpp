@@ -114,7 +114,7 @@ Result<networks::knx::groups::Import> read_file(const ImportOptions& options,
 }
 
 /// Writes the group file to standard output or to --output, the report to standard error. Without any address the
-/// group file of yesterday stays.
+/// group file of yesterday stays. kPartly: some lines have errors.
 int import(const ImportOptions& options) {
   networks::knx::groups::ImportOptions how;
   how.guess = !options.no_guess;
@@ -134,8 +134,9 @@ int import(const ImportOptions& options) {
     print_error("no group address was imported: nothing is written");
     return kFailed;
   }
-  return put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source, imported->secured,
-                                                     imported->report.notation));
+  const int written = put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source,
+                                                                  imported->secured, imported->report.notation));
+  return written == kGood && imported->report.errors > 0 ? kPartly : written;
 }
 
 }  // namespace
@@ -147,7 +148,8 @@ void add_import(Cli& cli, CLI::App* under) {
        "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report goes to stderr\n"
        "  rubicon knx import hall.knxproj --password-file project.password --output hall.yaml\n"
        "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # keeps what is in flat.yaml\n"
-       "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
+       "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n"
+       "Exit code 9: the group file is written, but some lines have errors, and are not in it.\n",
        under},
       [options](const Settings&) { return import(*options); });
   app->add_option("FILE", options->file,

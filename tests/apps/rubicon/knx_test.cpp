@@ -79,7 +79,7 @@ TEST(KnxImport, PrintsTheRecordAndReportsWhatItGuessed) {
   const Folder folder;
   const auto file = folder.write("flat.csv", std::string(kExport));
   const auto imported = rubicon({"knx", "import", file});
-  EXPECT_EQ(imported.code, 0) << imported.errors;
+  EXPECT_EQ(imported.code, 9) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("1/0/1"));
   EXPECT_THAT(imported.output, HasSubstr("state: 1/0/2"));
   EXPECT_THAT(imported.errors, HasSubstr("99/0/1"));
@@ -91,6 +91,22 @@ TEST(KnxImport, PrintsTheRecordAndReportsWhatItGuessed) {
   EXPECT_EQ(again.output, imported.output) << "the second time nothing is new";
   EXPECT_EQ(rubicon({"knx", "import", folder.file("none.csv")}).code, 1);
   EXPECT_EQ(rubicon({"knx", "import", file, "--merge", file}).code, 2) << "no record";
+}
+
+/// Scripts see by the exit code whether something is missing.
+TEST(KnxImport, TheExitCodeSaysWhetherAllLinesAreThere) {
+  const Folder folder;
+  const std::string broken(kExport), whole = broken.substr(0, broken.find("\"No good\""));
+  const auto record = folder.file("flat.yaml");
+  const auto code_of = [&](const std::string& text, const std::string& output) {
+    return rubicon({"knx", "import", folder.write("flat.csv", text), "--output", output}).code;
+  };
+  EXPECT_EQ(code_of(whole, record), 0);
+  const auto points = content_of(record);
+  EXPECT_EQ(code_of(broken, record), 9);
+  EXPECT_EQ(content_of(record), points) << "the lines that are good";
+  EXPECT_EQ(code_of(whole + "\"Odd\";\"1/2/8\";\"\";\"\";\"\";\"DPST-5-250\";\"Auto\"\r\n", record), 0) << "a warning";
+  EXPECT_EQ(code_of(broken, folder.file("none/flat.yaml")), 1) << "nothing is written";
 }
 
 TEST(KnxImport, KeepsWhichGroupsAreSecured) {
@@ -125,12 +141,12 @@ TEST(KnxImport, ReplacesTheVeryRecordThatItMerges) {
   const auto file = folder.write("flat.csv", std::string(kExport));
   const auto record = folder.file("flat.yaml");
   const auto first = rubicon({"knx", "import", file, "--output", record});
-  EXPECT_EQ(first.code, 0) << first.errors;
+  EXPECT_EQ(first.code, 9) << first.errors;
   EXPECT_EQ(first.output, "");
   EXPECT_THAT(first.errors, HasSubstr("99/0/1")) << "the report";
   const auto text = rubicon({"knx", "import", file}).output;
   EXPECT_EQ(content_of(record), text);
-  EXPECT_EQ(rubicon({"knx", "import", file, "--merge", record, "--output", record}).code, 0);
+  EXPECT_EQ(rubicon({"knx", "import", file, "--merge", record, "--output", record}).code, 9);
   EXPECT_EQ(content_of(record), text) << "nothing is lost, nothing is new";
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.file("")), {}), 2) << "no file is left over";
 }
