@@ -81,6 +81,15 @@ TEST_F(KnxGateways, TheSecondFollowsAtOnceWhenTheFirstRefuses) {
   EXPECT_THAT(host.failures, IsEmpty());
 }
 
+TEST_F(KnxGateways, TheSecondFollowsWhenTheFirstRefusesForItsBus) {
+  server.connect_status = 0x27;
+  start(kTwo);
+  ASSERT_TRUE(is_up());
+  EXPECT_EQ(used(), "10.0.0.10 (instead of 10.0.0.9)");
+  EXPECT_THAT(last_state().reason, HasSubstr("no connection to the KNX bus"));
+  EXPECT_EQ(last_state().texts.at("bus"), "ok");
+}
+
 TEST_F(KnxGateways, WhenAllRefuseTheLinePausesAndSaysWhy) {
   server.connect_status = second->connect_status = 0x24;
   start(kTwo);

@@ -197,6 +197,80 @@ TEST_F(TwoTunnels, ANamedOneIsWaitedFor) {
   EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
 }
 
+/// Interfaces 1.1.0 at 10.0.0.10, with the tunnel 1.1.201 of user 4, and 1.2.0 at 10.0.0.12, with the tunnels 1.2.201
+/// and 1.2.202 of the users 2 and 3. One keyring has all; the second has a password of its own.
+class GatewaysOfAKeyring : public SecureKnx {
+ protected:
+  GatewaysOfAKeyring() {
+    knx_simulator::SecureOptions secured;
+    secured.device_code = secure::device_code(secure::Secret::of_text("the other device"))->key;
+    secured.users = {{2, key_of_user("two"), 0x12c9}, {3, key_of_user("three"), 0x12ca}};
+    support::KnxServer::Options options;
+    options.at = {"10.0.0.12", 3671};
+    options.wanted_addresses = true;
+    options.secure = std::move(secured);
+    second = std::make_unique<support::KnxServer>(host.time, host.net, options);
+    auto root = support::keyring_root();
+    root.add(tunnel("1.1.201", "1.1.0", "4", "four", "the device"));
+    root.add(tunnel("1.2.201", "1.2.0", "2", "two", "the other device"));
+    root.add(tunnel("1.2.202", "1.2.0", "3", "three", "the other device"));
+    host.files.put("house.knxkeys", support::write_keyring(root, "ring word"));
+    house.replace(house.find("\"10.0.0.10\""), 11,
+                  R"(["10.0.0.10", "10.0.0.12"], "server-address": ["1.1.0", "1.2.0"], "gateway-check": "1min")");
+  }
+  static KeyringElement tunnel(const char* address, const char* server, const char* user, const char* password,
+                               const char* device) {
+    KeyringElement one{"Interface"};
+    one.text("Type", "Tunneling").text("IndividualAddress", address).text("Host", server).text("UserID", user);
+    return one.password("Password", password).password("Authentication", device);
+  }
+  /// What a supervisor does after a loss.
+  void supervise(Duration time) {
+    for (const auto end = host.time.now() + time; host.time.now() < end; host.time.run_for(100ms)) {
+      if (std::exchange(answered, host.failures.size()) != host.failures.size()) std::ignore = network->open();
+    }
+  }
+  std::string used() const { return last_state().texts.at("gateway"); }
+
+  std::unique_ptr<support::KnxServer> second;
+  std::string house{kSecureHouse};
+  std::size_t answered = 0;
+};
+
+TEST_F(GatewaysOfAKeyring, EachIsOpenedWithItsOwnUsersAndPasswords) {
+  start(house);
+  supervise(1s);
+  ASSERT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(used(), "10.0.0.10 (preferred)");
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+  secure_server->stop();
+  supervise(5min);
+  ASSERT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(used(), "10.0.0.12 (instead of 10.0.0.10)");
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.2.201");
+  EXPECT_EQ(count("gateway-changes"), 1U);
+  secure_server->start();
+  supervise(3min);
+  EXPECT_EQ(used(), "10.0.0.10 (preferred)");
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.1.201");
+}
+
+TEST_F(GatewaysOfAKeyring, TheNextTunnelIsThatOfTheSameInterfaceWhereOneIsTaken) {
+  line::TunnelOptions options;
+  options.host = "10.0.0.12";
+  options.via = line::TunnelOptions::Via::kTcp;
+  options.secure = secure::SessionKeys{2, secure::user_key(secure::Secret::of_text("two")).value(), {}};
+  line::TunnelLine other(std::move(options), host.time, host.files, line::LineCallbacks());
+  ASSERT_TRUE(other.open());
+  host.time.run_for(1s);
+  secure_server->stop();
+  start(house);
+  supervise(1min);
+  ASSERT_EQ(last_state().line, LineState::kUp) << last_state().reason;
+  EXPECT_EQ(used(), "10.0.0.12 (instead of 10.0.0.10)");
+  EXPECT_EQ(last_state().texts.at("tunnel-address"), "1.2.202");
+}
+
 TEST_F(SecureKnx, AllowIsSecureWhereTheKeyringHasATunnel) {
   std::string house(kSecureHouse);
   start(house.insert(1, R"("secure": "allow", )"));
