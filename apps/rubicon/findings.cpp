@@ -114,9 +114,10 @@ Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigne
 Finding check_complaint(const std::string& text) {
   if (text.find("before the clock of its host was set") != text.npos ||
       text.find("the clock of this host says") != text.npos)
-    return {"clock", Grade::kProblem, text,
-            "on that host: `timedatectl` says whether its clock is set; start its islands when it is (a unit: "
-            "`systemctl enable systemd-time-wait-sync`)"};
+    return {
+        "clock", Grade::kProblem, text,
+        "on that host: `timedatectl` says whether its clock is set; its islands take part within seconds of that. A "
+        "unit waits for it with `systemctl enable systemd-time-wait-sync`"};
   const auto fix = trust_remedy(text);
   return {"complaint", Grade::kNote, text,
           fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)};

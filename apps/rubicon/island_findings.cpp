@@ -258,7 +258,7 @@ Findings check_clock(const IslandSeen& seen, WallTime when) {
   const auto whose = fmt::format("the clock of island {} ({})", name_of(seen.island), seen.island.summary.host);
   if (when + std::chrono::duration_cast<std::chrono::microseconds>(offset) < kEarliest)
     return {{"clock", Grade::kProblem, fmt::format("{} was never set: it is {:.0f} s behind this one", whose, seconds),
-             "set it: timedatectl set-ntp true there, and restart the island"}};
+             "set it: timedatectl set-ntp true there"}};
   if (std::chrono::abs(offset) > kClock)
     return {{"clock", Grade::kProblem,
              fmt::format("{} is {:.1f} s {} this one", whose, seconds, offset > Duration(0) ? "ahead of" : "behind"),

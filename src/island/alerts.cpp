@@ -96,7 +96,7 @@ void add_clock(const std::string& about, WallTime now, AlertList& list) {
                  Severity::kProblem,
                  {},
                  "the clock of this host was never set",
-                 "set it: timedatectl set-ntp true; then restart the island"};
+                 "set it: timedatectl set-ntp true"};
   });
 }
 

@@ -17,16 +17,16 @@ std::string start_text(std::uint64_t microseconds) {
 Result<void> HostPolicy::check_clock(WallTime now) {
   if (now >= WallTime(std::chrono::microseconds(kEarliest))) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("the clock of this host says {} UTC: other components ignore those of this process; set the "
-                          "clock, then start it again",
+              fmt::format("the clock of this host says {} UTC: other components ignore those of this process until it "
+                          "is set",
                           base::utc_text(now, "%Y-%m-%d %H:%M")));
 }
 
 Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
   if (starts_ == Starts::kAnyNumber || peer.incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("component {} says that it started on {} UTC, before the clock of its host was set: set that "
-                          "clock, then start it again",
+              fmt::format("component {} says that it started on {} UTC, before the clock of its host was set: it takes "
+                          "part when that clock is set",
                           number(peer.id), start_text(peer.incarnation)));
 }
 

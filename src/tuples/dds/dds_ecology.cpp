@@ -57,6 +57,7 @@ struct DdsEcology::Impl {
   void retry();
   void enter_again(Duration pause);
   void watch_end();
+  void watch_clock();
   void hear_revoked(const std::string& member, std::string_view signed_list);
   void check_revoked(std::string list, const std::string& member);
   void renounce();
@@ -77,7 +78,7 @@ struct DdsEcology::Impl {
                            check_revoked(std::move(list), member);
                          }};
   Refusals refusals{shared.scheduler, shared.post, shared.log};
-  Timer end_timer, retry_timer, again_timer;
+  Timer end_timer, retry_timer, again_timer, clock_timer;
 };
 
 namespace {
@@ -265,6 +266,16 @@ void DdsEcology::Impl::watch_end() {
   retry();
 }
 
+/// Others ignore components that started before the clock of their host was set. When it is set, the links enter again,
+/// and their starts count from then.
+void DdsEcology::Impl::watch_clock() {
+  clock_timer = shared.scheduler.after(kRetryPause, [this] {
+    if (!HostPolicy::check_clock(shared.scheduler.wall_now())) return watch_clock();
+    log.info("the clock of this host was set: the components of this process enter the ecology again");
+    enter_again(Duration(0));
+  });
+}
+
 void DdsEcology::Impl::hear_revoked(const std::string& member, std::string_view signed_list) {
   if (signed_list == shared.options.trust->revoked() || lists_refused.contains(signed_list)) return;
   lists_heard.hear(member, signed_list);
@@ -316,6 +327,7 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
 
 Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
   if (auto may = impl_->may_join(who.id); !may) return fail(std::move(may.error()));
+  if (!HostPolicy::check_clock(impl_->shared.scheduler.wall_now())) impl_->watch_clock();
   if (!impl_->domain) return fail(ErrorCode::kIo, "DDS: this process is outside of the ecology at the moment");
   auto participant = impl_->make_participant(who.id);
   if (!participant) return fail(std::move(participant.error()));

@@ -153,6 +153,7 @@ class DdsLink final : public Link, private distant::FrameReader {
   static constexpr std::size_t kMaxRevoked = 1024UL * 1024;  ///< bytes of a signed list; longer ones are dropped
   const Writer* origin_of(dds_entity_t reader, dds_instance_handle_t publication);
   PeerIdentity identity_of(OwnerId id, std::uint64_t incarnation, const Peer::Start& start) const;
+  void correct_start();
   void delete_while_reading(const std::function<void()>& remove) const;
   void await(Peer& peer, PeerEvent event);
   void end_waiting();

@@ -7,6 +7,7 @@
 
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/take_samples.h"
+#include "tuples/host_policy.h"
 #include "tuples/member_policy.h"
 #include "wire.h"
 
@@ -212,10 +213,19 @@ void DdsLink::delete_while_reading(const std::function<void()>& remove) const {
   remover.join();
 }
 
+/// A start before the clock of this host was set counts from when it was. The carrier knows its stand-ins by their
+/// start.
+void DdsLink::correct_start() {
+  const auto now = static_cast<std::uint64_t>(scheduler_.wall_now().time_since_epoch().count());
+  if (incarnation_ < HostPolicy::kEarliest && carrier_of(host_) == model::kNoOwner)
+    incarnation_ = std::max(now, incarnation_);
+}
+
 Result<void> DdsLink::resume(Entity participant) {
   participant_ = std::move(participant);
   if (auto done = make_entities(); !done) return done;
   if (!listener_) return {};
+  correct_start();
   id_conflicts_.begin(incarnation_);
   for (const auto& [number, content] : slots_) {
     if (!content.empty()) unwritten_slots_.insert(number);
