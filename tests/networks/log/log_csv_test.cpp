@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "networks/log/log_support.h"
 
 namespace rubicon::networks::log {
@@ -24,6 +26,21 @@ class LogCsv : public testing::Test {
       return option.first == "period" || option.first == "time";
     });
     if (!has_time) all.emplace_back("period", scalar("1s"));
+    all.insert(all.end(), options.begin(), options.end());
+    open_options(map(std::move(all)));
+  }
+
+  /// The same with a file of tests/cases/log and its own columns.
+  void open_case(const std::string& name, std::vector<std::pair<std::string, ConfigNode>> columns,
+                 std::vector<std::pair<std::string, ConfigNode>> options = {}) {
+    std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/log/" + name, std::ios::binary);
+    listener_.files.files[name] = {std::istreambuf_iterator<char>(file), {}};
+    std::vector<std::pair<std::string, ConfigNode>> all{
+        {"format", scalar("csv")},
+        {"file", scalar(name)},
+        {"speed", scalar("max")},
+        {"time", map({{"column", scalar("Zeit")}, {"unit", scalar("iso")}})},
+        {"map", map({{"room", map({{"columns", map(std::move(columns))}})}})}};
     all.insert(all.end(), options.begin(), options.end());
     open_options(map(std::move(all)));
   }
@@ -137,19 +154,22 @@ TEST_F(LogCsv, ADecimalCommaIsReadWhereTheOptionNamesIt) {
   EXPECT_THAT(listener_.lines[0], HasSubstr("`46.5`, expected a number with the decimal comma that `decimal` names"));
 }
 
+TEST_F(LogCsv, AFileWithAMarkSemicolonsAndDecimalCommasIsReadWhole) {
+  const std::vector<std::pair<std::string, ConfigNode>> columns{{"Temperatur", sensor("temperature-1")},
+                                                                {"Feuchte", sensor("humidity-1")}};
+  open_case("decimal_comma.csv", columns, {{"decimal", scalar(",")}});
+  listener_.time.run_for(10s);
+  EXPECT_THAT(values(), ElementsAre("21.5", "45", "21.25", "46"));
+}
+
 TEST_F(LogCsv, ADecimalCommaWithoutTheOptionIsExplained) {
-  open("t;h\n21,5;45\n", {{"separators", scalar(";")}});
+  open_case("decimal_comma.csv", {{"Temperatur", sensor("temperature-1")}}, {{"separators", scalar(";")}});
   listener_.time.run_for(10s);
   EXPECT_THAT(listener_.lines[0], HasSubstr("`21,5`, expected a number; numbers with a comma need `decimal: \",\"`"));
 }
 
 TEST_F(LogCsv, LocalTimesAreOfTheZoneAndTheRepeatedHourComesTwice) {
-  open(
-      "Zeit,t\n2025-10-26 01:30:00,10\n2025-10-26 02:15:00,11\n2025-10-26 02:45:00,12\n2025-10-26 02:15:00,13\n"
-      "2025-10-26 02:45:00,14\n2025-10-26 03:15:00,15\n",
-      {{"time", map({{"column", scalar("Zeit")}, {"unit", scalar("iso")}})},
-       {"zone", scalar("Europe/Berlin")},
-       {"speed", scalar("max")}});
+  open_case("local_times.csv", {{"T", sensor("temperature-1")}}, {{"zone", scalar("Europe/Berlin")}});
   listener_.time.run_for(10s);
   std::vector<std::int64_t> minutes;
   const auto readings = listener_.readings();

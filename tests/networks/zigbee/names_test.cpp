@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include <fstream>
+
 #include "networks/zigbee/zigbee_house.h"
 
 namespace rubicon::networks::zigbee {
@@ -51,6 +55,31 @@ TEST_F(ZigbeeNames, DevicesThatNoTopicCanNameAreListedWithTheReason) {
   const auto refused = command(1, kPlug, "switch", true);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().text, HasSubstr("rename it"));
+}
+
+/// Names that people gave.
+TEST_F(ZigbeeNames, FollowTheCases) {
+  std::ifstream file(RUBICON_SOURCE_DIR "/tests/cases/zigbee/names.tsv");
+  std::map<std::string, std::string> reasons;
+  json devices = json::array();
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with('#')) continue;
+    const auto tab = line.find('\t');
+    ASSERT_NE(tab, line.npos) << line;
+    const auto address = fmt::format("00124b00100000{:02x}", devices.size());
+    devices.push_back(plug(json::parse(line.substr(0, tab))));
+    devices.back()["ieee_address"] = "0x" + address;
+    reasons[address] = line.substr(tab + 1);
+  }
+  ASSERT_GE(devices.size(), 12U);
+  make();
+  bridge_starts(devices);
+  open();
+  const auto why = why_not();
+  for (const auto& [address, reason] : reasons) {
+    ASSERT_EQ(why.contains(address), !reason.empty()) << address;
+    if (!reason.empty()) EXPECT_THAT(why.at(address), HasSubstr(reason));
+  }
 }
 
 TEST_F(ZigbeeNames, ARenameHelps) {

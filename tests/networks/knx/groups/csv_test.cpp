@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <fstream>
+
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/support.h"
@@ -267,6 +269,13 @@ TEST(CsvEncodings, Utf16IsReadInBothOrdersWithAndWithoutAMark) {
       EXPECT_EQ(list.entries[0].line, 3U);
       EXPECT_EQ(to_string(*list.entries[0].dpt), "1.001");
     }
+  }
+  for (const auto* name : {"utf16.csv", "utf16_no_mark.csv"}) {  // "Unicode text" of a spreadsheet
+    std::ifstream file(std::string(RUBICON_SOURCE_DIR "/tests/cases/knx/") + name, std::ios::binary);
+    const auto list = read_group_list({std::istreambuf_iterator<char>(file), {}});
+    ASSERT_EQ(list.entries.size(), 1U) << name << texts(list.report);
+    EXPECT_EQ(list.entries[0].name, "Küche Decke");
+    EXPECT_EQ(list.report.errors, 0U);
   }
   const auto esf = wide("House\r\nA.B.1/0/1\tLamp\tEIS 1 'Switching' (1 Bit)\tLow\t\r\n", false, true);
   EXPECT_EQ(read_group_list(esf).report.form, "ESF");
