@@ -230,7 +230,7 @@ Result<void> DdsLink::resume(Entity participant) {
   for (const auto& [number, content] : slots_) {
     if (!content.empty()) unwritten_slots_.insert(number);
   }
-  revoked_unwritten_ = true;
+  revoked_unwritten_ = identities_ != nullptr;
   if (!write_presence()) retry_flush();
   flush_soon_.request();
   for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);
