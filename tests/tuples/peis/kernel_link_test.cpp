@@ -309,5 +309,28 @@ TEST_F(LinkToAKernel, KernelsSeeTheNameThatTheComponentGivesItself) {
   EXPECT_EQ(full_name, "Anna's_home_cellar@hostx!4711");
 }
 
+TEST_F(LinkToAKernel, AKernelOfThisHostThatCameByWayOfAnotherMaySetOnceItsConnectionShowsThat) {
+  std::vector<std::string> decided;
+  const auto policy = space->add_policy(*Pattern::parse("lamp"), [&](const RemoteSet& set) {
+    decided.push_back(set.value);
+    return SetDecision::applied();
+  });
+  KernelPeer young(world, 301, 9003);
+  const auto pass = [&](PackageHeader header, ByteView body) {
+    header.source = OwnerId{301};
+    header.hops = 2;
+    kernel.send_raw(header, body);
+  };
+  young.listen();
+  pass(kernel.header(Routing::kBroadcast, Port::kHostInfo), write(HostRecordMessage{young.record(), false}));
+  auto header = kernel.header(Routing::kDirect, Port::kSetRemote, 200);
+  header.flags = kFlagWantsAck;
+  header.ack_id = 101;
+  const auto data = c_string("on");
+  pass(header, write_set_remote(tuple(kSelf, "lamp", data)));
+  world.run(3s);
+  EXPECT_THAT(decided, ElementsAre("on"));
+}
+
 }  // namespace
 }  // namespace rubicon::tuples::peis

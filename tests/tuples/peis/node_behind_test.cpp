@@ -138,6 +138,34 @@ TEST_F(NodeBehind, ARequestOfOneWhosePlaceIsNotShownIsJudgedAfterFiveSecondsAndN
   EXPECT_THAT(own.texts(), SizeIs(2)) << "it does not wait each time";
 }
 
+TEST_F(NodeBehind, ARequestThatItsKernelSendsAgainWhileItWaitsIsHeldOnce) {
+  introduce();
+  for (int i = 0; i < 40; ++i) pass(Routing::kDirect, Port::kSetRemote, base::as_bytes(std::string_view("go")), 101);
+  world.run(6s);
+  EXPECT_THAT(own.texts(), ElementsAre("go"));
+  EXPECT_EQ(own.node->counters().held_requests, 0U) << "there is room for 32";
+}
+
+TEST_F(NodeBehind, WhatWaitsComesBeforeALaterRequestThatNeedNotWait) {
+  introduce();
+  set("go");
+  young.host_name = "elsewhere";
+  introduce();
+  set("on");
+  world.run(100ms);
+  EXPECT_THAT(own.texts(), ElementsAre("go", "on"));
+}
+
+TEST_F(NodeBehind, TheOwnWordsThatComeBackAreNoOtherComponent) {
+  KernelPeer mirror(world, 102, 9005);
+  mirror.magic = own.options.magic;
+  auto header = old.header(Routing::kBroadcast, Port::kHostInfo);
+  header.source = OwnerId{102};
+  old.send_raw(header, write(HostRecordMessage{mirror.record(), false}));
+  world.run(3s);
+  EXPECT_EQ(own.node->counters().own_id_seen, 0U);
+}
+
 TEST_F(NodeBehind, RequestsThatWaitAreBoundedAndCounted) {
   introduce();
   for (int i = 0; i < 300; ++i) set(std::string(900, 'x'));

@@ -191,6 +191,25 @@ TEST_F(NodeFaults, AnOldStartThatComesBackIsRefusedSoThatTwoOfOneIdDoNotFight) {
   EXPECT_EQ(own.events.back().host.magic, 0x777777u);
 }
 
+TEST_F(NodeFaults, AStartThatHasItsIdBackMayLoseItsConnectionLikeAnyOther) {
+  join();
+  KernelPeer other(world, 101, 9001);
+  other.magic = 0x777777;
+  other.connect(own.node->local().port);
+  world.run(1s);
+  other.close();
+  world.until([&] { return !own.sees(101); }, 5min);
+  kernel.connect(own.node->local().port);
+  world.run(3s);
+  ASSERT_TRUE(own.sees(101));
+  own.events.clear();
+  kernel.close();
+  world.run(1s);
+  kernel.connect(own.node->local().port);
+  world.run(3s);
+  EXPECT_THAT(own.events_of(101), ElementsAre(HostEvent::kBack));
+}
+
 TEST_F(NodeFaults, TheSameMagicBackWithinFiftyMillisecondsIsNoLossAndWhatWasSentArrives) {
   join();
   world.net.tcp.stall(true);
