@@ -39,6 +39,12 @@ TEST_F(BehindAccessRules, ALineWithoutAnyStateIsNamedAfterAMinute) {
   EXPECT_EQ(state().reason, "");
   host.time.run_for(2h);
   EXPECT_EQ(state().reason, "");
+  broker.stop(true);
+  host.time.run_for(1s);
+  broker.start();
+  reopen();
+  host.time.run_for(65s);
+  EXPECT_THAT(state().reason, HasSubstr("no state of any of 3 devices")) << "each connection is judged by itself";
 }
 
 /// What has a battery is not asked, and may be quiet for long.
@@ -143,6 +149,14 @@ TEST_F(BehindAccessRules, ARefusedPublicationEndsItsCommandWithTheReason) {
                                     HasSubstr("access rules")));
   EXPECT_EQ(counter("messages-not-taken"), 2U);
   EXPECT_TRUE(host.words.contains("0x87"));
+  broker.stop(true);
+  host.time.run_for(1s);
+  broker.refused_topics.clear();
+  broker.start();
+  reopen();
+  report("plug", {{"state", "ON"}});
+  host.time.run_for(1s);
+  EXPECT_EQ(state().reason, "") << "the broker may have other rules by now";
 }
 
 TEST_F(BehindAccessRules, ABrokerOfVersion311SaysNothing) {

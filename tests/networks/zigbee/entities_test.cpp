@@ -356,6 +356,12 @@ TEST_F(ZigbeeEntities, ASirenSoundsAsLongAndAsLoudAsWasSet) {
   EXPECT_EQ(answer(3)->outcome, model::Outcome::kSent);
   EXPECT_EQ(sound(4, true), json({{"mode", "emergency"}, {"level", "low"}, {"duration", 20}}));
   EXPECT_EQ(sound(5, false), json({{"mode", "stop"}, {"level", "low"}, {"duration", 0}}));
+  auto blinking = warning;
+  blinking["features"].push_back(part("strobe", {{"type", "binary"}, {"value_on", true}, {"value_off", false}}));
+  list(json::array({record(kPlug, "siren", json::array({blinking}), false)}));
+  host.time.run_for(1s);
+  EXPECT_EQ(sound(6, true), json({{"mode", "emergency"}, {"level", "high"}, {"duration", 1800}, {"strobe", true}}))
+      << "what was kept for the former definition may not fit";
 }
 
 TEST_F(ZigbeeEntities, AGroupIsADevice) {
@@ -461,6 +467,13 @@ TEST_F(ZigbeeEntities, Pitfall8_WhatTheBridgeRepeatsAtItsStartIsOld) {
   for (const auto& [from, updates] : host.all<model::Updates>()) {
     for (const auto& reading : updates.readings) EXPECT_LT(reading.user_time, host.time.wall_now() - 59min);
   }
+}
+
+TEST_F(ZigbeeEntities, ABridgeThatRanBeforeTheIslandRepeatsNothing) {
+  start();
+  say("air", {{"temperature", 17}});
+  host.time.run_for(1s);
+  EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("17"));
 }
 
 }  // namespace

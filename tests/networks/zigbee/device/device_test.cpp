@@ -215,6 +215,21 @@ TEST_F(ZigbeeDeviceTest, AGroupIsAssumedAndItsStateIsShownAsStored) {
   EXPECT_TRUE(host.all<model::Unreachable>().empty());
 }
 
+TEST_F(ZigbeeDeviceTest, TheStateOfAGroupThatRepeatsItselfProvesNothing) {
+  auto record = record_of(definitions::kPlug);
+  record.address = "group-7";
+  record.power_source.clear();
+  start(std::move(record));
+  report(R"("state":"ON")");
+  forget();
+  commanded("state", true);
+  report(R"("state":"ON")");
+  EXPECT_EQ(answers(), Texts{"1 sent"});
+  report(R"("state":"ON")");
+  run(seconds(10));
+  EXPECT_TRUE(readings().empty());
+}
+
 TEST(LastSeen, EachFormOfZigbee2MqttIsRead) {
   const WallTime expected{std::chrono::milliseconds(1'763'684'209'837)};
   EXPECT_EQ(device::read_last_seen(R"("2025-11-21T00:16:49.837Z")"), expected);
