@@ -134,6 +134,24 @@ TEST_F(ExposedEvents, AreWrittenThoughTheyAreOverBeforeTheirTurn) {
   EXPECT_EQ(telegrams("0/7/1", {0x00, 0x40}), 0) << "no event is there to answer with";
 }
 
+TEST_F(ExposedEvents, ThatAreOverAreNotWrittenAfterTheLineWasLost) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "0/7/1": {"tuple": "proxy.zigbee.hall.sensor.blindStep-1.value", "dpt": "1.008"}}})");
+  const auto set = [this](std::string_view text) {
+    host.followed.at("proxy.zigbee.hall.sensor.blindStep-1.value")(text);
+  };
+  set("down");
+  host.time.run_for(1s);
+  set("up");
+  set("");
+  server.disconnect_all();
+  host.time.run_for(1s);
+  ASSERT_TRUE(network->open());
+  host.time.run_for(20s);
+  EXPECT_EQ(telegrams("0/7/1", {0x00, 0x81}), 1);
+  EXPECT_EQ(telegrams("0/7/1", {0x00, 0x80}), 0) << "a blind must not move long after the button";
+}
+
 TEST_F(BusClock, MistakesAreNamed) {
   const ConfigNode node = support::config_of(std::string_view(R"({"host": "10.0.0.9", "expose": {
     "0/7/1": {"clock": "local", "dpt": "9.001"}, "0/7/2": {"clock": "local", "tuple": "a.b", "dpt": "10.001"}, "0/7/3": {"dpt": "10.001"}}})"));

@@ -152,9 +152,10 @@ TEST_F(KnxGateways, BothTunnelsAreOpenForAMomentAndNothingCountsTwice) {
   EXPECT_EQ(telegrams("1/0/1", {0x00, 0x81}), 1);
   bus(22);
   bus(22);
-  server.inject(0x1105, group("1/2/7"), 0x80, {0x0c, 44});  // the same, which the other one misses
+  second->inject(0x1105, group("1/2/7"), 0x80, {0x0c, 44});  // the same, which the preferred one misses
+  for (int i = 0; i < 2; ++i) server.inject(0x1105, group("1/2/7"), 0x80, {0x0c, 46});  // and two that the other misses
   host.time.run_for(5s);
-  EXPECT_THAT(values_of("1/2/7"), SizeIs(4)) << "equal telegrams are several";
+  EXPECT_THAT(values_of("1/2/7"), SizeIs(6)) << "equal telegrams are several";
 }
 
 TEST_F(KnxGateways, ThePreferredOneIsNotTakenBeforeItGivesATunnel) {
@@ -173,6 +174,15 @@ TEST_F(KnxGateways, ThePreferredOneIsNotTakenBeforeItGivesATunnel) {
   server.connect_status = 0;
   supervise(90s);
   EXPECT_EQ(used(), "10.0.0.9 (preferred)");
+}
+
+TEST_F(KnxGateways, AfterALossThePreferredOneIsTriedFirst) {
+  start(kTwo);
+  server.disconnect_all();
+  supervise(30s);
+  EXPECT_EQ(used(), "10.0.0.9 (preferred)");
+  EXPECT_EQ(second->counters.connects, 0U);
+  EXPECT_EQ(last_state().counters.at("gateway-changes"), 0U);
 }
 
 TEST_F(KnxGateways, WithoutACheckTheSecondStays) {

@@ -412,6 +412,12 @@ TEST_F(KnxPoints, RepetitionsOnTheBusCountOnce) {
   server.inject_cemi(again);
   host.time.run_for(2s);
   EXPECT_THAT(values_of("1/2/7"), SizeIs(2)) << "seconds later it is another telegram";
+  auto of_another = again;
+  of_another[5] = 0x06;
+  server.inject_cemi(first);
+  server.inject_cemi(of_another);
+  host.time.run_for(2s);
+  EXPECT_THAT(values_of("1/2/7"), SizeIs(4)) << "two senders of one value";
 }
 
 TEST_F(KnxPoints, OtherPointsAreTakenWithoutLosingTheTunnel) {

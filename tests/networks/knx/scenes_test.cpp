@@ -46,11 +46,11 @@ TEST_F(KnxScenes, AreRecalledAndStoredByNameAndByTheNumberThatEtsShows) {
 TEST_F(KnxScenes, AreShownAsWordsAndElseAsNumbersFromOne) {
   start(kScenes);
   for (const auto byte : Bytes{0x00, 0x80, 0x04, 0x84, 0x3f}) server.inject(0x1105, group("1/0/1"), 0x80, {byte});
-  for (const auto byte : Bytes{0x01, 0x02}) server.inject(0x1105, group("1/0/2"), 0x80, {byte});
+  for (const auto byte : Bytes{0x01, 0x02, 0x81}) server.inject(0x1105, group("1/0/2"), 0x80, {byte});
   server.inject(0x1105, group("1/0/3"), 0x80, {0x05});
   host.time.run_for(1s);
   EXPECT_THAT(values_of("1/0/1"), ElementsAre("evening", "store evening", "5", "store 5", "all off"));
-  EXPECT_THAT(values_of("1/0/2"), ElementsAre("cinema", "3"));
+  EXPECT_THAT(values_of("1/0/2"), ElementsAre("cinema", "3", "cinema")) << "17.001 stores nothing";
   EXPECT_THAT(values_of("1/0/3"), ElementsAre("5")) << "without names the number of the wire, as before";
 }
 
@@ -81,7 +81,9 @@ TEST_F(KnxScenes, WrongNamesAreNamedWithTheirPlace) {
   EXPECT_THAT(why(R"({"dpt": "5.001", "scenes": {"1": "a"}})"), HasSubstr("only for the types 17.001 and 18.001"));
   EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"0": "a"}})"), HasSubstr("expected 1 to 64"));
   EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": "7"}})"), HasSubstr("which is no number"));
-  EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": "store it"}})"), HasSubstr("does not begin with 'store'"));
+  for (const std::string name : {"store it", "Store it"})
+    EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": ")" + name + "\"}}"),
+                HasSubstr("does not begin with 'store'"));
   EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": "all off", "2": "All-Off"}})"), HasSubstr("another scene too"));
 }
 

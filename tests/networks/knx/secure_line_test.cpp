@@ -1,5 +1,6 @@
 #include "networks/knx/line/tunnel_line.h"
 #include "networks/knx/secure_bench.h"
+#include "networks/knx/tunnel_round.h"
 
 namespace rubicon::networks::knx {
 namespace {
@@ -183,6 +184,14 @@ TEST_F(TwoTunnels, WhereAllPasswordsAreRefusedTheyAreTriedAgainInTurn) {
   host.time.run_for(1h);
   EXPECT_EQ(two->counters.connects, before) << "no connection without a password";
   EXPECT_LT(count("attempts"), 100U) << "no hurry";
+}
+
+TEST(TunnelRound, WhereTheUsersOfAllAreRefusedAllAreTriedAgain) {
+  TunnelRound round;
+  for (const auto* tunnel : {"1.1.201", "1.1.202"}) round.user_refused(wire::parse_individual(tunnel).value());
+  EXPECT_THAT(round.unusable(), SizeIs(2));
+  EXPECT_FALSE(round.end(true, ""));
+  EXPECT_THAT(round.unusable(), SizeIs(0));
 }
 
 TEST_F(TwoTunnels, ANamedOneIsWaitedFor) {

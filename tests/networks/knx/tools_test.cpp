@@ -218,9 +218,23 @@ TEST_F(KnxExposed, WhatHasNoSourceIsNamedAfterAMinuteAndUntilItHasOne) {
   set_tuple("nothing.there", "");
   host.time.run_for(2min);
   EXPECT_EQ(problem("source", "6/0/2")["reason"], "nothing.there: the tuple is gone");
+  ASSERT_TRUE(change(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/2": {"tuple": "something.there", "dpt": "5.001"}}})"));
+  set_tuple("something.there", "12");
+  EXPECT_TRUE(problem("source", "6/0/2").is_null()) << "it has another source";
   ASSERT_TRUE(change(R"({"host": "10.0.0.9", "telegrams-per-second": 0})"));
   host.time.run_for(2s);
   EXPECT_EQ(last_state().texts.at("problems"), "[]") << "it is exposed no more";
+}
+
+TEST_F(KnxExposed, AValueThatIsBadForAMinuteIsNamedToo) {
+  start(kShown);
+  set_tuple(kWarm, "21.5");
+  host.time.run_for(2min);
+  EXPECT_TRUE(problem("source", "6/0/1").is_null());
+  host.followed["proxy.wsn-1.7.sensor.temperature-1.status"](R"({"quality":"stale","reason":"silent"})");
+  host.time.run_for(2min);
+  EXPECT_EQ(problem("source", "6/0/1")["reason"], std::string(kWarm) + ": its value is stale: silent");
 }
 
 /// A tool's view: requests in, JSON out.

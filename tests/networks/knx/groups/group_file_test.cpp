@@ -308,6 +308,15 @@ TEST(Merge, ANewStateAddressGoesToAnActuatorWithoutOneOrBecomesASensor) {
   EXPECT_EQ(merged[2].kind, Kind::kSensor);
 }
 
+TEST(Merge, TheNameOfAStateAddressIsThatOfTheImport) {
+  auto known = sample_points();
+  known[0].state_name = "Lamp status";
+  auto renamed = known;
+  renamed[0].state_name = "Lamp feedback";
+  Report report;
+  EXPECT_EQ(merge(known, renamed, report)[0].state_name, "Lamp feedback");
+}
+
 TEST(Merge, ANewActuatorDoesNotGetAStateAddressOfTheGroupFile) {
   const std::vector<GroupPoint> known{point("1/0/2", "1.001", Kind::kSensor, "Lamp status")};
   auto lamp = point("1/0/1", "1.001", Kind::kActuator, "Lamp");

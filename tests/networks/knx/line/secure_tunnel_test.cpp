@@ -168,6 +168,22 @@ TEST_P(SecureTunnel, TheOtherFormOfAPasswordIsTriedOnceAndThenKept) {
   EXPECT_EQ(server->sessions()->counters.refused, 1U) << "the form that worked is used again";
 }
 
+TEST_P(SecureTunnel, WhereAnotherFormIsTakenLaterItIsFoundAtOnceToo) {
+  options.secure->user_key = {key(77), std::vector{key(2)}};
+  connect_secure();
+  server.reset();
+  secured.users[0].key = key(77);
+  make_secure_server();
+  states.clear();
+  for (int i = 0; i < 300 && server->sessions()->counters.authenticated == 0; ++i) {
+    if (!failures.empty()) std::ignore = line->open();
+    failures.clear();
+    time.run_for(1s);
+  }
+  EXPECT_EQ(phase(), Phase::kUp);
+  for (const auto& state : states) EXPECT_NE(state.phase, Phase::kRefused) << state.reason;
+}
+
 TEST_P(SecureTunnel, WithoutAFormThatWorksItIsRefused) {
   options.secure->user_key = {key(77), std::vector{key(78)}};
   open();
