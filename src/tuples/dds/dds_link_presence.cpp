@@ -268,7 +268,7 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.summary.clear();
   // It may not have noticed that it was lost here, or that another start was followed: it sends its snapshots again if
   // it is asked.
-  // BREAK   if (incarnation <= peer.latest) repeat_soon_.request();
+  if (incarnation <= peer.latest) repeat_soon_.request();
   peer.latest = std::max(peer.latest, incarnation);
   if (identities_) send_again(id, peer);
   const auto identity = identity_of(id, incarnation, start);
