@@ -18,6 +18,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"transport", {}},
     {"tuples", {}},
     {"tuples/dds", {"transport"}},
+    {"tuples/host", {"transport"}},
     {"tuples/peis", {"transport"}},
     {"tuples/engines", {"transport"}},
     {"trust", {"tuples"}},
@@ -113,9 +114,10 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, which has sockets; what
-/// opens both; the guard, which Cyclone DDS loads; KNX Secure, which has keys; KNX projects, which are archives.
-const Names kRooms{"tuples/dds",  "tuples/peis",          "tuples/engines",
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS and the folder of a host,
+/// which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys; KNX
+/// projects, which are archives.
+const Names kRooms{"tuples/dds",  "tuples/host",          "tuples/peis",        "tuples/engines",
                    "trust/guard", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
