@@ -23,7 +23,6 @@ namespace rubicon::tuples::host {
 namespace {
 
 constexpr std::string_view kSocket = ".sock";
-constexpr std::uint32_t kFirstFree = 65536;  ///< ids below are of islands
 constexpr mode_t kOwn = 0700, kOfPeople = 02750;
 
 Error trouble(const std::string& path, std::string_view doing, int error) {
@@ -187,7 +186,7 @@ Result<void> DiskFolder::make() {
 }
 
 Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
-  if (number(id) < kFirstFree && !own_islands_)
+  if (number(id) < kFirstFreeId && !own_islands_)
     return fail(
         ErrorCode::kRefused,
         fmt::format("component {}: islands of {} run as the service; for one of your own set RUBICON_FOLDER to a "

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "transport/local_stream.h"
 
 namespace rubicon::tuples::host {
+
+/// Ids from here on are free for everybody; those below are of islands and count at the doors of islands only.
+inline constexpr std::uint32_t kFirstFreeId = 65536;
 
 /// The socket of a process in the folder.
 struct Door {

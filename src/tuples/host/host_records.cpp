@@ -11,9 +11,6 @@ namespace rubicon::tuples::host {
 
 namespace {
 
-/// Ids from here on are free for everybody; those below are of islands and count at the doors of islands only.
-constexpr std::uint32_t kFirstFree = 65536;
-
 std::size_t cost(const SubscriptionSpec& spec) {
   return sizeof spec + 64 + spec.pattern.key.size();
 }
@@ -180,7 +177,7 @@ Process* HostEcology::best(OwnerId id) const {
   Process* found = nullptr;
   const auto rank = [id](const Process& one) {
     const auto& component = one.components.at(id);
-    return std::tuple(is_stand_in(component), number(id) < kFirstFree && !one.door.islands, component.incarnation);
+    return std::tuple(is_stand_in(component), number(id) < kFirstFreeId && !one.door.islands, component.incarnation);
   };
   for (const auto& one : processes_) {
     if (one->ended || one->silent || !one->components.contains(id)) continue;
