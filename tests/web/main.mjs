@@ -35,8 +35,10 @@ const files = [
 
 const words = process.argv.slice(2);
 const long = words.includes("--long");
-const [programs, ...only] = words.filter((word) => word !== "--long");
-const screens = join(root, "build/page-screens");
+// `--part=1/2`: every second file, from the first on.
+const [, part, parts] = words.find((word) => /^--part=/.test(word))?.match(/^--part=(\d+)\/(\d+)$/) ?? ["", "1", "1"];
+const [programs, ...only] = words.filter((word) => !word.startsWith("--"));
+const screens = join(root, parts === "1" ? "build/page-screens" : `build/page-screens-${part}`);
 await rm(screens, { recursive: true, force: true });
 await mkdir(screens, { recursive: true });
 const folder = await mkdtemp(join(tmpdir(), "rubicon-page-"));
@@ -67,7 +69,7 @@ let browser;
 try {
   await island.start();
   browser = await openBrowser(root, screens);
-  for (const file of files) {
+  for (const file of files.filter((_, at) => at % Number(parts) === Number(part) - 1)) {
     const { tests } = await import(`./${file}_test.mjs`);
     for (const test of tests(long)) {
       await run(browser, test.name, test.settings ?? {}, test.body);
