@@ -110,6 +110,18 @@ TEST_F(ClientParts, AReadingWaitsForTheComponentThatWasLost) {
   EXPECT_EQ(found[0].value, "again");
 }
 
+TEST_F(ClientParts, AStopWhileALostComponentIsAwaitedUsesUpNoPatience) {
+  time.run_for(100ms);
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 10s);
+  ecology.cut(OwnerId(1), OwnerId(70000));
+  time.run_for(2s);
+  time.stop_for(20s);
+  time.run_for(100ms);
+  EXPECT_EQ(times, 0);
+  time.run_for(2s);
+  EXPECT_EQ(times, 1);
+}
+
 /// As in a virtual machine that gets no processor for a while: what others sent meanwhile is taken afterwards.
 TEST_F(ClientParts, AStopOfThisProcessIsNoTimeInWhichNobodyCame) {
   const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);

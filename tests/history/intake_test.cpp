@@ -132,6 +132,15 @@ TEST_F(IntakeTest, StoresEachEventOnceAndNoneThatIsOver) {
   EXPECT_EQ(points(), (List{{1301, -99}, {1303, 0}}));
 }
 
+TEST_F(IntakeTest, StoresEqualTextsOfEvents) {
+  describe(0, R"({"data_type":"text","report":"event"})");
+  quality(0, "good");
+  value(1, "badge 7");
+  value(2, "badge 7");
+  EXPECT_EQ(points(), List());
+  EXPECT_EQ(texts_, (std::vector<std::string>{"badge 7", "badge 7"}));
+}
+
 TEST_F(IntakeTest, StoresTheEndOfASteadyTime) {
   good_number();
   for (int i = 0; i <= 100; ++i) value(i, "5");
@@ -301,6 +310,20 @@ TEST_F(IntakeTest, AfterARestartAValueOfARecordingKeepsItsTimeAndAPresentOneIsIn
   EXPECT_EQ(first_after(1000, 1600), 1600) << "of ten minutes ago, and still true";
   EXPECT_EQ(first_after(1000, 1001), 1000) << "it came just now";
   EXPECT_EQ(first_after(1000, 100'000), 1000) << "of a recording";
+}
+
+TEST_F(IntakeTest, AfterARestartAnEventKeepsItsTime) {
+  intake_.seed({{{kSource, kLight + ".value"}, SeriesKind::kWords, "", {"toggle"}}});
+  describe(1600, R"({"data_type":"enumeration","report":"event","words":["toggle"]})");
+  quality(1600, "good");
+  TupleView tuple;
+  tuple.owner = kSource;
+  const auto key = kLight + ".value";
+  tuple.key = key;
+  tuple.value = "toggle";
+  tuple.write_time = at(1000);
+  intake_.changed(tuple, Instant::recorded(at(1600)));
+  EXPECT_EQ(points(), (List{{1000, 0}}));
 }
 
 TEST_F(IntakeTest, KeepsTheKindThatTheFileHas) {

@@ -39,6 +39,24 @@ TEST_F(ProxyAlerts, ASilentDeviceIsOneUntilItIsHeard) {
   EXPECT_EQ(kinds(), Kinds());
 }
 
+TEST_F(ProxyAlerts, ADeviceThatItsNetworkCannotUseNamesAnotherRemedy) {
+  begin();
+  say("7", model::Unreachable{"gone"});
+  EXPECT_THAT(alerts().all.at(0).fix, ::testing::HasSubstr("check its power or battery"));
+  auto device = lamp();
+  device.problem = "interview failed";
+  join("7", device);
+  ASSERT_EQ(kinds(), Kinds{"device-silent proxy.hall.7"});
+  EXPECT_THAT(alerts().all[0].what, ::testing::HasSubstr("interview failed"));
+  EXPECT_EQ(alerts().all[0].fix, "change what the reason names");
+}
+
+TEST_F(ProxyAlerts, ARecordingThatIsAtItsEndIsNone) {
+  begin();
+  say("", model::State{model::LineState::kEnded, "end of file", {}});
+  EXPECT_EQ(kinds(), Kinds());
+}
+
 TEST_F(ProxyAlerts, ALineThatIsDownStandsForItsDevices) {
   begin();
   say("7", model::Unreachable{"gone"});

@@ -184,5 +184,25 @@ TEST(Plausibility, KnowsTheCodesOfATypeUnlessTheConfigurationNamesOthers) {
   EXPECT_FALSE(rules_of({}, "7", capability, types.find("temperature")));
 }
 
+TEST(Plausibility, KnowsTheCodesOfATypeBesideTheLimitsOfAPoint) {
+  const TypeCatalogue types;
+  const auto* power = types.find("power");
+  Capability capability;
+  capability.point = {Kind::kSensor, power->id, "1"};
+  NetworkRules network;
+  network.devices["7"].valid["power-1"] = at_most(4000);
+  const auto known = rules_of(network, "7", capability, power);
+  ASSERT_TRUE(known);
+  Plausibility point(*known);
+  EXPECT_EQ(point.objection(-32768.0, {}), "-32768 is a code for 'no value'");
+  EXPECT_EQ(point.objection(4001.0, {}), "4001 is above the largest plausible value 4000");
+}
+
+TEST(Plausibility, ACodeMayComeAsANumberOf32Bits) {
+  Plausibility point(never({-3276.8}));
+  EXPECT_NE(point.objection(static_cast<double>(-3276.8F), {}), "");
+  EXPECT_EQ(point.objection(-3276.7, {}), "");
+}
+
 }  // namespace
 }  // namespace rubicon::proxy

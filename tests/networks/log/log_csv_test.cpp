@@ -162,6 +162,19 @@ TEST_F(LogCsv, AFileWithAMarkSemicolonsAndDecimalCommasIsReadWhole) {
   EXPECT_THAT(values(), ElementsAre("21.5", "45", "21.25", "46"));
 }
 
+TEST_F(LogCsv, PropertiesHaveTheDecimalCommaOfTheirTable) {
+  listener_.files.files["room.csv"] = "t\n21,5\n";
+  open_options(
+      map({{"format", scalar("csv")},
+           {"file", scalar("room.csv")},
+           {"period", scalar("1s")},
+           {"decimal", scalar(",")},
+           {"map", map({{"room", map({{"columns", map({{"t", sensor("temperature-1")}})},
+                                      {"properties", map({{"light", map({{"value", scalar("7,5")}})}})}})}})}}));
+  listener_.time.run_for(500ms);
+  EXPECT_THAT(values(), ElementsAre("7.5", "21.5"));
+}
+
 TEST_F(LogCsv, ADecimalCommaWithoutTheOptionIsExplained) {
   open_case("decimal_comma.csv", {{"Temperatur", sensor("temperature-1")}}, {{"separators", scalar(";")}});
   listener_.time.run_for(10s);
@@ -225,6 +238,13 @@ TEST_F(LogCsv, AStartTimeMakesRelativeTimesAbsolute) {
   listener_.time.run_for(10s);
   const WallTime seven = std::chrono::sys_days(std::chrono::year(2026) / 3 / 14) + 7h;
   EXPECT_EQ(listener_.readings().at(1).user_time, seven + 1s);
+}
+
+TEST_F(LogCsv, AStartTimeWithoutAnOffsetIsOfTheZone) {
+  open("t\n1\n", {{"start-time", scalar("2026-03-14T08:00:00")}, {"zone", scalar("Europe/Berlin")}});
+  listener_.time.run_for(10s);
+  const WallTime seven = std::chrono::sys_days(std::chrono::year(2026) / 3 / 14) + 7h;
+  EXPECT_EQ(listener_.readings().at(0).user_time, seven);
 }
 
 TEST_F(LogCsv, ScaleOffsetAndWordsTurnCellsIntoValuesOfTheType) {

@@ -54,5 +54,17 @@ TEST_F(InboxRoom, ADeviceThatAUserIgnoresFindsRoomAmongThoseThatARuleHides) {
   EXPECT_THAT(by_user, testing::ElementsAre("7")) << "so that it can be approved later";
 }
 
+TEST_F(InboxRoom, ADeviceThatNoRuleHidesAnyMoreIsNotListedAsIgnored) {
+  start();
+  join("s0", lamp());
+  time.run_for(2s);
+  EXPECT_EQ(json("proxy.inbox.ignored")["count"], 1);
+  config.discovery.rules.clear();
+  proxy->reconfigure(config);
+  EXPECT_EQ(inbox()["count"], 1);
+  time.run_for(2s);
+  EXPECT_EQ(json("proxy.inbox.ignored")["count"], 0);
+}
+
 }  // namespace
 }  // namespace rubicon::proxy::admission
