@@ -267,6 +267,20 @@ TEST_F(Rest, EachOutcomeOfAPutHasItsStatus) {
   EXPECT_EQ(ask("PUT", "/api/v1/tuples/1/proxy.inbox", "approve x.*", {}, Role::kCommand).status, 403U);
 }
 
+TEST_F(Rest, APutOfANumberOutOfRangeIs400) {
+  start_island(1);
+  auto dimmer = lamp();
+  auto level = dimmer.capabilities.back();
+  level.point = actuator("dimmer");
+  dimmer.capabilities.push_back(level);
+  devices_of(1).say("7", dimmer);
+  site();
+  scheduler.run_for(1s);
+  const auto refused = ask("PUT", "/api/v1/tuples/1/proxy.scripted-1.7.actuator.dimmer-1.command", "101");
+  EXPECT_EQ(refused.status, 400U) << refused.body;
+  EXPECT_EQ(Json::parse(refused.body)["error"]["code"], "out-of-range");
+}
+
 TEST_F(Rest, APutOfACommandThatFailsIs502) {
   start_island(1, "}\nrecorders: {all: {file: all.rec, patterns: [\"proxy.**\"]}");
   devices_of(1).say("7", lamp());

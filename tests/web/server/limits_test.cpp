@@ -71,6 +71,16 @@ TEST_F(WebLimits, ABodyThatEndsWhereNobodyKnowsIsNoSecondRequest) {
   EXPECT_TRUE(honest->gets("HTTP/1.1 200"));
 }
 
+/// RFC 9112, section 6.1: an agent in front that speaks HTTP/1.0 knows no transfer codings.
+TEST_F(WebLimits, ATransferCodingOfHttp10IsRefused) {
+  serve();
+  const auto sly = client();
+  sly->send("PUT /api/v1/b HTTP/1.0\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nx\r\n0\r\n\r\n");
+  EXPECT_TRUE(sly->is_closed());
+  EXPECT_THAT(sly->received, HasSubstr(" 400 "));
+  EXPECT_TRUE(site.requests.empty());
+}
+
 TEST_F(WebLimits, ABodyThatDoesNotComeIsGivenUp) {
   serve();
   const auto slow = client();

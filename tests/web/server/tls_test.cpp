@@ -88,6 +88,14 @@ TEST_F(TlsServer, OnlyOverTlsBrowsersAreToldToComeBackByTls) {
   EXPECT_THAT(told->received, testing::Not(HasSubstr("Strict-Transport-Security"))) << "RFC 6797, section 7.2";
 }
 
+TEST_F(TlsServer, AStreamTellsThemToo) {
+  serve_tls();
+  TlsClient program(world, server->local());
+  ASSERT_TRUE(program.shakes_hands());
+  EXPECT_TRUE(program.gets("GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                           "\r\nStrict-Transport-Security: max-age=2592000\r\n"));
+}
+
 TEST_F(TlsServer, AHandshakeThatDoesNotEndIsGivenUp) {
   serve_tls();
   const auto silent = client();
