@@ -144,6 +144,23 @@ TEST_F(Quota, CountsBytesUntilTheyAreTaken) {
   EXPECT_EQ(next(), 1U);
 }
 
+TEST(InstanceQuota, AValueThatWaitsIsReplacedByOneOfEqualSize) {
+  InstanceQuota bytes(3);
+  const InstanceQuota::Source source{1, {}};
+  EXPECT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
+  EXPECT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
+  EXPECT_FALSE(bytes.add(source, 8, 1));
+}
+
+TEST(InstanceQuota, WhatEndsFreesTheBytesOfItsValue) {
+  InstanceQuota bytes(3);
+  const InstanceQuota::Source source{1, {}};
+  ASSERT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
+  bytes.release(1, 7);
+  bytes.unregistered(1, 7);
+  EXPECT_TRUE(bytes.add(source, 8, InstanceQuota::kMaxWaitingBytes));
+}
+
 TEST_F(Quota, KeepsNothingOfWhatIsOnlyDisposed) {
   for (std::uint32_t slot = 0; slot < 20; ++slot) dispose(slot);
   write(99);

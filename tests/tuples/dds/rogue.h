@@ -52,6 +52,9 @@ class Rogue {
     return Entity(dds_create_writer(participant_.get(), topic_.get(), make_kept_qos().get(), nullptr));
   }
 
+  /// Returns when all that it showed has arrived.
+  void arrive() const { dds_wait_for_acks(writer_.get(), DDS_SECS(10)); }
+
   /// What the presence of a component says.
   struct Shown {
     std::uint64_t incarnation = 0;
@@ -97,11 +100,8 @@ class Rogue {
   void interest(std::uint32_t slot, const Bytes& content) { interest_of(id_, incarnation_, slot, content); }
   /// In the name of another one.
   void interest_of(std::uint32_t id, std::uint64_t incarnation, std::uint32_t slot, const Bytes& content) {
-    if (!interests_) {
-      interest_topic_ = Entity(
-          dds_create_topic(participant_.get(), &rubicon_wire_Interest_desc, "rubicon_interests", nullptr, nullptr));
-      interests_ = Entity(dds_create_writer(participant_.get(), interest_topic_.get(), make_kept_qos().get(), nullptr));
-    }
+    if (!interests_)
+      interests_ = Entity(dds_create_writer(participant_.get(), interest_topic(), make_kept_qos().get(), nullptr));
     rubicon_wire_Interest one{};
     one.subscriber = id;
     one.incarnation = incarnation;
@@ -109,6 +109,24 @@ class Rogue {
     one.content._length = one.content._maximum = static_cast<std::uint32_t>(content.size());
     one.content._buffer = const_cast<std::uint8_t*>(content.data());
     dds_write(interests_.get(), &one);
+  }
+
+  /// Whether a subscription of a component arrives within ten seconds. Takes all that are there.
+  bool gets_subscription_of(std::uint32_t id) {
+    if (!interest_reader_) {
+      auto qos = make_qos();
+      dds_qset_partition1(qos.get(), "*");
+      subscriber_ = Entity(dds_create_subscriber(participant_.get(), qos.get(), nullptr));
+      interest_reader_ = Entity(dds_create_reader(subscriber_.get(), interest_topic(), make_kept_qos().get(), nullptr));
+    }
+    bool found = take_subscriptions(id);
+    for (int i = 0; i < 1000 && !found; ++i) {
+      dds_sleepfor(DDS_MSECS(10));
+      found = take_subscriptions(id);
+    }
+    dds_sleepfor(DDS_MSECS(10));
+    take_subscriptions(id);
+    return found;
   }
 
   /// A frame to `target`, by its own writer, that says to be from `source`.
@@ -136,6 +154,22 @@ class Rogue {
   }
 
  private:
+  dds_entity_t interest_topic() {
+    if (!interest_topic_)
+      interest_topic_ = Entity(
+          dds_create_topic(participant_.get(), &rubicon_wire_Interest_desc, "rubicon_interests", nullptr, nullptr));
+    return interest_topic_.get();
+  }
+  bool take_subscriptions(std::uint32_t id) {
+    bool found = false;
+    void* samples[1] = {};
+    dds_sample_info_t infos[1];
+    while (dds_take(interest_reader_.get(), samples, infos, 1, 1) == 1) {
+      found |= infos[0].valid_data && static_cast<const rubicon_wire_Interest*>(samples[0])->subscriber == id;
+      dds_return_loan(interest_reader_.get(), samples, 1);
+    }
+    return found;
+  }
   /// What is written before somebody reads it is lost.
   void await_reader() const {
     dds_publication_matched_status_t status{};
@@ -149,7 +183,8 @@ class Rogue {
   std::uint16_t version_ = 0;
   std::uint64_t incarnation_ = 0;
   // Deleted in the reverse order.
-  Entity domain_, participant_, topic_, writer_, interest_topic_, interests_, frame_topic_, publisher_, frames_;
+  Entity domain_, participant_, topic_, writer_, interest_topic_, interests_, subscriber_, interest_reader_,
+      frame_topic_, publisher_, frames_;
 };
 
 }  // namespace rubicon::tuples::dds

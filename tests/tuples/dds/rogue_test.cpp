@@ -151,6 +151,28 @@ TEST_F(Rogues, AFloodOfComponentsIsIgnoredAndANewcomerIsSeen) {
   expect_the_others_work();
 }
 
+/// More than the island takes at once, and nobody shows anything afterwards.
+TEST_F(Rogues, ThatShowAHundredComponentsInABurstAreAllSeen) {
+  std::vector<std::unique_ptr<dds::Rogue>> crowd;
+  for (std::uint32_t i = 0; i < 7; ++i) {
+    auto& one = *crowd.emplace_back(std::make_unique<dds::Rogue>(kRogue + 1 + 100 * i));
+    for (std::uint32_t more = 1; more < 15; ++more) one.show(kRogue + 1 + 100 * i + more, one.incarnation());
+  }
+  for (const auto& one : crowd) one->arrive();
+  EXPECT_TRUE(until([&] { return island->space.peers().size() == 2 + 7 * 15; })) << island->space.peers().size();
+}
+
+/// A component that this program lost may not have noticed: it sends its tuples to whoever asks for them again.
+TEST_F(Rogues, ThatReturnAsTheSameStartAreAskedForTheirTuplesAgain) {
+  ASSERT_TRUE(rogue.gets_subscription_of(number(kIsland)));
+  rogue.leave();
+  ASSERT_TRUE(until([&] { return island->space.peers() == std::vector{kRobot}; }));
+  rogue.show(kRogue, rogue.incarnation());
+  ASSERT_TRUE(until([&] { return island->space.peers().size() == 2; }));
+  time.run_for(2s);
+  EXPECT_TRUE(rogue.gets_subscription_of(number(kIsland)));
+}
+
 TEST_F(Rogues, ThatShowManyStartsOfOneComponentAreThatComponentOnceAtMost) {
   for (std::uint64_t i = 1; i <= 5'000; ++i) rogue.show(kRogue, rogue.incarnation() + i);
   let_pass();
