@@ -65,6 +65,20 @@ TEST_F(LostAnswers, WithoutLastSeenTheAnswerToOurGetIsTheProofAlsoSoonAfterTheSt
   EXPECT_EQ(readings(), (Values{{"state", "on"}}));
 }
 
+TEST_F(LostAnswers, WhereNoEchoesComeWhatIsSaidSoonAfterTheStartIsACopyThoughTheDeviceWasAsked) {
+  start(record_of(definitions::kPlug), false);
+  device->optimistic(false);
+  device->line_up();
+  run(seconds(1));
+  forget();
+  commanded("state", true);
+  run(milliseconds(310));
+  ASSERT_EQ(gets(), Texts{R"({"state":""})"});
+  say_plain(R"("state":"OFF")");
+  EXPECT_TRUE(readings().empty());
+  EXPECT_EQ(readings(false), (Values{{"state", "off"}}));
+}
+
 TEST_F(LostAnswers, WithoutLastSeenTheAnswerOfADeviceThatDidNotObeyIsAReportAlsoSoonAfterTheStart) {
   start(record_of(definitions::kPlug), false);
   device->line_up();
@@ -76,6 +90,12 @@ TEST_F(LostAnswers, WithoutLastSeenTheAnswerOfADeviceThatDidNotObeyIsAReportAlso
   run(milliseconds(300));
   say_plain(R"("state":"OFF","power":0)");
   EXPECT_EQ(readings(), (Values{{"state", "off"}}));
+  forget();
+  sample({"state"}, milliseconds(1000));
+  run(milliseconds(800));
+  ASSERT_GE(gets().size(), 1U) << "it is asked again, because it may obey late";
+  say_plain(R"("state":"OFF","power":0)");
+  EXPECT_EQ(readings(), (Values{{"state", "off"}})) << "the same answer is news of its time";
 }
 
 }  // namespace
