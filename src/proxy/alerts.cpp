@@ -71,7 +71,6 @@ std::string low_battery(const Point& point) {
 }
 
 void add_battery(const Device& device, const Point& point, AlertList& list) {
-  if (point.quality == Quality::kUnknown) return;
   const auto state = low_battery(point);
   if (state.empty()) return;
   list.add([&] {
