@@ -84,10 +84,12 @@ TEST_F(RetentionTest, OfBlocksInAnyOrderTheLatestPointIsTheLastOfItsHour) {
   write({{10, 2}, {20, 3}});  // written later, and ends earlier
   Retention retention(*store_, {std::chrono::hours(1), std::chrono::hours(7 * 24), 1'000'000'000});
   run(retention, kBegin + kDay, std::chrono::hours(1));
+  write({{30, 4}});  // written when the others are summed up
+  run(retention, kBegin + kDay + 2 * kHour, std::chrono::hours(1));
   const auto past = answer(*store_, {{{OwnerId(6541), kOld}}, wall(kBegin), wall(kBegin + kHour), 1});
   ASSERT_TRUE(past);
   EXPECT_EQ(past->series[0].buckets.at(0).last, 7);
-  EXPECT_EQ(past->series[0].buckets.at(0).count, 4U);
+  EXPECT_EQ(past->series[0].buckets.at(0).count, 5U);
 }
 
 TEST_F(RetentionTest, AnswersTheSameAcrossTheBorder) {
