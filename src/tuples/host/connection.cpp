@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
 #include <utility>
 
 namespace rubicon::tuples::host {
@@ -27,6 +28,11 @@ void Connection::take(std::unique_ptr<transport::LocalStream> stream) {
   if (waiting() > 0) flush_soon_.request();
 }
 
+void Connection::loop(Calls calls) {
+  std::ignore = begin(std::move(calls));
+  loops_ = true;
+}
+
 void Connection::send(const Record& record) {
   if (closed_) return;
   append(out_, record);
@@ -34,6 +40,10 @@ void Connection::send(const Record& record) {
 }
 
 void Connection::flush() {
+  if (loops_) {
+    const auto bytes = std::exchange(out_, {});
+    return received(bytes);
+  }
   if (!stream_ || closed_) return;
   const ByteView fresh(out_);
   if (queue_.empty() && !fresh.empty()) {

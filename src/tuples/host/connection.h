@@ -25,6 +25,8 @@ class Connection {
   /// To be called once, before the stream is made: its calls. The stream is given next, by take().
   transport::LocalCalls begin(Calls calls);
   void take(std::unique_ptr<transport::LocalStream> stream);
+  /// In place of a stream: what is sent comes back, in a later turn.
+  void loop(Calls calls);
 
   /// Written at the end of the turn, with all others of it.
   void send(const Record& record);
@@ -34,6 +36,7 @@ class Connection {
   std::size_t waiting() const { return queue_.size() - written_ + out_.size(); }
   /// Bytes that the other process has not read, those that wait here too.
   std::size_t unread() const { return waiting() + (stream_ ? stream_->unread() : 0); }
+  /// Of a connection that has a stream and is not closed.
   const transport::LocalPeer& peer() const { return stream_->peer(); }
   /// No calls follow, and nothing that waits is sent.
   void close();
@@ -50,7 +53,7 @@ class Connection {
   Bytes out_;      ///< of this turn
   Bytes queue_;    ///< from written_ on; what the system did not take
   std::size_t written_ = 0;
-  bool closed_ = false;
+  bool closed_ = false, loops_ = false;
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};
   base::Lifetime lifetime_;
 };

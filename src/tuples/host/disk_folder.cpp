@@ -128,6 +128,7 @@ class DiskFolder final : public Folder {
     struct stat found {};
     return ::lstat(own_socket_.c_str(), &found) == 0 && found.st_ino == inode_;
   }
+  Result<Door> own_door() const override { return Door{own_token_, own_, own_islands_}; }
   Result<std::vector<Door>> doors() const override;
   Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override;
   Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const override;
@@ -148,7 +149,7 @@ class DiskFolder final : public Folder {
   Sockets sockets_;
   std::string own_;  ///< the folder of this process
   bool own_islands_ = false;
-  std::string own_socket_;
+  std::string own_token_, own_socket_;
   ino_t inode_ = 0;
 };
 
@@ -211,6 +212,7 @@ Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
 Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::string& token,
                                                                    transport::LocalAccept accept) {
   if (auto made = make(); !made) return fail(std::move(made.error()));
+  own_token_ = token;
   own_socket_ = fmt::format("{}/{}{}", own_, token, kSocket);
   const auto before = fmt::format("{}/.{}", own_, token);
   ::unlink(before.c_str());

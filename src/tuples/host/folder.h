@@ -46,6 +46,8 @@ class Folder {
                                                                  transport::LocalAccept accept) = 0;
   /// Whether that socket still stands where it was made.
   virtual bool is_open() const = 0;
+  /// That of this process, after open().
+  virtual Result<Door> own_door() const = 0;
   /// The sockets of all processes, this one's too, by place and token.
   virtual Result<std::vector<Door>> doors() const = 0;
   /// kNotFound, kUnreachable: nobody is behind the door; kBusy: try again a little later; kRefused: it is not the door

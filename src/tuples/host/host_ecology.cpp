@@ -6,7 +6,6 @@
 
 #include "transport/host_name.h"
 #include "tuples/host/host_link.h"
-#include "tuples/host/loop_stream.h"
 
 namespace rubicon::tuples::host {
 
@@ -42,7 +41,9 @@ Result<std::unique_ptr<HostEcology>> HostEcology::open(std::unique_ptr<Folder> f
 
 HostEcology::~HostEcology() {
   tell_all({Record::Type::kGoodbye});
-  for (const auto& process : processes_) process->connection.flush();
+  for (const auto& process : processes_) {
+    if (!process->own) process->connection.flush();
+  }
 }
 
 /// Listens first, so that whoever comes meanwhile finds this process.
@@ -50,7 +51,7 @@ Result<void> HostEcology::enter() {
   if (auto opened = open_door(); !opened) return opened;
   auto& own = add_process();
   own.own = own.ours = true;
-  own.connection.take(make_loop_stream(scheduler_, own.connection.begin(calls_of(own))));
+  own.connection.loop(calls_of(own));
   introduce(own);
   const auto doors = folder_->doors();
   if (!doors) return fail(doors.error());
@@ -170,6 +171,7 @@ void HostEcology::end(Process& process) {
 
 void HostEcology::refuse(Process& process, const std::string& why) {
   if (process.ended) return;
+  if (process.own) return void(log_.error("own", fmt::format("a record of this process: {}", why)));
   const auto who = text_of(process.connection.peer());
   log_.warning(who, fmt::format("{} is refused: {}", who, why));
   end(process);

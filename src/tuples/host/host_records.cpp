@@ -61,7 +61,7 @@ Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
   const std::string token(hello.text);
   if (!is_token(token)) return reject("its token is none");
   if (process.ours && !process.own && token != process.door.token) return reject("it is not the process of its socket");
-  const auto door = folder_->door_of(token, process.connection.peer());
+  const auto door = process.own ? folder_->own_door() : folder_->door_of(token, process.connection.peer());
   if (!door) return fail(door.error());
   if (!process.ours && is_twice(process, token)) return end(process), Result<void>();
   process.door = *door;
