@@ -78,7 +78,8 @@ TEST_F(ZigbeeNames, FollowTheCases) {
   const auto why = why_not();
   for (const auto& [address, reason] : reasons) {
     ASSERT_EQ(why.contains(address), !reason.empty()) << address;
-    if (!reason.empty()) EXPECT_THAT(why.at(address), HasSubstr(reason));
+    if (reason.empty()) continue;
+    EXPECT_THAT(why.at(address), HasSubstr(reason));
   }
 }
 

@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr OwnerId kIsland{6541}, kTool{70001};
+constexpr OwnerId kHome{6541}, kAtHand{70001};
 
 struct FolderOnDisk : testing::Test {
   Sockets sockets() {
@@ -101,24 +101,24 @@ TEST_F(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
 
 TEST_F(FolderOnDisk, AnIdIsLockedOnceAndTheErrorNamesWhoHasIt) {
   auto one = std::move(*open()), other = std::move(*open());
-  auto lock = std::move(*one->lock(kIsland));
-  const auto second = other->lock(kIsland);
+  auto lock = std::move(*one->lock(kHome));
+  const auto second = other->lock(kHome);
   EXPECT_EQ(second.error().code, ErrorCode::kDuplicate);
   EXPECT_THAT(second.error().text, HasSubstr("component 6541 runs already: tuples_host_tes"));
   EXPECT_THAT(second.error().text, HasSubstr("pid " + std::to_string(::getpid()) + " of "));
   lock.reset();
-  EXPECT_TRUE(other->lock(kIsland));
+  EXPECT_TRUE(other->lock(kHome));
 }
 
 TEST_F(FolderOnDisk, ALockThatIsALinkIsRefusedAndOneThatWasRemovedLocksNothing) {
   auto folder = std::move(*open());
   std::ofstream(around / "victim") << "x";
   std::filesystem::create_symlink(around / "victim", path + "/default/70001.lock");
-  EXPECT_EQ(folder->lock(kTool).error().code, ErrorCode::kRefused);
-  const auto lock = std::move(*folder->lock(kIsland));
+  EXPECT_EQ(folder->lock(kAtHand).error().code, ErrorCode::kRefused);
+  const auto lock = std::move(*folder->lock(kHome));
   std::filesystem::remove(path + "/default/6541.lock");
-  const auto again = std::move(*folder->lock(kIsland));
-  EXPECT_EQ(folder->lock(kIsland).error().code, ErrorCode::kDuplicate) << "the new file is locked";
+  const auto again = std::move(*folder->lock(kHome));
+  EXPECT_EQ(folder->lock(kHome).error().code, ErrorCode::kDuplicate) << "the new file is locked";
 }
 
 TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
@@ -132,8 +132,8 @@ TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
   ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ::close(dead);
   auto ecology = enter();
-  const auto link = std::move(*ecology->join(kTool));
-  const TupleSpace space(kTool, loop.scheduler(), *link);
+  const auto link = std::move(*ecology->join(kAtHand));
+  const TupleSpace space(kAtHand, loop.scheduler(), *link);
   EXPECT_TRUE(until([&] { return ecology->knows_all(); }));
   EXPECT_THAT(space.peers(), testing::IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(left)) << "what a killed process left is removed";
@@ -142,16 +142,16 @@ TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
 
 TEST_F(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {
   auto one = enter(), other = enter();
-  auto island = std::move(*one->join(kIsland));
-  auto home = std::make_unique<TupleSpace>(kIsland, loop.scheduler(), *island);
+  auto island = std::move(*one->join(kHome));
+  auto home = std::make_unique<TupleSpace>(kHome, loop.scheduler(), *island);
   ASSERT_TRUE(home->set("lamp", "on"));
   const std::string largest(std::size_t{1} << 20, 'x');
   ASSERT_TRUE(home->set("picture", largest));
-  const auto tool = std::move(*other->join(kTool));
-  TupleSpace space(kTool, loop.scheduler(), *tool);
+  const auto tool = std::move(*other->join(kAtHand));
+  TupleSpace space(kAtHand, loop.scheduler(), *tool);
   const auto all = space.subscribe(pattern("**"), {}, [](const Event&) {});
-  EXPECT_TRUE(until([&] { return space.get(kIsland, "lamp") && space.get(kIsland, "picture"); }));
-  EXPECT_EQ(space.get(kIsland, "picture")->value, largest);
+  EXPECT_TRUE(until([&] { return space.get(kHome, "lamp") && space.get(kHome, "picture"); }));
+  EXPECT_EQ(space.get(kHome, "picture")->value, largest);
   std::vector<PeerEvent> events;
   const auto watch = space.watch_peers([&](OwnerId, PeerEvent event) { events.push_back(event); });
   home.reset();
