@@ -25,7 +25,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
     uid_t user = 0;
     bool islands = false;
     transport::LocalAccept accept;
-    int waiting = 0;
+    std::uint64_t number = 0;  ///< of all that were ever made
   };
   explicit State(Scheduler& s) : scheduler(s) {}
 
@@ -73,6 +73,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   std::set<pid_t> stopped;
   std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
   pid_t processes = 0;
+  std::uint64_t doors_made = 0;
 };
 
 class MemoryLocal final : public transport::LocalStream {
@@ -120,8 +121,8 @@ class MemoryFolder final : public Folder {
   }
   Result<std::unique_ptr<transport::LocalListener>> open(const std::string& token,
                                                          transport::LocalAccept accept) override {
-    state_->doors[token] = {process_, user_, islands_, std::move(accept), 0};
-    return std::make_unique<Listener>(state_, token, process_);
+    state_->doors[token] = {process_, user_, islands_, std::move(accept), ++state_->doors_made};
+    return std::make_unique<Listener>(state_, token, state_->doors_made);
   }
   bool is_open() const override { return state_->doors.contains(token_); }
   Result<Door> own_door() const override { return Door{token_, path(), islands_}; }
@@ -172,15 +173,15 @@ class MemoryFolder final : public Folder {
     pid_t process;
   };
   struct Listener final : transport::LocalListener {
-    Listener(std::shared_ptr<MemoryHost::State> s, std::string t, pid_t p)
-        : state(std::move(s)), token(std::move(t)), process(p) {}
+    Listener(std::shared_ptr<MemoryHost::State> s, std::string t, std::uint64_t n)
+        : state(std::move(s)), token(std::move(t)), number(n) {}
     ~Listener() override {
       const auto found = state->doors.find(token);
-      if (found != state->doors.end() && found->second.owner == process) state->doors.erase(found);
+      if (found != state->doors.end() && found->second.number == number) state->doors.erase(found);
     }
     std::shared_ptr<MemoryHost::State> state;
     std::string token;
-    pid_t process;
+    std::uint64_t number;
   };
   std::shared_ptr<MemoryHost::State> state_;
   pid_t process_;

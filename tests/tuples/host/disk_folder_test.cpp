@@ -1,6 +1,7 @@
 #include "tuples/host/disk_folder.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -14,7 +15,6 @@
 
 #include "rubicon/tuple_space.hpp"
 #include "support/collecting_log.h"
-#include "support/folder.h"
 #include "transport/asio_local.h"
 #include "transport/asio_scheduler.h"
 #include "tuples/component.h"
@@ -56,7 +56,11 @@ struct FolderOnDisk : testing::Test {
     return ::lstat(file.c_str(), &found) == 0 ? found.st_mode & 07777 : 0;
   }
 
-  support::Folder around;
+  FolderOnDisk() { std::filesystem::create_directory(around); }
+  ~FolderOnDisk() override { std::filesystem::remove_all(around); }
+
+  /// Short, because a path of a socket has 107 bytes at most.
+  const std::filesystem::path around = std::filesystem::temp_directory_path() / fmt::format("rh{}", ::getpid());
   std::string path = around / "meet";
   support::CollectingLog log;
   transport::Loop loop;

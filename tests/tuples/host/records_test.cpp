@@ -11,11 +11,11 @@ TEST(HostRecords, AreReadAsTheyWereWritten) {
                base::as_bytes("entries")});
   // Size, type 7, 6541, 70001, the incarnation, the text after its size, the content.
   EXPECT_EQ(base::to_hex(out),
-            "1b000000"
+            "1a000000"
             "07"
             "8d33"
             "f1a204"
-            "8080ba87afa39903"
+            "8080e2c4f2a29903"
             "0474657874"
             "656e7472696573");
   const auto record = read_record(ByteView(out).subspan(kSizeBytes));
