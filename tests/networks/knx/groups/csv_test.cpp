@@ -272,7 +272,8 @@ TEST(CsvEncodings, Utf16IsReadInBothOrdersWithAndWithoutAMark) {
   }
   for (const auto* name : {"utf16.csv", "utf16_no_mark.csv"}) {  // "Unicode text" of a spreadsheet
     std::ifstream file(std::string(RUBICON_SOURCE_DIR "/tests/cases/knx/") + name, std::ios::binary);
-    const auto list = read_group_list({std::istreambuf_iterator<char>(file), {}});
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const auto list = read_group_list(bytes);
     ASSERT_EQ(list.entries.size(), 1U) << name << texts(list.report);
     EXPECT_EQ(list.entries[0].name, "Küche Decke");
     EXPECT_EQ(list.report.errors, 0U);
