@@ -163,7 +163,6 @@ TEST_F(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {
   one.reset();
   EXPECT_TRUE(until([&] { return !events.empty(); }));
   EXPECT_THAT(events, ElementsAre(PeerEvent::kLeft));
-  other.reset();
 }
 
 }  // namespace
