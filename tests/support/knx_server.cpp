@@ -28,6 +28,7 @@ knx_simulator::ServerOptions server_options(const KnxServer::Options& options) {
   knx_simulator::ServerOptions out;
   out.at = options.at;
   out.tunnels = options.tunnels;
+  out.first_address = options.first_address;
   out.wanted_addresses = options.wanted_addresses;
   out.data_port = options.data_port;
   out.secure = options.secure;

@@ -25,6 +25,7 @@ class KnxServer : private KnxServerHost, public knx_simulator::Server {
   struct Options {
     transport::Endpoint at{"10.0.0.9", 3671};
     std::size_t tunnels = 4;
+    std::uint16_t first_address = 0x11c8;  ///< of the tunnels: 1.1.200
     bool wanted_addresses = false;
     std::uint16_t data_port = 0;
     std::optional<knx_simulator::SecureOptions> secure{};

@@ -216,6 +216,7 @@ class GatewaysOfAKeyring : public SecureKnx {
     secured.users = {{2, key_of_user("two"), 0x12c9}, {3, key_of_user("three"), 0x12ca}};
     support::KnxServer::Options options;
     options.at = {"10.0.0.12", 3671};
+    options.first_address = 0x12c8;
     options.wanted_addresses = true;
     options.secure = std::move(secured);
     second = std::make_unique<support::KnxServer>(host.time, host.net, options);
