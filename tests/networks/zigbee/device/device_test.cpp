@@ -194,7 +194,8 @@ TEST_F(ZigbeeDeviceTest, AGroupIsAssumedAndItsStateIsShownAsStored) {
   record.name = "lamps";
   record.power_source.clear();
   device = std::make_unique<Device>(host, types, std::move(record));
-  for (const auto& one : host.all<model::Join>().at(0).capabilities) {
+  const auto joins = host.all<model::Join>();
+  for (const auto& one : joins.at(0).capabilities) {
     EXPECT_FALSE(one.reports);
     EXPECT_FALSE(one.sampled);
   }
