@@ -32,7 +32,7 @@ Error trouble(const std::string& path, std::string_view doing, int error) {
   return {code, fmt::format("{}: cannot {}: {}", path, doing, std::strerror(error))};
 }
 
-/// Makes the folder unless it exists. It is of this user, and nobody else may write to it.
+/// Makes the folder unless it exists. The folder belongs to this user, and no other may write to it.
 Result<void> make_own(const std::string& path, mode_t mode) {
   const bool made = ::mkdir(path.c_str(), mode) == 0;
   if (!made && errno != EEXIST) return fail(trouble(path, "make the folder", errno));
@@ -244,7 +244,7 @@ Result<std::vector<Door>> DiskFolder::doors() const {
   return all;
 }
 
-/// A socket of this user to which nobody listens was left by a process that was killed.
+/// If no process listens on a socket of this user, a process that was killed left it.
 Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& door, transport::LocalCalls calls) {
   const auto owner = owner_of(door);
   if (!owner) return fail(owner.error());

@@ -50,8 +50,8 @@ class Folder {
   virtual Result<Door> own_door() const = 0;
   /// The sockets of all processes, this one's too, by place and token.
   virtual Result<std::vector<Door>> doors() const = 0;
-  /// kNotFound, kUnreachable: nobody is behind the door; kBusy: try again a little later; kRefused: it is not the door
-  /// of the process behind it, or not for this user; else kIo.
+  /// kNotFound, kUnreachable: no process is behind the door; kBusy: try again a little later; kRefused: it is not the
+  /// door of the process behind it, or not for this user; else kIo.
   virtual Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) = 0;
   /// The door of a process that connected to this one and says that it has this token. kRefused: it has no such door.
   virtual Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const = 0;

@@ -177,7 +177,7 @@ void HostEcology::refuse(Process& process, const std::string& why) {
   end(process);
 }
 
-/// Each process is asked whether it lives while somebody depends on it. Also looks after the own socket.
+/// Asks a process whether it lives only while this process depends on it. Makes the own socket again if it is gone.
 void HostEcology::look() {
   const auto pace = std::min(options_.lease / 2, kMaxLook);
   const auto now = scheduler_.now();
@@ -218,7 +218,7 @@ void HostEcology::check(Process& process, SteadyTime now) {
   process.asked = now;
 }
 
-/// What was silent and answers is met again: its snapshots are asked for again.
+/// A process that was silent and answers again: its components are met again, and their snapshots are requested.
 void HostEcology::heard(Process& process) {
   process.heard = scheduler_.now();
   process.asked = {};

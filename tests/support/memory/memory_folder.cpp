@@ -74,6 +74,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
   pid_t processes = 0;
   std::uint64_t doors_made = 0;
+  std::function<void()> meanwhile;
 };
 
 class MemoryLocal final : public transport::LocalStream {
@@ -127,6 +128,7 @@ class MemoryFolder final : public Folder {
   bool is_open() const override { return state_->doors.contains(token_); }
   Result<Door> own_door() const override { return Door{token_, path(), islands_}; }
   Result<std::vector<Door>> doors() const override {
+    if (const auto call = std::exchange(state_->meanwhile, nullptr)) call();
     std::vector<Door> all;
     for (const auto& [token, standing] : state_->doors) all.push_back({token, path(), standing.islands});
     return all;
@@ -220,6 +222,10 @@ void MemoryHost::kill(pid_t process) {
   for (const auto& end : std::vector(state_->ends)) {
     if (end->owner == process) state_->close(end);
   }
+}
+
+void MemoryHost::meanwhile(std::function<void()> call) {
+  state_->meanwhile = std::move(call);
 }
 
 void MemoryHost::clean() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -30,6 +31,8 @@ class MemoryHost {
   void go_on(pid_t process);
   /// The process ends without a goodbye: its streams and its door close, its locks end.
   void kill(pid_t process);
+  /// What happens while the next process looks for the others, after it opened its own door.
+  void meanwhile(std::function<void()> call);
   /// A cleaner removes all sockets; processes keep their connections.
   void clean();
   std::size_t doors() const;

@@ -139,12 +139,39 @@ TEST_F(HostEcologyInMemory, TwoThatComeAtOnceHaveOneConnectionAndNobodyIsLostFor
   }
 }
 
+TEST_F(HostEcologyInMemory, TwoThatReachEachOtherKeepTheConnectionOfTheHigherToken) {
+  for (const bool shrink : {false, true}) {
+    host.tokens_shrink = shrink;
+    std::unique_ptr<Program> second;
+    host.meanwhile([&] {
+      second = begin();
+      second->start(kTool);
+    });
+    auto first = begin();
+    ASSERT_TRUE(second) << "it entered while the first looked for others";
+    first->start(kIsland);
+    time.run_ready();
+    EXPECT_THAT(first->take(), ElementsAre("6541 met 70001"));
+    EXPECT_THAT(second->take(), ElementsAre("70001 met 6541"));
+    EXPECT_TRUE(first->ecology->knows_all() || second->ecology->knows_all());
+    time.run_for(1s);
+    EXPECT_TRUE(first->ecology->knows_all());
+    EXPECT_TRUE(second->ecology->knows_all());
+    EXPECT_THAT(first->take(), IsEmpty());
+    EXPECT_THAT(second->take(), IsEmpty());
+    first.reset();
+    time.run_ready();
+    EXPECT_THAT(second->take(), ElementsAre("70001 saw leave 6541"));
+  }
+}
+
 TEST_F(HostEcologyInMemory, AnOwnerThatIsStoppedIsLostAfterALeaseAndFollowedAgainWhenItGoesOn) {
   auto island = begin(), tool = begin();
   auto& home = island->start(kIsland);
   auto& space = tool->start(kTool);
   const auto all = read_all(space);
   ASSERT_TRUE(home.set("lamp", "on"));
+  ASSERT_TRUE(home.set("name", "home"));
   time.run_for(1s);
   tool->take();
   host.stop(island->number);
@@ -152,11 +179,14 @@ TEST_F(HostEcologyInMemory, AnOwnerThatIsStoppedIsLostAfterALeaseAndFollowedAgai
   EXPECT_THAT(tool->take(), IsEmpty()) << "a stop shorter than the lease";
   time.run_for(4s);
   EXPECT_THAT(tool->take(), ElementsAre("70001 lost 6541"));
+  time.run_for(2 * kOwnerGrace);
+  EXPECT_EQ(value(space, kIsland, "name"), "");
   ASSERT_TRUE(home.set("lamp", "off"));  // before it reads anything
   host.go_on(island->number);
   time.run_for(100ms);
   EXPECT_THAT(tool->take(), ElementsAre("70001 met 6541"));
   EXPECT_EQ(value(space, kIsland, "lamp"), "off");
+  EXPECT_EQ(value(space, kIsland, "name"), "home") << "what did not change meanwhile is in the snapshot";
   EXPECT_THAT(island->take(), testing::Not(testing::Contains(HasSubstr("lost"))));
   ASSERT_TRUE(home.set("lamp", "on"));
   time.run_for(100ms);
