@@ -205,7 +205,7 @@ function(rubicon_test folder)
     set(ARG_TIMEOUT 300)
   endif()
   string(REPLACE "/" "_" target ${folder}_test)
-  add_executable(${target} ${sources})
+  add_executable(${target} ${sources} ${CMAKE_SOURCE_DIR}/tests/support/every_program/own_folder.cpp)
   target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_compile_definitions(${target} PRIVATE
     RUBICON_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RUBICON_BINARY_DIR="${CMAKE_BINARY_DIR}")

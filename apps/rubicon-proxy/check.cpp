@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "apps/rubicon-proxy/host_check.h"
+#include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/trust_part.h"
 #include "base/text.h"
 #include "config/config_file.h"
@@ -106,7 +107,8 @@ std::optional<std::vector<std::string>> known_names(const island::IslandConfig& 
 
 int report(const Error& error) {
   fmt::print(stderr, "{}\n", error.text);
-  return error.code == ErrorCode::kIo ? kExitFailed : kExitConfiguration;
+  const bool is_elsewhere = error.code == ErrorCode::kIo || error.code == ErrorCode::kDuplicate;
+  return is_elsewhere ? kExitFailed : kExitConfiguration;
 }
 
 Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
@@ -116,6 +118,7 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   auto config = island::read_island_config(std::move(*root), island::network_types(), errors);
   config.directory = std::filesystem::path(file).parent_path().string();
   config.engine.trust_folder = trust_folder(config.engine, config.directory);
+  config.engine.closed = is_closed(config);
   island::check_rights(config, errors);
   island::check_serial_lines(config, errors);
   return config;
@@ -140,6 +143,7 @@ int check(const CheckOptions& options) {
   }
   if (!island) return report(island.error());
   const ConfigPlaces places(options.file, options.overrides);
+  print((*island)->config().engine.warnings, "warning: ");
   print(warnings(**island, places), "warning: ");
   print(island::rights_warnings((*island)->config(), known_names((*island)->config(), transports, loop.scheduler())),
         "warning: ");
@@ -156,6 +160,7 @@ int check(const CheckOptions& options) {
   }
   if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
+  if (const auto open = who_may_command((*island)->config()); !open.empty()) fmt::print("{}\n", open);
   if (const auto all = carried((*island)->config().engine.carry); !all.empty() && no_carry.empty())
     fmt::print("carries between dds and peis: {}\n", all);
   return options.against ? print_plan(options) : kExitOk;

@@ -13,10 +13,12 @@
 
 #include "apps/program/last_seconds.h"
 #include "apps/program/spdlog_sink.h"
+#include "apps/rubicon-proxy/alone.h"
 #include "apps/rubicon-proxy/audit_part.h"
 #include "apps/rubicon-proxy/check.h"
 #include "apps/rubicon-proxy/displaced.h"
 #include "apps/rubicon-proxy/history_part.h"
+#include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/service_notice.h"
 #include "apps/rubicon-proxy/trust_part.h"
 #include "apps/rubicon-proxy/web_part.h"
@@ -94,14 +96,20 @@ class Session {
   Result<void> prepare(island::IslandConfig config) {
     judge_ = island::make_judge(config);
     if (auto trusted = trust_.open(config.engine.trust_folder, config.id); !trusted) return trusted;
+    for (const auto& text : config.engine.warnings) log_.warning(text);
     if (const auto text = island::carry_warning(config); !text.empty()) log_.warning("tuples.peis.carry: " + text);
     if (auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept) return kept;
-    if (auto opened = open_ecology(config.engine, config.id, lines_); !opened) return opened;
+    if (auto opened = open_ecology(config, lines_); !opened) return opened;
+    await_signal();
+    if (auto joined = join_console(); !joined) return joined;
+    if (auto alone = await_alone_by_dds(config); !alone) return alone;
     auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
     base::ConfigErrors errors;
+    const auto id = config.id;
     auto island = island::Island::make(std::move(config), loop_.scheduler(), transports_, lines_, *ecology_, errors,
                                        std::move(*state));
+    if (!island && island.error().code == ErrorCode::kDuplicate) island.error().text += way_out(id);
     if (!island) return fail(island.error());
     island_ = std::move(*island);
     island_->show_log(lines_);
@@ -109,18 +117,12 @@ class Session {
     if (const auto trusted = trust_.get()) island_->show_days_left([trusted] { return trusted->days_left(); });
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
-    auto link = ecology_->join(console_);
-    if (!link) return fail(link.error());
-    link_ = std::move(*link);
-    space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
-    spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler(), *space_);
-    const Summary console{kConsole, transport::host_name(), transport::own_process(), "", loop_.scheduler().wall_now()};
-    if (auto named = space_->describe(model::to_json(console)); !named) return named;
     past_ = std::make_unique<HistoryPart>(
         HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
         own_id(Part::kHistory, island_->config().id));
-    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id},
-                                      own_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
+    page_ = std::make_unique<WebPart>(
+        WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id, island_->config().engine.closed},
+        own_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -134,7 +136,6 @@ class Session {
   int exit_code() const { return exit_code_; }
 
   void run() {
-    await_signal();
     await_hang_up();
     const bool table = options_.watch.empty() && !options_.shell && console::owns_terminal();
     if (options_.shell || table) make_shell(table);
@@ -146,7 +147,9 @@ class Session {
     keep_good();
     // What the joins of many devices took; that of reading the configuration was given back before.
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
-    log_.info(fmt::format("island {} is up: {}{}", number(island_->config().id), networks_text(), open_to()));
+    const auto open = who_may_command(island_->config());
+    log_.info(fmt::format("island {} is up: {}{}", number(island_->config().id), networks_text(),
+                          open.empty() ? "" : "; " + open));
     loop_.run();
     screen_.reset();
     if (output_.dropped() > 0)
@@ -157,18 +160,20 @@ class Session {
   /// With trust one of the certificate, which names this process alone.
   OwnerId own_id(Part part, IslandId island) { return trust_.component_id(component_id(part, island)); }
 
-  Result<void> open_ecology(const config::EngineSetup& engine, IslandId id, LogSink& sink) {
-    console_ = own_id(Part::kConsole, id);
-    if (!engine.dds && !engine.peis) {
+  Result<void> open_ecology(const island::IslandConfig& config, LogSink& sink) {
+    const auto& engine = config.engine;
+    console_ = own_id(Part::kConsole, config.id);
+    if (engine.alone()) {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
     }
-    if (auto opened = open_engines(engine, id, sink); !opened)
+    if (auto opened = open_engines(config, sink); !opened)
       return fail(opened.error().code, engine.place + opened.error().text);
     return {};
   }
 
-  Result<void> open_engines(const config::EngineSetup& engine, IslandId island, LogSink& sink) {
+  Result<void> open_engines(const island::IslandConfig& config, LogSink& sink) {
+    const auto& engine = config.engine;
     const auto displaced = [this](OwnerId id) {
       const auto* dds = engines_ ? engines_->dds() : nullptr;
       log_.error(displaced_text(id, dds ? dds->component_starts() : std::vector<tuples::dds::ComponentStart>()));
@@ -177,6 +182,13 @@ class Session {
     };
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
     tuples::engines::EngineOptions options;
+    if (engine.host) {
+      auto setup = host_setup(engine);
+      if (!setup) return fail(std::move(setup.error()));
+      options.host = std::move(*setup);
+      // Trust is about other hosts: without rights whoever may enter the folder may do everything.
+      if (config.rights) options.host->options.judge = judge_;
+    }
     if (engine.dds) {
       options.dds = engine.options;
       options.dds->trust = trust_.get();
@@ -184,7 +196,7 @@ class Session {
     if (engine.peis) options.peis = engine.peis_options;
     if (options.dds) options.dds->judge = judge_;
     if (options.peis) options.peis->judge = judge_;
-    options.carrier = island;
+    options.carrier = config.id;
     options.carry = engine.carry;
     auto engines = tuples::engines::Engines::open(options, {loop_.scheduler(), post, transports_, sink});
     if (!engines) return fail(engines.error());
@@ -192,6 +204,26 @@ class Session {
     engines_ = engines->get();
     ecology_ = std::move(*engines);
     return {};
+  }
+
+  Result<void> join_console() {
+    auto link = ecology_->join(console_);
+    if (!link) return fail(link.error());
+    link_ = std::move(*link);
+    space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
+    spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler(), *space_);
+    const Summary console{kConsole, transport::host_name(), transport::own_process(), "", loop_.scheduler().wall_now()};
+    return space_->describe(model::to_json(console));
+  }
+
+  /// A second start opens no line and publishes nothing. On the host the lock of the id decides.
+  Result<void> await_alone_by_dds(const island::IslandConfig& config) {
+    const auto* dds = engines_ ? engines_->dds() : nullptr;
+    auto alone = engines_ ? engines_->check_free(config.id) : Result<void>();
+    if (alone && dds)
+      alone = await_alone(loop_, *dds, config.id, config.engine.options.lease, [this] { return finishing_; });
+    if (!alone && alone.error().code == ErrorCode::kDuplicate) alone.error().text += way_out(config.id);
+    return alone;
   }
 
   /// The first one ends the island; one that comes while it ends, no longer waits for a slow reader.
@@ -233,15 +265,6 @@ class Session {
   std::string networks_text() const {
     const auto count = island_->networks().ids().size();
     return fmt::format("{} network{}", count, count == 1 ? "" : "s");
-  }
-
-  /// Who may command the island; empty with trust or rights, where each commander proves who he is.
-  std::string open_to() const {
-    const auto& engine = island_->config().engine;
-    if (judge_ || trust_.get() || (!engine.dds && !engine.peis)) return {};
-    const bool lan = (engine.dds && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan);
-    return fmt::format("; without trust: anybody {} may command it",
-                       lan ? "who reaches its interfaces" : "on this host");
   }
 
   /// Whoever asks for it: a signal, the shell, or a command of the settings, which shows the outcome itself.
@@ -310,7 +333,7 @@ class Session {
 
   /// Stops once the devices have heard that it ends, and everything is written.
   void finish() {
-    if (std::exchange(finishing_, true)) return;
+    if (std::exchange(finishing_, true) || !island_) return;
     service_.stopping("last commands to devices, then writing what is not on the disk yet");
     watches_.clear();
     page_.reset();

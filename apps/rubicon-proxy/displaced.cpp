@@ -37,14 +37,18 @@ std::string holder_of(OwnerId id, const std::vector<tuples::dds::ComponentStart>
 
 }  // namespace
 
+std::string way_out(OwnerId id) {
+  if (number(id) > model::kMaxIslandId) return {};
+  return fmt::format(": stop that one, or give this island another id (`island.id`, or --set island.id={})",
+                     number(id) % model::kMaxIslandId + 1);
+}
+
+std::string in_use_text(OwnerId id, const std::vector<tuples::dds::ComponentStart>& starts) {
+  return fmt::format("component id {} is in use by another process{}", number(id), holder_of(id, starts));
+}
+
 std::string displaced_text(OwnerId id, const std::vector<tuples::dds::ComponentStart>& starts) {
-  const auto next = number(id) % model::kMaxIslandId + 1;
-  const auto way_out =
-      number(id) <= model::kMaxIslandId
-          ? fmt::format(": stop that one, or give this island another id (`island.id`, or --set island.id={})", next)
-          : std::string();
-  return fmt::format("component id {} is in use by another process{}{}; exiting", number(id), holder_of(id, starts),
-                     way_out);
+  return in_use_text(id, starts) + way_out(id) + "; exiting";
 }
 
 }  // namespace rubicon::daemon

@@ -34,8 +34,8 @@ Result<void> WebPart::open(const config::WebSetup& setup, const std::string& dir
                                scheduler.wall_now()};
   if (auto named = space_->describe(model::to_json(summary)); !named) return named;
   auto service = web::WebService::open(
-      {host_.loop.context(), scheduler, *space_, host_.transports, host_.log, history, host_.island}, setup, directory,
-      name_);
+      {host_.loop.context(), scheduler, *space_, host_.transports, host_.log, history, host_.island, host_.closed},
+      setup, directory, name_);
   if (!service) return fail(service.error());
   service_ = std::move(*service);
   return {};

@@ -26,6 +26,7 @@ class WebPart {
     transport::Transports& transports;
     LogSink& log;
     OwnerId island{};
+    bool closed = false;  ///< as WebService::Parts has it
   };
 
   WebPart(const Host& host, OwnerId id, std::string name)

@@ -115,15 +115,15 @@ class Waiting {
   Handle pause_;
 };
 
-bool is_there(Session& session, OwnerId owner) {
-  const auto peers = session.client().tuples().peers();
-  return std::find(peers.begin(), peers.end(), owner) != peers.end();
+/// Until it is known whether the owner is there.
+void find_owner(Session& session, OwnerId owner) {
+  session.client().run_until([&] { return session.client().has(owner).has_value(); }, session.patience_left());
 }
 
 /// Sets the tuple and follows the command until its outcome is known.
 Outcome command(Session& session, const Target& target, const SetOptions& options, const std::string& value) {
   auto& client = session.client();
-  client.run_until([&] { return is_there(session, target.owner); }, session.settings().patience);
+  find_owner(session, target.owner);
   tuples::SetOptions more{.media_type = options.media_type, .lifetime = parse_duration_or(options.lifetime)};
   if (!options.user_time.empty()) more.user_time = time_in(options.user_time, session.now()).value_or(WallTime{});
   std::optional<Outcome> outcome;
@@ -167,7 +167,7 @@ int ask(Session& session, const SetOptions& options,
         const std::function<void(TupleSpace&, const Target&, tuples::ReplyCall)>& send) {
   const auto which = meant(session, options.target, "value");
   if (!which.target) return which.code;
-  session.run([&] { return is_there(session, which.target->owner); }, session.settings().patience);
+  find_owner(session, which.target->owner);
   std::optional<Outcome> outcome;
   const auto start = std::chrono::steady_clock::now();
   send(session.client().tuples(), *which.target, [&](const Reply& reply) { outcome = outcome_of(reply); });

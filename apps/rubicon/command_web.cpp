@@ -63,9 +63,10 @@ class WebProgram {
     if (!own_id) return fail(own_id.error());
     const auto id = *own_id;
     auto engines = client::engine_options(options);
-    if (engines.dds) engines.dds->trust = *trusted;
+    if (!engines) return fail(engines.error());
+    if (engines->dds) engines->dds->trust = *trusted;
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto ecology = tuples::engines::Engines::open(engines, {loop_.scheduler(), post, transports_, log_});
+    auto ecology = tuples::engines::Engines::open(*engines, {loop_.scheduler(), post, transports_, log_});
     if (!ecology) return fail(ecology.error());
     ecology_ = std::move(*ecology);
     auto link = ecology_->join(id);
@@ -79,7 +80,13 @@ class WebProgram {
       if (auto kept = keep(wanted.history); !kept) return kept;
     }
     auto service =
-        web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_, history_.get()},
+        web::WebService::open({.context = loop_.context(),
+                               .scheduler = loop_.scheduler(),
+                               .space = *space_,
+                               .transports = transports_,
+                               .log = log_,
+                               .history = history_.get(),
+                               .closed = engines->host && engines->host->place.shared},
                               wanted.setup, "", "rubicon web", {place_text(options), place_options(options)});
     if (!service) return fail(service.error());
     service_ = std::move(*service);

@@ -32,6 +32,7 @@ class Doctor {
  public:
   Doctor(const Settings& settings, Duration length) : settings_(settings), options_(settings.options), length_(length) {
     options_.name = "rubicon doctor";
+    if (options_.interfaces.empty() && is_distant()) options_.interfaces = {"lo"};
     options_.warn = [this](std::string_view text) { complaints_.emplace_back(text); };
   }
 
@@ -39,11 +40,27 @@ class Doctor {
     interfaces_ = transport::interfaces();
     add(check_interfaces(options_, interfaces_));
     look_at_udp();
-    look_at_trust();
+    if (uses(options_, client::Engine::kDds)) look_at_trust();
+    if (!is_distant()) return examine_host();
     return uses(options_, client::Engine::kDds) ? examine_dds() : examine_peis();
   }
 
  private:
+  bool is_distant() const { return uses(options_, client::Engine::kDds) || uses(options_, client::Engine::kPeis); }
+
+  const Findings& examine_host() {
+    look_inside(0);
+    if (islands_ > 0 || has_problem()) return findings_;
+    add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
+          "start one: rubicon-proxy run FILE" + elsewhere_text(options_)}});
+    for (const auto& [domain, processes] : processes_by_domain(bound_ports()))
+      add({{"other-domain", Grade::kNote,
+            fmt::format("{} of this host use DDS in domain {}: of an earlier release, or for a LAN",
+                        counted(processes, "program"), domain),
+            fmt::format("rubicon doctor --engine dds --domain {}", domain)}});
+    return findings_;
+  }
+
   const Findings& examine_dds() {
     const auto here = processes_by_domain(bound_ports());
     const auto ours = here.find(options_.domain);
@@ -110,6 +127,7 @@ class Doctor {
   /// Members and others do not see each other.
   void look_at_other_side() {
     auto options = options_;
+    options.engines = {client::Engine::kDds};
     options.warn = nullptr;
     options.trust = has_trust_ ? client::kNoTrust : "";
     const auto opened = Client::open(options);
@@ -129,6 +147,10 @@ class Doctor {
     auto& client = **opened;
     const auto islands = cli::look_at_islands(client, length_, settings_.patience);
     islands_ = islands.size();
+    if (const auto view = client.host_view()) {
+      folder_ = view->folder;
+      add(check_folder(*view));
+    }
     const auto seen = client.component_starts();
     if (uses(options_, client::Engine::kDds)) {
       add(check_versions(seen, Client::protocol_version()));
@@ -200,6 +222,7 @@ class Doctor {
     add(check_settings(seen));
     add(check_brokers(seen));
     add(check_island_trust(seen));
+    if (!is_distant()) return add({check_access_of_host(seen, folder_)});
     add({has_trust_ ? check_access_with_trust(seen, uses(options_, client::Engine::kPeis))
                     : check_access(seen, options_)});
   }
@@ -219,6 +242,7 @@ class Doctor {
     for (const auto domain : domains) {
       auto options = options_;
       options.domain = domain;
+      options.engines = {client::Engine::kDds};
       options.warn = nullptr;
       if (clients.size() >= kMaxDomains) break;
       if (auto opened = Client::open(options)) clients.emplace_back(domain, std::move(*opened));
@@ -242,6 +266,7 @@ class Doctor {
   Duration length_;
   std::vector<transport::Interface> interfaces_;
   std::size_t islands_ = 0;
+  std::string folder_;      ///< of this host
   std::size_t silent_ = 0;  ///< participants of the domain that show no component
   bool has_trust_ = false;  ///< this program has a certificate
   std::vector<std::string> complaints_;

@@ -62,6 +62,15 @@ std::string_view to_string(Finding::Grade grade) {
   return "good";
 }
 
+Findings check_folder(const client::HostView& view) {
+  Findings all{
+      {"folder", Grade::kGood, fmt::format("programs of this host meet in {}, space {}", view.folder, view.space)}};
+  for (const auto& who : view.awaited)
+    all.push_back({"folder", Grade::kProblem, fmt::format("{} does not say who it is", who),
+                   "it hangs or is stopped: look at it, for example with `ps`"});
+  return all;
+}
+
 Findings check_interfaces(const client::Options& options, const std::vector<transport::Interface>& there) {
   Findings all;
   const bool needs_multicast = !only_loopback(options) && options.peers.empty();

@@ -26,6 +26,8 @@ using Findings = std::vector<Finding>;
 
 /// `no-multicast`: interfaces that do not exist, are down, or cannot discover others.
 Findings check_interfaces(const client::Options& options, const std::vector<transport::Interface>& there);
+/// `folder`: where the programs of this host meet, and who of them does not answer.
+Findings check_folder(const client::HostView& view);
 /// `participant-index`: no free index for one more process in the domain.
 Finding check_places(std::uint32_t domain, unsigned processes);
 /// `firewall`, of a peer.

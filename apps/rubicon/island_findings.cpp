@@ -356,4 +356,13 @@ Finding check_access(const IslandSeen& seen, const client::Options& options) {
           remedy};
 }
 
+Finding check_access_of_host(const IslandSeen& seen, const std::string& folder) {
+  const auto id = number(seen.island.id);
+  if (seen.numbers.contains("rights-refused"))
+    return {"access", Grade::kNote, fmt::format("island {} asks its rights who of this host may do what", id),
+            page("rights.md")};
+  return {"access", Grade::kNote, fmt::format("whoever may enter {} may read and command island {}", folder, id),
+          "rights in its configuration say who may do what; " + page("rights.md")};
+}
+
 }  // namespace rubicon::cli

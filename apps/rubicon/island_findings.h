@@ -56,6 +56,8 @@ Findings check_settings(const IslandSeen& seen);
 Findings check_brokers(const IslandSeen& seen);
 /// `access`: who can read and command the island.
 Finding check_access(const IslandSeen& seen, const client::Options& options);
+/// The same where components meet on this host alone, in this folder.
+Finding check_access_of_host(const IslandSeen& seen, const std::string& folder);
 
 /// `6541 home`
 std::string name_of(const client::Component& island);

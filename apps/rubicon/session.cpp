@@ -64,12 +64,14 @@ WallTime Session::now() const {
 void Session::discover() {
   if (discovered_) return;
   discovered_ = true;
+  const bool distant = uses(settings_.options, client::Engine::kDds);
   const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait
+                       : !distant                                     ? Duration(0)
                        : client_->member().empty()                    ? kFirstPeerWait
                                                                       : kFirstMemberWait;
   const auto somebody = [this] { return !client_->tuples().peers().empty(); };
   for (auto left = longest; left > Duration(0) && !somebody(); left -= kStep) client_->run_until(somebody, kStep);
-  client_->discover();
+  client_->discover(settings_.patience);
 }
 
 std::vector<client::Tuple> Session::read(const Pattern& pattern) {
@@ -110,7 +112,7 @@ int Session::not_found(const std::string& what, const std::string& hint) {
   const auto islands = client_->islands().size();
   const bool is_empty =
       islands == 0 && (!uses(settings_.options, client::Engine::kPeis) || client_->components().empty());
-  const auto advice = is_empty ? std::string("run `rubicon doctor` to diagnose") : hint;
+  const auto advice = is_empty ? "run `rubicon doctor` to diagnose" + elsewhere_text(settings_.options) : hint;
   print_error(fmt::format("{} (looked in {}; {} present){}{}", what, place_text(settings_.options),
                           counted(islands, "island"), advice.empty() ? "" : "; ", advice));
   return kNotThere;

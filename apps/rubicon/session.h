@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -35,6 +37,11 @@ class Session {
   /// All present tuples that match. Discovers the owners first, unless the pattern names one.
   std::vector<client::Tuple> read(const Pattern& pattern);
 
+  /// What is left of the patience for a component that is named, since the beginning.
+  Duration patience_left() const {
+    return std::max<Duration>(settings_.patience - (std::chrono::steady_clock::now() - opened_), Duration(0));
+  }
+
   /// `70001 (rubicon set)`; only the id of a component that is absent or has no summary.
   std::string component_text(OwnerId id) const;
 
@@ -59,6 +66,7 @@ class Session {
   Output out_;
   std::unique_ptr<Client> client_;
   bool discovered_ = false;
+  const SteadyTime opened_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace rubicon::cli

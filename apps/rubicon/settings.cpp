@@ -4,10 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <set>
 
 #include "base/config_reader.h"
+#include "client/ecology_options.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
 #include "tuples/dds/dds_options.h"
@@ -27,10 +30,16 @@ constexpr OptionOfEngine kOptionsOfEngines[] = {{"--domain", client::Engine::kDd
                                                 {"--peis-network", client::Engine::kPeis},
                                                 {"--peis-listen", client::Engine::kPeis},
                                                 {"--peis-connect", client::Engine::kPeis},
-                                                {"--peis-multicast", client::Engine::kPeis}};
+                                                {"--peis-multicast", client::Engine::kPeis},
+                                                {"--folder", client::Engine::kHost},
+                                                {"--space", client::Engine::kHost}};
+/// In the order of decision 022.
+constexpr std::pair<const char*, client::Engine> kEngines[] = {
+    {"host", client::Engine::kHost}, {"dds", client::Engine::kDds}, {"peis", client::Engine::kPeis}};
 
 const char* to_string(client::Engine engine) {
-  return engine == client::Engine::kDds ? "dds" : "peis";
+  return std::find_if(std::begin(kEngines), std::end(kEngines), [&](const auto& one) { return one.second == engine; })
+      ->first;
 }
 
 /// The error in the text of a PEIS component to connect to; empty if it is correct.
@@ -49,19 +58,24 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   auto engine = config::read_engine(reader);
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
-  if (!engine.dds && !engine.peis)
+  if (engine.alone())
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}tuples.engine is memory: such an island is alone in its process", engine.place));
   auto& options = settings.options;
   options.engines.clear();
+  if (engine.host) options.engines.push_back(client::Engine::kHost);
   if (engine.dds) options.engines.push_back(client::Engine::kDds);
   if (engine.peis) options.engines.push_back(client::Engine::kPeis);
+  options.folder = std::getenv("RUBICON_FOLDER") ? "" : engine.folder;
+  options.space = engine.space;
   const auto& peis = engine.peis_options;
   options.peis = {peis.network, peis.listen, peis.connect, peis.multicast};
-  options.domain = engine.options.domain;
-  options.tag = engine.options.tag;
+  if (engine.dds) {
+    options.domain = engine.options.domain;
+    options.tag = engine.options.tag;
+  }
   options.lease = engine.options.lease;
-  options.interfaces = engine.options.interfaces;
+  if (engine.dds || engine.peis) options.interfaces = engine.options.interfaces;
   options.peers = engine.options.peers;
   options.tcp = engine.options.transport == tuples::dds::DdsTransport::kTcp;
   if (engine.trust.choice == config::TrustSetup::Choice::kNo) options.trust = client::kNoTrust;
@@ -83,47 +97,81 @@ Duration parse_duration_or(const std::string& text, Duration otherwise) {
 }
 
 bool uses(const client::Options& options, client::Engine engine) {
-  return std::find(options.engines.begin(), options.engines.end(), engine) != options.engines.end();
+  return client::has_engine(options, engine);
 }
 
 std::string place_text(const client::Options& options) {
   const bool dds = uses(options, client::Engine::kDds), peis = uses(options, client::Engine::kPeis);
-  auto text = fmt::format("{}{}{} on {}{}", dds ? fmt::format("domain {}", options.domain) : "",
-                          dds && peis ? " and " : "", peis ? "PEIS network " + options.peis.network : "",
-                          fmt::join(options.interfaces, ", "), dds && options.tcp ? " over TCP" : "");
+  std::vector<std::string> parts;
+  if (const auto engines = client::engine_options(options); engines && engines->host) {
+    const auto& space = engines->host->space;
+    parts.push_back(fmt::format("folder {}{}", engines->host->place.path,
+                                space == tuples::host::kDefaultSpace ? "" : ", space " + space));
+  }
+  if (dds) parts.push_back(fmt::format("domain {}", options.domain));
+  if (peis) parts.push_back("PEIS network " + options.peis.network);
+  auto text = fmt::format("{}", fmt::join(parts, " and "));
+  if (dds || peis)
+    text += fmt::format(" on {}{}",
+                        options.interfaces.empty() ? "lo" : fmt::format("{}", fmt::join(options.interfaces, ", ")),
+                        dds && options.tcp ? " over TCP" : "");
   if (dds && !options.tag.empty()) text += fmt::format(", tag {}", options.tag);
   if (dds && !options.peers.empty()) text += fmt::format(", peers {}", fmt::join(options.peers, " "));
   if (peis && !options.peis.connect.empty()) text += fmt::format(", connect {}", fmt::join(options.peis.connect, " "));
   return text;
 }
 
-std::string place_options(const client::Options& options) {
-  const auto interfaces = fmt::format("--interfaces {}", fmt::join(options.interfaces, ","));
+std::string elsewhere_text(const client::Options& options) {
+  const auto engines = client::engine_options(options);
+  if (!engines || !engines->host) return {};
+  const auto around = tuples::host::Surroundings::of_process();
   std::string text;
-  if (uses(options, client::Engine::kPeis)) {
-    const bool dds = uses(options, client::Engine::kDds);
-    text = fmt::format("--engine {}peis --peis-network {} ", dds ? "dds," : "", options.peis.network);
-    if (!options.peis.connect.empty()) text += fmt::format("--peis-connect {} ", fmt::join(options.peis.connect, ","));
-    if (!options.peis.multicast) text += "--peis-multicast no ";
-    if (!dds) return text + interfaces;
-  }
-  text += fmt::format("--domain {} {}", options.domain, interfaces);
-  if (options.tcp) text += " --tcp";
-  if (!options.tag.empty()) text += " --tag " + options.tag;
-  if (!options.trust.empty()) text += " --trust " + options.trust;
-  if (!options.peers.empty()) text += fmt::format(" --peers {}", fmt::join(options.peers, ","));
+  const auto others = tuples::host::other_places(engines->host->place.path, around);
+  if (!others.empty())
+    text = fmt::format("; components are in {} (for the user of it: --folder {})", fmt::join(others, ", "),
+                       others.front());
+  if (tuples::host::is_shut_out(around))
+    text += fmt::format("; {} is open to members of group rubicon: sudo usermod -aG rubicon $USER, then log in again",
+                        around.installed);
   return text;
+}
+
+std::string place_options(const client::Options& options) {
+  const bool dds = uses(options, client::Engine::kDds), peis = uses(options, client::Engine::kPeis);
+  std::vector<std::string> all, engines;
+  for (const auto engine : options.engines) engines.emplace_back(to_string(engine));
+  const bool usual = !peis && uses(options, client::Engine::kHost) && (!dds || !options.interfaces.empty());
+  if (!engines.empty() && !usual) all.push_back(fmt::format("--engine {}", fmt::join(engines, ",")));
+  if (!options.folder.empty()) all.push_back("--folder " + options.folder);
+  if (!options.space.empty()) all.push_back("--space " + options.space);
+  if (peis) all.push_back("--peis-network " + options.peis.network);
+  if (peis && !options.peis.connect.empty())
+    all.push_back(fmt::format("--peis-connect {}", fmt::join(options.peis.connect, ",")));
+  if (peis && !options.peis.multicast) all.emplace_back("--peis-multicast no");
+  const bool has_domain =
+      dds || (uses(options, client::Engine::kHost) && (options.domain != 0 || !options.tag.empty()));
+  if (has_domain) all.push_back(fmt::format("--domain {}", options.domain));
+  if (!options.interfaces.empty()) all.push_back(fmt::format("--interfaces {}", fmt::join(options.interfaces, ",")));
+  if (dds && options.tcp) all.emplace_back("--tcp");
+  if (has_domain && !options.tag.empty()) all.push_back("--tag " + options.tag);
+  if (dds && !options.trust.empty()) all.push_back("--trust " + options.trust);
+  if (dds && !options.peers.empty()) all.push_back(fmt::format("--peers {}", fmt::join(options.peers, ",")));
+  return fmt::format("{}", fmt::join(all, " "));
 }
 
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
   const auto* const group = kGroup;
   add_engines_to(app);
+  app.add_option("--folder", folder_, "where the programs of this host meet; default /run/rubicon, or the user's own")
+      ->type_name("FOLDER")
+      ->group(group);
+  app.add_option("--space", space_, "see only components of this space of the folder; default default")->group(group);
   app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
       ->type_name("N")
       ->check(CLI::Range(0U, tuples::dds::kMaxDomain).description(""))
       ->group(group);
-  app.add_option("--interfaces", interfaces_, "network interfaces, with commas; lo = this host")
+  app.add_option("--interfaces", interfaces_, "network interfaces for DDS and PEIS, with commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->group(group);
@@ -148,8 +196,8 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--config", config_, "take these options from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
   for (const auto* name :
-       {"engine", "domain", "interfaces", "peers", "tcp", "tag", "trust", "lease", "patience", "prefix", "config",
-        "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
+       {"engine", "folder", "space", "domain", "interfaces", "peers", "tcp", "tag", "trust", "lease", "patience",
+        "prefix", "config", "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
     std::string variable = "RUBICON_";
     for (const char c : std::string_view(name)) variable += c == '-' ? '_' : static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
@@ -157,10 +205,12 @@ void SettingsOptions::add_to(CLI::App& app) {
 }
 
 void SettingsOptions::add_engines_to(CLI::App& app) {
-  app.add_option("--engine", engines_, "dds, peis (the network of the PEIS kernels), or dds,peis; default dds")
+  app.add_option("--engine", engines_,
+                 "with commas: host (this host), dds, peis (the network of the PEIS kernels); default host, with "
+                 "interfaces host,dds")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"dds", "peis"}).description(""))
+      ->check(CLI::IsMember({"host", "dds", "peis"}).description(""))
       ->group(kGroup);
   app.add_option("--peis-network", peis_network_, "name of the PEIS network; default default")->group(kGroup);
   app.add_option("--peis-listen", peis_listen_, "TCP port for PEIS, or the next free one; default 8000")
@@ -180,12 +230,19 @@ void SettingsOptions::add_engines_to(CLI::App& app) {
 /// What the command line or the environment say about the engines.
 void SettingsOptions::read_engines(client::Options& options) const {
   const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
-  const auto named = [this](const char* name) { return std::count(engines_.begin(), engines_.end(), name) > 0; };
+  // A file of an island on its host alone may be asked for with options of DDS.
+  const bool asks_for_dds = given("--interfaces") || given("--peers") || given("--tcp") ||
+                            (given("--trust") && is_typed("--trust") && trust_ != client::kNoTrust);
   if (given("--engine")) {
     options.engines.clear();
-    if (named("dds")) options.engines.push_back(client::Engine::kDds);
-    if (named("peis")) options.engines.push_back(client::Engine::kPeis);
+    for (const auto& [name, engine] : kEngines) {
+      if (std::count(engines_.begin(), engines_.end(), name) > 0) options.engines.push_back(engine);
+    }
+  } else if (asks_for_dds && !uses(options, client::Engine::kDds) && !uses(options, client::Engine::kPeis)) {
+    options.engines = {client::Engine::kHost, client::Engine::kDds};
   }
+  if (given("--folder")) options.folder = folder_;
+  if (given("--space")) options.space = space_;
   if (given("--peis-network")) options.peis.network = peis_network_;
   if (given("--peis-listen")) options.peis.listen = static_cast<std::uint16_t>(peis_listen_);
   if (given("--peis-connect")) options.peis.connect = peis_connect_;
@@ -202,11 +259,15 @@ bool SettingsOptions::is_typed(const char* name) const {
 Result<void> SettingsOptions::check_engines(const client::Options& options) const {
   const std::set<std::string> named(engines_.begin(), engines_.end());
   if (is_typed("--engine") && named.size() < engines_.size())
-    return fail(ErrorCode::kInvalid, "--engine: names an engine twice, expected dds, peis, or dds,peis");
+    return fail(ErrorCode::kInvalid, "--engine: names an engine twice, expected some of host,dds,peis");
   for (const auto& [name, engine] : kOptionsOfEngines) {
-    if (!is_typed(name) || uses(options, engine)) continue;
-    return fail(ErrorCode::kInvalid, fmt::format("{}: only engine {} has this option, expected --engine {} or dds,peis",
-                                                 name, to_string(engine), to_string(engine)));
+    const std::string_view option = name;
+    // A domain and a tag become a space.
+    const bool is_old_space = (option == "--domain" || option == "--tag") && options.engines.empty();
+    const bool is_refusal = option == "--trust" && trust_ == client::kNoTrust;
+    if (!is_typed(name) || uses(options, engine) || is_old_space || is_refusal) continue;
+    return fail(ErrorCode::kInvalid, fmt::format("{}: only engine {} has this option, expected --engine with {}", name,
+                                                 to_string(engine), to_string(engine)));
   }
   return {};
 }

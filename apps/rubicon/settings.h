@@ -18,10 +18,13 @@ struct Settings {
 };
 
 bool uses(const client::Options& options, client::Engine engine);
-/// `domain 3 on eth0, peers 10.0.0.2`, `PEIS network default on lo`.
+/// `folder /run/rubicon`, `domain 3 on eth0, peers 10.0.0.2`, `PEIS network default on lo`.
 std::string place_text(const client::Options& options);
 /// The same as options of the command line: `--domain 3 --interfaces eth0 --peers 10.0.0.2`.
 std::string place_options(const client::Options& options);
+
+/// Where else on this host components are, or what keeps this user out: `; components are in ...`; empty = nothing.
+std::string elsewhere_text(const client::Options& options);
 
 /// The options of the command line; each has an environment variable (RUBICON_DOMAIN, ...).
 class SettingsOptions {
@@ -40,7 +43,7 @@ class SettingsOptions {
   std::uint32_t peis_listen_ = 0;
   std::vector<std::string> engines_, interfaces_, peers_, peis_connect_;
   std::string peis_network_, peis_multicast_;
-  std::string tag_, trust_, lease_, patience_, prefix_, config_;
+  std::string folder_, space_, tag_, trust_, lease_, patience_, prefix_, config_;
   bool json_ = false, tcp_ = false;
   CLI::App* app_ = nullptr;
 };

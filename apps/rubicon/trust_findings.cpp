@@ -59,7 +59,7 @@ constexpr std::array kAdvice{
     Advice{"revoked",
            "this member was shut out for good: `rubicon trust add` another name on the host with the "
            "authority"},
-    Advice{"another version of Rubicon", "sudo apt install rubicon librubicon0: packages of the same version"},
+    Advice{"another version of Rubicon", "sudo apt install rubicon librubicon1: packages of the same version"},
     Advice{"islands of this host started with",
            "put the folder back from your copy, or join that realm again; a new realm shuts out all members of it"},
     Advice{"has no realm",

@@ -21,7 +21,7 @@
 namespace rubicon::client {
 
 /// Engines that connect the components of an ecology, as in the islands' `tuples.engine` (docs/ecology.md).
-enum class Engine : std::uint8_t { kDds, kPeis };
+enum class Engine : std::uint8_t { kDds, kPeis, kHost };
 
 /// How a client takes part in a network of PEIS kernels, as in the islands' `tuples.peis`. Interfaces, lease and
 /// trust_lan are those of Options.
@@ -35,18 +35,22 @@ struct PeisNetwork {
 /// Options::trust of a client without a certificate.
 inline constexpr const char* kNoTrust = "no";
 
-/// How a client finds other components. The defaults find islands with the default configuration on this host.
+/// How a client finds other components. The defaults find the islands of this host.
 struct Options {
   std::string name;              ///< display name in lists of components; empty = `component`
   OwnerId id = model::kNoOwner;  ///< 65536 to 2^31-1, with trust one of its certificate; kNoOwner = a random one
-  std::vector<Engine> engines = {Engine::kDds};  ///< at least one
-  PeisNetwork peis;                              ///< for Engine::kPeis; domain, peers, tcp, port and tag are for kDds
-  std::uint32_t domain = 0;                      ///< 0..230, as in the islands' `tuples.domain`
-  std::vector<std::string> interfaces = {"lo"};  ///< names of network interfaces, as in `tuples.interfaces`
-  std::vector<std::string> peers;                ///< HOST or HOST:PORT of components that multicast does not reach
-  bool tcp = false;        ///< as in the islands' `tuples.transport`; needs a port, or peers with ports
-  std::uint16_t port = 0;  ///< TCP port to listen on; 0 = any, so that only this component can connect
-  std::string tag;         ///< as in `tuples.tag`: components with another tag are not seen
+  std::vector<Engine> engines;   ///< empty: host, and DDS too if there are interfaces
+  /// For Engine::kHost, an absolute path: where the programs of this host meet (docs/host.md). Empty: RUBICON_FOLDER,
+  /// else /run/rubicon where this user may enter it, else the user's own.
+  std::string folder;
+  std::string space;  ///< as in the islands' `tuples.space`: others are not seen; empty = RUBICON_SPACE, `default`
+  PeisNetwork peis;   ///< for Engine::kPeis; domain, peers, tcp, port and tag are for kDds
+  std::uint32_t domain = 0;             ///< 0..230, as in the islands' `tuples.domain`
+  std::vector<std::string> interfaces;  ///< names of network interfaces, as in `tuples.interfaces`; empty = lo
+  std::vector<std::string> peers;       ///< HOST or HOST:PORT of components that multicast does not reach
+  bool tcp = false;                     ///< as in the islands' `tuples.transport`; needs a port, or peers with ports
+  std::uint16_t port = 0;               ///< TCP port to listen on; 0 = any, so that only this component can connect
+  std::string tag;                      ///< as in `tuples.tag`: components with another tag are not seen
   Duration lease = std::chrono::seconds(2);  ///< other components lose this one after such a silence
   bool trust_lan = false;  ///< components on other hosts may set tuples of this one and send messages to it
   /// Folder with the certificate by which DDS knows this component (docs/trust.md); `no`: it has none, and meets only
@@ -69,7 +73,7 @@ struct Tuple {
   bool owner_present = true;
 };
 
-/// One start (incarnation) of a component as observed on the network, also of components that this one ignores because
+/// One start (incarnation) of a component as observed by DDS, also of components that this one ignores because
 /// of their protocol version or a duplicate id.
 struct ComponentStart {
   OwnerId id{};
@@ -109,6 +113,12 @@ struct PeisView {
   std::size_t connections = 0;  ///< open ones
   std::vector<PeisTrouble> troubles;
   std::map<std::string, std::uint64_t> counters;  ///< what was not done since the start, by name; zeros are left out
+};
+
+/// Where the programs of this host meet, as one component sees it.
+struct HostView {
+  std::string folder, space;
+  std::vector<std::string> awaited;  ///< programs that have not said who they are: `pid 812 of uid 1000`
 };
 
 /// A device as an island lists it.
@@ -246,14 +256,20 @@ class Client final {
   std::vector<Component> components() const;  ///< the components that are present, including islands, by id
   /// The islands among them: components with an id of an island whose summary names the prefix of its tuples.
   std::vector<Component> islands() const;
-  /// Blocks until discovery is probably complete: no new component for about 0.3 s; with PEIS for 0.7 s, after 2 s.
-  void discover();
+  /// Whether this component is present. nullopt: it has not been met, but may be there; on Engine::kHost alone that
+  /// ends within milliseconds.
+  std::optional<bool> has(OwnerId id) const;
+  /// Blocks until all components of the host are known, at most for the patience; on DDS until no new one came for
+  /// about 0.3 s; with PEIS for 0.7 s, after 2 s.
+  void discover(Duration patience = std::chrono::seconds(3));
   /// Component starts observed since open(), bounded. For diagnostics.
   std::vector<ComponentStart> component_starts() const;
   /// Participants of the DDS domain that show no component to this one: they have trust if it has none, or the other
   /// way round, or they are no programs of Rubicon. For diagnostics.
   std::size_t silent_participants() const;
   static unsigned protocol_version();
+  /// nullopt without Engine::kHost.
+  std::optional<HostView> host_view() const;
   /// What this component sees of the PEIS network, for diagnostics. nullopt without Engine::kPeis.
   std::optional<PeisView> peis_view() const;
 

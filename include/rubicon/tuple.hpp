@@ -85,7 +85,13 @@ struct RemoteSet {
   std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before the policy is called
 };
 
-enum class Verdict : std::uint8_t { kApplied, kRefused, kExpired, kNoSuchOwner };
+enum class Verdict : std::uint8_t {
+  kApplied,
+  kRefused,
+  kExpired,  ///< its time to live ended before the owner had it: it was not executed
+  kNoSuchOwner,
+  kTimedOut,  ///< the owner did not answer in time: it is not known whether it was executed. Said by the asker's side
+};
 std::string_view to_string(Verdict verdict);
 
 /// The owner's answer to a RemoteSet.

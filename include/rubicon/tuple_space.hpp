@@ -113,7 +113,7 @@ class TupleSpace final {
   [[nodiscard]] Handle subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot = {});
 
   /// Asks the owner, which may be this component, to set its tuple. `call` receives exactly one reply, in a later turn;
-  /// kExpired if there is none within the time to live (zero = 5 s). Returns the number of the request.
+  /// kTimedOut if there is none within the time to live (zero = 5 s). Returns the number of the request.
   std::uint64_t set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                            ReplyCall call, const SetOptions& options = {});
 

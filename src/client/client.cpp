@@ -32,6 +32,9 @@ Duration sleep_of(Duration timeout) {
   return std::clamp<Duration>(timeout / 20, 10ms, 1s);
 }
 
+/// How long a command waits for an owner that is not present yet.
+constexpr Duration kNamedOwner = std::chrono::seconds(3);
+
 class CallSink final : public base::LogSink {
  public:
   explicit CallSink(std::function<void(std::string_view)> call) : call_(std::move(call)) {}
@@ -41,14 +44,6 @@ class CallSink final : public base::LogSink {
 
  private:
   std::function<void(std::string_view)> call_;
-};
-
-/// Where no engine has sockets.
-class NoSockets final : public transport::Transports {
- public:
-  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
-    return fail(ErrorCode::kUnsupported, path + ": files are not supported here");
-  }
 };
 
 std::unique_ptr<tuples::Link> joined(tuples::Ecology& ecology, OwnerId id, Error& error) {
@@ -72,37 +67,45 @@ struct Client::Impl {
     const auto id = component_id(options, trusted.get());
     if (!id) return fail(id.error());
     options.id = *id;
+    if (const auto text = old_space_warning(options); !text.empty() && options.warn) options.warn(text);
     auto engines = engine_options(options);
-    if (engines.dds) engines.dds->trust = trusted;
-    if (engines.peis) sockets = std::make_unique<transport::PollSockets>(*loop);
-    auto opened = tuples::engines::Engines::open(engines, {*loop, post, transports(), log});
+    if (!engines) return fail(std::move(engines.error()));
+    if (engines->dds) engines->dds->trust = trusted;
+    if (engines->host) host_space = engines->host->space;
+    auto opened = tuples::engines::Engines::open(*engines, {*loop, post, sockets, log});
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;
     link = joined(*ecology, options.id, error);
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
-    pace = engines.peis ? kPeisPace : trusted ? kTrustPace : kDdsPace;
-    peer_discovery = std::make_unique<PeerDiscovery>(
-        *loop, *space, pace, [this] { return ecology->dds() && ecology->dds()->expects_components(); });
+    pace = engines->peis ? kPeisPace : trusted ? kTrustPace : engines->dds ? kDdsPace : kHostPace;
+    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, pace, [this] { return expects_components(); });
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
 
-  /// DDS has sockets of its own.
-  transport::Transports& transports() { return sockets ? static_cast<transport::Transports&>(*sockets) : no_sockets; }
+  bool expects_components() const {
+    return (ecology->dds() && ecology->dds()->expects_components()) ||
+           (ecology->host() && !ecology->host()->knows_all());
+  }
 
   MessageClient& office() {
     if (!message_client) message_client = std::make_unique<MessageClient>(*loop, *space, log);
     return *message_client;
   }
 
+  /// Components, or processes of this host that have not said what components they have.
   TupleQuery::UnansweredCall warns_of_unanswered(Duration patience) {
     return [this, patience](const std::vector<OwnerId>& owners) {
-      limited_log.warning(
-          "unanswered", fmt::format("component {} has not answered within {} s: the result lacks its tuples{}",
-                                    number(owners.front()), std::chrono::duration<double>(patience).count(),
-                                    owners.size() > 1 ? fmt::format(", and those of {} more", owners.size() - 1) : ""));
+      std::vector<std::string> all;
+      for (const auto owner : owners) all.push_back(fmt::format("component {}", number(owner)));
+      if (ecology->host()) std::ranges::move(ecology->host()->awaited(), std::back_inserter(all));
+      if (all.empty()) return;
+      limited_log.warning("unanswered",
+                          fmt::format("{} has not answered within {} s: the result lacks its tuples{}", all.front(),
+                                      std::chrono::duration<double>(patience).count(),
+                                      all.size() > 1 ? fmt::format(", and those of {} more", all.size() - 1) : ""));
     };
   }
 
@@ -120,12 +123,12 @@ struct Client::Impl {
   CallSink log{options.warn};
   std::unique_ptr<transport::PollLoop> loop;
   base::LimitedLog limited_log{{log, "client"}, *loop};
-  NoSockets no_sockets;
-  std::unique_ptr<transport::PollSockets> sockets;
+  transport::PollSockets sockets{*loop};
   std::shared_ptr<trust::Trust> trusted;  ///< null: without
   std::unique_ptr<tuples::engines::Engines> ecology;
   std::unique_ptr<tuples::Link> link;
   std::unique_ptr<TupleSpace> space;
+  std::string host_space;
   DiscoveryPace pace = kDdsPace;
   std::unique_ptr<PeerDiscovery> peer_discovery;
   std::unique_ptr<MessageClient> message_client;
@@ -203,17 +206,23 @@ std::vector<Component> Client::components() const {
   return found;
 }
 
+std::optional<bool> Client::has(OwnerId id) const {
+  return impl_->peer_discovery->has(id);
+}
+
 std::vector<Component> Client::islands() const {
   auto found = components();
   std::erase_if(found, [](const Component& one) { return !model::is_island(one.id, one.summary); });
   return found;
 }
 
-void Client::discover() {
+void Client::discover(Duration patience) {
   auto& discovery = *impl_->peer_discovery;
-  const auto complete = [&discovery] { return discovery.complete({}); };
-  while (!run_until(complete, discovery.complete_at({}) - impl_->loop->now())) {
-  }
+  const auto complete = [&discovery] { return discovery.complete(); };
+  const auto ends = impl_->loop->now() + patience;
+  for (auto now = ends - patience; now < ends && !complete(); now = impl_->loop->now())
+    std::ignore = run_until(complete, std::min(discovery.complete_at(), ends) - now);
+  impl_->warns_of_unanswered(patience)({});
 }
 
 std::vector<ComponentStart> Client::component_starts() const {
@@ -233,6 +242,11 @@ std::size_t Client::silent_participants() const {
 
 unsigned Client::protocol_version() {
   return tuples::dds::kProtocolVersion;
+}
+
+std::optional<HostView> Client::host_view() const {
+  const auto* host = impl_->ecology->host();
+  return host ? std::optional(HostView{host->folder().path(), impl_->host_space, host->awaited()}) : std::nullopt;
 }
 
 std::optional<PeisView> Client::peis_view() const {
@@ -350,7 +364,7 @@ void Client::command(OwnerId owner, std::string_view key, std::string_view value
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                         Duration timeout, OutcomeCall progress) {
-  run_until([&] { return impl_->peer_discovery->complete(owner); }, impl_->peer_discovery->pace().named_owner);
+  run_until([&] { return has(owner).has_value(); }, std::min(timeout, kNamedOwner));
   std::optional<Outcome> outcome;
   const RemoteSetTracker errand(
       *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& final) { outcome = final; }, time_to_live,

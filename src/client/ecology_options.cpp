@@ -14,10 +14,34 @@ namespace {
 constexpr std::uint32_t kFirstId = 65536;
 constexpr std::size_t kMostTargets = 64;
 
+std::vector<std::string> interfaces_of(const Options& options) {
+  return options.interfaces.empty() ? std::vector<std::string>{"lo"} : options.interfaces;
+}
+
+/// Before there was engine host, a domain and a tag divided a host as spaces do now.
+bool has_old_space(const Options& options) {
+  return (options.domain != 0 || !options.tag.empty()) && !has_engine(options, Engine::kDds) &&
+         has_engine(options, Engine::kHost);
+}
+
+Result<tuples::engines::HostSetup> host_setup(const Options& options) {
+  auto around = tuples::host::Surroundings::of_process();
+  if (!options.folder.empty()) around.given = options.folder;
+  auto place = tuples::host::choose_place({}, around);
+  if (!place) return fail(std::move(place.error()));
+  auto space = options.space;
+  if (space.empty())
+    space =
+        has_old_space(options) ? tuples::host::space_of(options.domain, options.tag) : tuples::host::choose_space({});
+  if (auto good = tuples::host::check_space(space); !good)
+    return fail(ErrorCode::kInvalid, "space " + good.error().text);
+  return tuples::engines::HostSetup{std::move(*place), std::move(space), {options.lease}};
+}
+
 tuples::dds::DdsOptions dds_options(const Options& options) {
   tuples::dds::DdsOptions dds;
   dds.domain = options.domain;
-  dds.interfaces = options.interfaces;
+  dds.interfaces = interfaces_of(options);
   dds.peers = options.peers;
   dds.tag = options.tag;
   dds.lease = options.lease;
@@ -33,7 +57,7 @@ tuples::peis::PeisOptions peis_options(const Options& options) {
   peis.listen = options.peis.listen;
   for (const auto& url : options.peis.connect) peis.connect.push_back(tuples::peis::connect_target(url).value_or(url));
   peis.multicast = options.peis.multicast;
-  peis.interfaces = options.interfaces;
+  peis.interfaces = interfaces_of(options);
   peis.lease = options.lease;
   peis.trust_lan = options.trust_lan;
   return peis;
@@ -59,7 +83,7 @@ Result<void> check_peis(const Options& options) {
   for (const auto& url : peis.connect) {
     const auto target = tuples::peis::connect_target(url);
     if (!target) return fail(ErrorCode::kInvalid, fmt::format("PEIS: connect to '{}': {}", url, target.error().text));
-    if (tuples::peis::leaves_loopback(options.interfaces, *target))
+    if (tuples::peis::leaves_loopback(interfaces_of(options), *target))
       return fail(
           ErrorCode::kInvalid,
           fmt::format("PEIS: connect to '{}': lo reaches no other host, expected interfaces too, such as eth0", url));
@@ -103,25 +127,39 @@ Result<OwnerId> component_id(const Options& options, const trust::Trust* trust) 
 Result<void> check(const Options& options) {
   const auto id = number(options.id);
   const bool peis = has_engine(options, Engine::kPeis), dds = has_engine(options, Engine::kDds);
+  const bool host = has_engine(options, Engine::kHost);
   if (id != 0 && id < kFirstId)
     return fail(ErrorCode::kInvalid,
                 fmt::format("component id {}: expected a number above 65535, the others are islands", id));
   if (id > tuples::peis::kMaxId && peis)
     return fail(ErrorCode::kInvalid, fmt::format("component id {}: PEIS has ids up to {}", id, tuples::peis::kMaxId));
-  if (!dds && !peis) return fail(ErrorCode::kInvalid, "engines: expected dds, peis or both");
   if (const auto good = dds ? check_dds(options) : Result<void>(); !good) return good;
   if (const auto good = peis ? check_peis(options) : Result<void>(); !good) return good;
-  if (options.interfaces.empty())
-    return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
+  if (const auto setup = host ? host_setup(options) : tuples::engines::HostSetup(); !setup) return fail(setup.error());
   return {};
 }
 
 bool has_engine(const Options& options, Engine engine) {
-  return std::find(options.engines.begin(), options.engines.end(), engine) != options.engines.end();
+  const auto& named = options.engines;
+  if (!named.empty()) return std::find(named.begin(), named.end(), engine) != named.end();
+  return engine == Engine::kHost || (engine == Engine::kDds && !options.interfaces.empty());
 }
 
-tuples::engines::EngineOptions engine_options(const Options& options) {
+std::string old_space_warning(const Options& options) {
+  if (!options.space.empty() || !has_old_space(options)) return {};
+  return fmt::format(
+      "domain and tag are of engine dds: without interfaces they are the space {} of this host, expected "
+      "space: {}",
+      tuples::host::space_of(options.domain, options.tag), tuples::host::space_of(options.domain, options.tag));
+}
+
+Result<tuples::engines::EngineOptions> engine_options(const Options& options) {
   tuples::engines::EngineOptions engines;
+  if (has_engine(options, Engine::kHost)) {
+    auto setup = host_setup(options);
+    if (!setup) return fail(std::move(setup.error()));
+    engines.host = std::move(*setup);
+  }
   if (has_engine(options, Engine::kDds)) engines.dds = dds_options(options);
   if (has_engine(options, Engine::kPeis)) engines.peis = peis_options(options);
   return engines;

@@ -19,8 +19,11 @@ Result<OwnerId> component_id(const Options& options, const trust::Trust* trust);
 /// kInvalid with what is wrong.
 Result<void> check(const Options& options);
 
+/// What to say about a domain or a tag that became a space; empty = nothing.
+std::string old_space_warning(const Options& options);
+
 bool has_engine(const Options& options, Engine engine);
-/// How the engines find the components that the options mean. The options passed check().
-tuples::engines::EngineOptions engine_options(const Options& options);
+/// How the engines find the components that the options mean. kInvalid: the folder or the space.
+Result<tuples::engines::EngineOptions> engine_options(const Options& options);
 
 }  // namespace rubicon::client

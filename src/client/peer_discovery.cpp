@@ -7,8 +7,8 @@ namespace rubicon::client {
 
 namespace {
 
-/// While components are expected.
-constexpr Duration kLookAgain = std::chrono::milliseconds(20);
+/// While components are expected: by DDS, and by processes of this host.
+constexpr Duration kLookAgain = std::chrono::milliseconds(20), kLookAtHost = std::chrono::milliseconds(1);
 /// Pause between two observations. A pause of more than twice that means that the process was stopped; it counts as
 /// one.
 constexpr Duration kObserve = std::chrono::milliseconds(50);
@@ -38,9 +38,10 @@ PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const Disc
 
 /// Repeats itself until all bounds of the pace have passed.
 void PeerDiscovery::observe() {
+  if (pace_.is_fact) return;
   notice_stop();
   observes_ =
-      noticed_ < std::max(last_change_ + pace_.quiet, started_ + std::max({pace_.search, pace_.named_owner, kReturn}));
+      noticed_ < std::max(last_change_ + pace_.quiet, started_ + std::max({pace_.search, pace_.expected, kReturn}));
   if (observes_) again_ = scheduler_.after(kObserve, [this] { observe(); });
 }
 
@@ -57,14 +58,24 @@ bool PeerDiscovery::present(OwnerId id) const {
   return id == space_.self() || std::find(there.begin(), there.end(), id) != there.end();
 }
 
-SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) {
+std::optional<bool> PeerDiscovery::has(OwnerId owner) const {
+  if (present(owner)) return true;
+  return pace_.is_fact && !(expects_ && expects_()) ? std::optional(false) : std::nullopt;
+}
+
+SteadyTime PeerDiscovery::complete_at(OwnerId owner, Duration patience) {
+  if (has(owner)) return started_;
   notice_stop();
-  if (owner) return present(*owner) ? started_ : started_ + pace_.named_owner;
-  if (left_alone_) return started_ + std::max(pace_.named_owner, kReturn);
+  return pace_.is_fact ? scheduler_.now() + kLookAtHost : started_ + patience;
+}
+
+SteadyTime PeerDiscovery::complete_at() {
+  notice_stop();
+  if (left_alone_ && !pace_.is_fact) return started_ + std::max(pace_.expected, kReturn);
   const auto usual = std::max(last_change_ + pace_.quiet, started_ + pace_.search);
-  const auto now = scheduler_.now(), longest = started_ + pace_.named_owner;
+  const auto now = scheduler_.now(), longest = started_ + pace_.expected;
   if (usual > now || now >= longest || !expects_ || !expects_()) return usual;
-  return std::min(now + kLookAgain, longest);
+  return std::min(now + (pace_.is_fact ? kLookAtHost : kLookAgain), longest);
 }
 
 }  // namespace rubicon::client

@@ -11,32 +11,38 @@ namespace rubicon::client {
 struct DiscoveryPace {
   Duration quiet;        ///< it counts as complete when no peer came or went for this long
   Duration search;       ///< but not before this time
-  Duration named_owner;  ///< how long an owner that is named may take to appear
+  Duration expected;     ///< how long one that is on its way is waited for
+  bool is_fact = false;  ///< whoever is neither present nor on its way does not exist
 };
 inline constexpr DiscoveryPace kDdsPace{std::chrono::milliseconds(300), {}, std::chrono::seconds(1)};
 /// Two processes that meet shake hands, for some 0.35 s, before one of them is a peer of the other. The handshakes of
 /// all who are there run at the same time, so those who are slower follow soon.
 inline constexpr DiscoveryPace kTrustPace{std::chrono::milliseconds(150), std::chrono::milliseconds(500),
                                           std::chrono::seconds(2)};
+/// The sockets of the folder are all there are.
+inline constexpr DiscoveryPace kHostPace{{}, {}, std::chrono::hours(1), true};
 /// Kernels announce themselves each second, and have 0.5 s to say that they are components of ours.
 inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::chrono::seconds(2),
                                          std::chrono::seconds(3)};
 
-/// Estimates whether all components that are present have been discovered. No protocol can tell, so time decides, and
-/// what the engine knows of components that are on their way. Time in which this process or its host was stopped counts
-/// as one short observation, because this process could hear no component then; whoever is lost by it is awaited again.
+/// Whether all components that are present have been discovered. On a host that is a fact. Elsewhere no protocol can
+/// tell, so time decides, and what the engine knows of components that are on their way. Time in which this process or
+/// its host was stopped counts as one short observation, because this process could hear no component then; whoever is
+/// lost by it is awaited again.
 class PeerDiscovery {
  public:
-  /// Whether the engine has found a component that is no peer yet. It is waited for as long as for a named owner.
+  /// Whether the engine has found a component that is no peer yet.
   using Expects = std::function<bool()>;
 
   PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace, Expects expects = {});
 
-  /// When the discovery of `owner` (nullopt: of all) is complete if no further peer comes up. Later than that while one
-  /// is expected: ask again then.
-  SteadyTime complete_at(std::optional<OwnerId> owner);
-  const DiscoveryPace& pace() const { return pace_; }
-  bool complete(std::optional<OwnerId> owner) { return scheduler_.now() >= complete_at(owner); }
+  /// When all are discovered if no further peer comes up. Later than that while one is expected: ask again then.
+  SteadyTime complete_at();
+  /// The same of one that is named: it has the patience since the beginning, however often it is asked for.
+  SteadyTime complete_at(OwnerId owner, Duration patience);
+  /// Whether it is there; nullopt: nobody knows.
+  std::optional<bool> has(OwnerId owner) const;
+  bool complete() { return scheduler_.now() >= complete_at(); }
 
  private:
   bool present(OwnerId id) const;

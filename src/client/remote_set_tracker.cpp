@@ -127,6 +127,14 @@ void RemoteSetTracker::status_changed(const tuples::Event& event) {
   const auto command = model::command_status_from_json(tuple.value);
   if (!command) return;
   if (command->commander.creator != self_ || command->commander.request != outcome_.request) {
+    // Before the reply it may be that of a request with this number of an earlier start.
+    if (const auto ended =
+            !applied_ ? std::nullopt : model::command_outcome_from_json(tuple.value, self_, outcome_.request)) {
+      outcome_.state = ended->state;
+      outcome_.reason = ended->reason;
+      outcome_.until = {};
+      return end();
+    }
     if (tuple.owner == owner_) superseded_by(command->commander);
     return;
   }
@@ -151,12 +159,11 @@ void RemoteSetTracker::device_left() {
   });
 }
 
-/// Several changes within one turn of the owner arrive as the last one only. The status of a newer command may
-/// therefore be the only sign that ours was superseded.
+/// The status of a newer command, without the outcome of ours beside it, though ours was there before.
 void RemoteSetTracker::superseded_by(const model::Commander& by) {
   if (!seen_ || !is_state_) return;
-  outcome_.state = "superseded";
-  outcome_.reason = "by " + name_of(by);
+  outcome_.state = "timed-out";
+  outcome_.reason = fmt::format("not known how it ended before the command of {} came", name_of(by));
   end();
 }
 

@@ -31,7 +31,8 @@ TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& p
       peer_discovery_(peer_discovery),
       pattern_(std::move(pattern)),
       call_(std::move(call)),
-      unanswered_call_(std::move(unanswered)) {
+      unanswered_call_(std::move(unanswered)),
+      whole_patience_(patience) {
   subscription_ = space_.subscribe(
       pattern_, {{}, {}, 0, true}, [](const tuples::Event&) {},
       [this](OwnerId owner) {
@@ -58,9 +59,14 @@ std::vector<OwnerId> TupleQuery::unanswered() const {
   return them;
 }
 
+/// When all whose tuples are meant are discovered.
+SteadyTime TupleQuery::found_at() {
+  return pattern_.owner ? peer_discovery_.complete_at(*pattern_.owner, whole_patience_) : peer_discovery_.complete_at();
+}
+
 void TupleQuery::check() {
   if (over_ || !unanswered().empty()) return;
-  const auto complete_at = peer_discovery_.complete_at(pattern_.owner);
+  const auto complete_at = found_at();
   if (scheduler_.now() >= complete_at) return end();
   again_ = scheduler_.at(complete_at, [this] { check(); });
 }
@@ -71,7 +77,9 @@ void TupleQuery::end() {
   space_.list(pattern_, [&](const tuples::TupleView& tuple) { found.emplace_back(tuple); });
   subscription_.reset();
   peers_.reset();
-  if (const auto left_out = unanswered(); unanswered_call_ && !left_out.empty()) unanswered_call_(left_out);
+  const bool searches = scheduler_.now() < found_at();
+  if (const auto left_out = unanswered(); unanswered_call_ && (searches || !left_out.empty()))
+    unanswered_call_(left_out);
   const auto call = std::move(call_);
   call(std::move(found));  // may destroy this
 }

@@ -13,13 +13,15 @@ namespace rubicon::client {
 /// without a call.
 class TupleQuery {
  public:
-  /// Receives the owners that are left out, before the call with the tuples.
+  /// Receives the owners that are left out, before the call with the tuples; none if only those are left out that were
+  /// not discovered yet.
   using UnansweredCall = std::function<void(const std::vector<OwnerId>&)>;
 
   TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& peer_discovery, Pattern pattern, TuplesCall call,
              Duration patience, UnansweredCall unanswered = {});
 
  private:
+  SteadyTime found_at();
   void check();
   void wait(Duration patience);
   std::vector<OwnerId> unanswered() const;
@@ -34,6 +36,7 @@ class TupleQuery {
   std::set<OwnerId> answered_;
   bool over_ = false;
   tuples::Handle subscription_, peers_;
+  Duration whole_patience_;
   Timer patience_, again_;
 };
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "tuples/host/places.h"
 
 namespace rubicon::config {
 
@@ -91,24 +92,79 @@ void read_ways(ConfigReader& tuples, DdsOptions& dds) {
     tuples.error("transport", "tcp does not discover components by itself, expected port or peers (or both)");
 }
 
+void read_domain(ConfigReader& tuples, DdsOptions& dds) {
+  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
+  dds.tag = tuples.text("tag", dds.tag);
+  if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
+    tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kLongestTag));
+}
+
 /// What is wrong with a name in `engine`; empty = nothing.
 std::string engine_error(const std::string& name, std::set<std::string>& taken) {
-  if (name != "memory" && name != "dds" && name != "peis")
-    return fmt::format("is '{}', expected one of: memory, dds, peis", name);
+  if (name != "memory" && name != "host" && name != "dds" && name != "peis")
+    return fmt::format("is '{}', expected one of: memory, host, dds, peis", name);
   return taken.insert(name).second ? std::string() : fmt::format("'{}' is listed twice", name);
 }
 
 void read_names(ConfigReader& tuples, EngineSetup& engine) {
   const auto names = tuples.texts("engine");
-  if (!tuples.has("engine")) return;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (const auto wrong = engine_error(names[i], taken); !wrong.empty()) item_error(tuples, "engine", i, wrong);
   }
-  if (names.empty()) tuples.error("engine", "expected one of: memory, dds, peis, or a list of dds and peis");
+  if (names.empty()) tuples.error("engine", "expected memory, or one or more of: host, dds, peis");
   if (taken.contains("memory") && taken.size() > 1) tuples.error("engine", "memory cannot be combined with others");
+  engine.host = !taken.contains("memory");
   engine.dds = taken.contains("dds");
   engine.peis = taken.contains("peis");
+}
+
+/// Without names: DDS where a key asks for what only DDS has.
+void read_engines(ConfigReader& tuples, EngineSetup& engine) {
+  if (tuples.has("engine")) {
+    read_names(tuples, engine);
+  } else {
+    const auto keys = {"interfaces", "peers", "transport", "port"};
+    engine.dds = engine.trust.choice == TrustSetup::Choice::kYes ||
+                 std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tuples.has(key); });
+  }
+  const bool host = tuples.boolean("host", engine.host);
+  if (host && !engine.host) tuples.error("host", "memory cannot be combined with others");
+  engine.host = host;
+  if (!tuples.has("engine") && engine.alone())
+    tuples.error("host", "leaves no engine, expected engine too: dds, peis, or memory");
+}
+
+void read_host(ConfigReader& tuples, EngineSetup& engine) {
+  engine.space = tuples.text("space", "");
+  engine.folder = tuples.text("folder", "");
+  for (const auto* key : {"space", "folder"}) {
+    if (tuples.has(key) && !engine.host) tuples.error(key, "only engine host has this option");
+  }
+  if (!engine.space.empty()) {
+    if (const auto good = tuples::host::check_space(engine.space); !good) tuples.error("space", good.error().text);
+  }
+  if (!engine.folder.empty() && engine.folder.front() != '/')
+    tuples.error("folder", fmt::format("is '{}', expected an absolute path", engine.folder));
+}
+
+/// A warning about a key, with its place.
+void warn(ConfigReader& tuples, const std::string& key, std::string_view text, EngineSetup& engine) {
+  engine.warnings.push_back(fmt::format("{}: {}.{}: {}", to_string(tuples.node(key)->place), tuples.path(), key, text));
+}
+
+/// Before there was engine host, a domain and a tag divided a host as spaces do now.
+void read_old_space(ConfigReader& tuples, DdsOptions& dds, EngineSetup& engine) {
+  read_domain(tuples, dds);
+  const std::string key = tuples.has("tag") ? "tag" : "domain";
+  if (!tuples.has(key)) return;
+  const auto space = tuples::host::space_of(dds.domain, dds.tag);
+  if (tuples.has("space")) return tuples.error(key, "only engine dds has this option, and there is a space");
+  if (const auto good = tuples::host::check_space(space); !good)
+    return tuples.error(key, "cannot become a space of this host: " + good.error().text);
+  engine.space = space;
+  warn(tuples, key, fmt::format("without interfaces this is the space of this host, expected space: {}", space),
+       engine);
 }
 
 void read_connect(ConfigReader& peis, tuples::peis::PeisOptions& options) {
@@ -171,17 +227,15 @@ void read_peis(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
   peis.finish();
 }
 
-void check_keys_of_engines(ConfigReader& tuples, const EngineSetup& engine) {
-  for (const auto* key : {"interfaces", "lease", "trust_lan"}) {
-    if (!engine.dds && !engine.peis && tuples.has(key)) tuples.error(key, "only engines dds and peis have this option");
-  }
+void check_keys_of_engines(ConfigReader& tuples, EngineSetup& engine) {
+  if (engine.alone() && tuples.has("lease")) tuples.error("lease", "engine memory has no such option");
   if (!engine.peis && tuples.has("peis")) tuples.error("peis", "only engine peis has these options");
-}
-
-void read_tag(ConfigReader& tuples, DdsOptions& dds) {
-  dds.tag = tuples.text("tag", dds.tag);
-  if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
-    tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kLongestTag));
+  if (engine.dds || engine.peis) return;
+  if (tuples.has("interfaces")) tuples.error("interfaces", "only engines dds and peis have this option");
+  if (!tuples.has("trust_lan")) return;
+  if (tuples.has("engine")) return tuples.error("trust_lan", "only engines dds and peis have this option");
+  warn(tuples, "trust_lan", "without interfaces nobody on another host reaches this island: it changes nothing",
+       engine);
 }
 
 /// Without the engine no option is examined: one error for each is enough.
@@ -199,9 +253,8 @@ void refuse_dds(ConfigReader& tuples, bool peis) {
 }
 
 void read_dds(ConfigReader& tuples, DdsOptions& dds) {
-  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
+  read_domain(tuples, dds);
   read_ways(tuples, dds);
-  read_tag(tuples, dds);
 }
 
 /// `yes`, `no`, or a folder, which has a slash.
@@ -220,6 +273,10 @@ void read_trust(ConfigReader& tuples, EngineSetup& engine) {
   if (text.find('/') != text.npos) engine.trust.folder = text;
   if (engine.trust.folder.empty() && !is({"yes", "on", "true"}))
     tuples.error("trust", fmt::format("is '{}', expected yes, no, or a folder (with a /)", text));
+}
+
+void check_trust(ConfigReader& tuples, const EngineSetup& engine) {
+  if (engine.trust.choice != TrustSetup::Choice::kYes) return;
   if (!engine.dds)
     return tuples.error("trust", fmt::format("only engine dds has this option{}",
                                              engine.peis ? ": in a PEIS network no peer proves who it is" : ""));
@@ -237,20 +294,26 @@ EngineSetup read_engine(ConfigReader& root) {
     engine.place = fmt::format("{}: tuples{}: ", to_string(names ? names->place : tuples.here().place),
                                names ? ".interfaces" : "");
   }
-  read_names(tuples, engine);
+  read_trust(tuples, engine);
+  read_engines(tuples, engine);
+  read_host(tuples, engine);
   auto& dds = engine.options;
   read_interfaces(tuples, dds);
   if (engine.dds) {
     read_dds(tuples, dds);
+  } else if (engine.host && !tuples.has("engine")) {
+    read_old_space(tuples, dds, engine);
   } else {
     refuse_dds(tuples, engine.peis);
   }
   dds.lease = tuples.duration("lease", dds.lease);
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
-  read_trust(tuples, engine);
+  check_trust(tuples, engine);
   read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
+  static constexpr std::string_view kAll[] = {"engine", "domain", "peers", "port", "transport"};
+  tuples.also_known(kAll);
   tuples.finish();
   return engine;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/config_reader.h"
 #include "tuples/carry/carry_rules.h"
@@ -20,8 +21,10 @@ struct TrustSetup {
 
 /// `tuples:`: how the components reach each other.
 struct EngineSetup {
-  bool dds = true;
-  bool peis = false;  ///< neither: within this process only
+  bool host = true;           ///< with all programs of this host
+  bool dds = false;           ///< by DDS
+  bool peis = false;          ///< with PEIS kernels; no engine: within this process only
+  std::string folder, space;  ///< of engine host; empty = the defaults of tuples/host/places.h
   tuples::dds::DdsOptions options;
   tuples::peis::PeisOptions peis_options;
   TrustSetup trust;
@@ -29,6 +32,10 @@ struct EngineSetup {
   tuples::carry::CarryRules carry;  ///< from one engine to the other
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
+  bool closed = false;  ///< others of the host may not do what they like, as whoever runs the island found it
+  std::vector<std::string> warnings;  ///< keys that mean something else than in earlier releases; each with its place
+
+  bool alone() const { return !host && !dds && !peis; }
 };
 
 /// Everything wrong is in the reader's errors. Whether the interfaces are there is for the start to find out: a

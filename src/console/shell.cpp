@@ -161,9 +161,9 @@ tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string k
               {"request", reply.request}};
     if (reply.sequence != 0) line["seq"] = reply.sequence;
     if (!applied) {
-      const auto code = reply.verdict == tuples::Verdict::kRefused   ? reply.code
-                        : reply.verdict == tuples::Verdict::kExpired ? ErrorCode::kExpired
-                                                                     : ErrorCode::kNotFound;
+      const auto code = reply.verdict == tuples::Verdict::kRefused       ? reply.code
+                        : reply.verdict == tuples::Verdict::kNoSuchOwner ? ErrorCode::kNotFound
+                                                                         : ErrorCode::kExpired;
       line["error"] = {{"code", to_string(code)}, {"text", reply.text}};
     }
     finish(slot, model::dump(line));

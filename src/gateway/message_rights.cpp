@@ -38,6 +38,21 @@ std::string word_of(const nlohmann::json& request, const char* name) {
   return (found->is_string() ? found->get<std::string>() : model::dump(*found)).substr(0, kMaxWord);
 }
 
+bool is_of_host(const std::string& name) {
+  return name.find(':') != name.npos;
+}
+
+std::size_t roles_elsewhere(const tuples::Member& who) {
+  return who.roles.size() - static_cast<std::size_t>(std::count_if(who.roles.begin(), who.roles.end(), is_of_host));
+}
+
+/// Users and groups are those of another host: whoever handed the message on vouches for its user.
+void name_for_here(model::Sender& sender, const std::string& voucher) {
+  if (is_of_host(voucher)) return;  // an island of this host: its users are those of this one
+  std::erase_if(sender.roles, is_of_host);
+  if (is_of_host(sender.name)) sender.name += "@" + voucher;
+}
+
 /// What a message is, for the audit: its content is the business of its receiver. Of a request of a tool also what it
 /// does and where: `knx.request write 1/4/6`. Those are JSON with `do`, for networks of all types.
 std::string about(const Message& message) {
@@ -105,7 +120,10 @@ Result<Relay> MessageRights::name_sender(OwnerId from, Message& message) const {
   if (is_relayed && !is_true_island(space_, from))
     return fail(ErrorCode::kRefused,
                 fmt::format("component {} relayed it, and is no island of its certificate", number(from)));
-  if (is_relayed && message.sender) return who ? Relay(sender_of(*who)) : Relay();
+  if (is_relayed && message.sender) {
+    if (who) name_for_here(*message.sender, who->name);
+    return who ? Relay(sender_of(*who)) : Relay();
+  }
   if (who) {
     message.sender = sender_of(*who);
   } else {
@@ -120,9 +138,9 @@ Result<void> MessageRights::may_send(const Message& message, const Relay& relay,
   if (auto relayed = may_relay(message, relay, where); !relayed) return relayed;
   const auto who = member_of(*message.sender, relay ? relay->name : std::string());
   auto answer = may_send_to(*judge, who, where);
-  if (answer && where.front().starts_with(kIslands) && who.roles.size() > model::kMaxRoles)
+  if (answer && where.front().starts_with(kIslands) && roles_elsewhere(who) > model::kMaxRoles)
     answer = fail(ErrorCode::kRefused, fmt::format("{} has {} roles, expected at most {} in a message for {}", who.name,
-                                                   who.roles.size(), model::kMaxRoles, where.front()));
+                                                   roles_elsewhere(who), model::kMaxRoles, where.front()));
   if (!answer) record(message, relay, where.front(), answer);
   return answer;
 }

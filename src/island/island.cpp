@@ -202,7 +202,7 @@ Result<void> Island::Impl::add(const island::NetworkSetup& setup, network::Super
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
   auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml,
-                                    most_devices, !config.state.file.empty(), !config.engine.trust_folder.empty()});
+                                    most_devices, !config.state.file.empty(), config.engine.closed});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.also_known(island::kCommonNetworkKeys);
   options.finish();
@@ -396,9 +396,8 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    const auto changed =
-        networks.change({id, config.id, options, config.types, next.directory, config::parse_yaml, next.limits.devices,
-                         !config.state.file.empty(), !config.engine.trust_folder.empty()});
+    const auto changed = networks.change({id, config.id, options, config.types, next.directory, config::parse_yaml,
+                                          next.limits.devices, !config.state.file.empty(), config.engine.closed});
     if (!changed) recreated.push_back(id);
   }
   for (const auto& id : plan.removed) remove(id);

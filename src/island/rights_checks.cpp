@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -43,7 +44,12 @@ std::vector<std::string> strangers(const Rule& rule, const std::vector<std::stri
   for (const auto& word : rule.who) {
     const bool special =
         word == trust::rights::kEverybody || word == tuples::kPeisMember || word.starts_with(trust::rights::kIsland);
-    if (!special && !is_among(names, word)) unknown.push_back(word);
+    const bool of_host = word.starts_with(trust::rights::kUser) || word.starts_with(trust::rights::kGroup);
+    auto name = word;
+    for (const auto source : {trust::rights::kMember, trust::rights::kRole}) {
+      if (name.starts_with(source)) name.erase(0, source.size());
+    }
+    if (!special && !of_host && !is_among(names, name)) unknown.push_back(word);
   }
   return unknown;
 }
@@ -68,8 +74,10 @@ trust::rights::Rights rights_of(const IslandConfig& config) {
 
 std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config) {
   const bool judged = config.rights || !config.engine.trust_folder.empty();
-  return judged ? std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix)
-                : nullptr;
+  if (!judged) return nullptr;
+  std::vector<std::string> operators{"user:0", fmt::format("user:{}", ::geteuid())};
+  return std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix,
+                                                      std::move(operators));
 }
 
 trust::rights::AuditOptions audit_options(const IslandConfig& config) {

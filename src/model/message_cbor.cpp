@@ -31,9 +31,12 @@ Address address_in(FieldReader in) {
           in.text("device", 255)};
 }
 
+/// Users and groups of this host (`group:staff`) mean nothing on another one.
 json sender_out(const Sender& sender) {
   json out{{"name", sender.name}};
-  if (!sender.roles.empty()) out["roles"] = sender.roles;
+  for (const auto& role : sender.roles) {
+    if (role.find(':') == role.npos) out["roles"].push_back(role);
+  }
   if (sender.island != kNoOwner) out["island"] = number(sender.island);
   if (!sender.serial.empty()) out["serial"] = sender.serial;
   return out;

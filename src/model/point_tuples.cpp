@@ -94,6 +94,29 @@ std::optional<CommandStatus> command_status_from_json(std::string_view point_sta
   return command;
 }
 
+std::string command_outcomes_to_json(std::span<const CommandOutcome> outcomes) {
+  Tree list = Tree::array();
+  for (const auto& one : outcomes) {
+    list.push_back({{"creator", number(one.creator)}, {"request", one.request}, {"state", one.state}});
+    if (!one.reason.empty()) list.back()["reason"] = one.reason;
+  }
+  return dump(list);
+}
+
+std::optional<CommandOutcome> command_outcome_from_json(std::string_view point_status, OwnerId creator,
+                                                        std::uint64_t request) {
+  if (point_status.find("\"ended\":[") == point_status.npos) return std::nullopt;
+  const auto status = object_of(point_status);
+  const auto found = status.find("ended");
+  if (found == status.end() || !found->is_array()) return std::nullopt;
+  for (const auto& one : *found) {
+    if (!one.is_object() || count_of(one, "creator") != number(creator) || count_of(one, "request") != request)
+      continue;
+    return CommandOutcome{creator, request, text_of(one, "state"), text_of(one, "reason")};
+  }
+  return std::nullopt;
+}
+
 void write_point_status(const PointStatusPieces& status, std::string& out) {
   out = "{\"quality\":\"";
   out += status.quality;
@@ -108,6 +131,10 @@ void write_point_status(const PointStatusPieces& status, std::string& out) {
   if (!status.command.empty()) {
     out += ",\"command\":";
     out += status.command;
+  }
+  if (!status.ended.empty()) {
+    out += ",\"ended\":";
+    out += status.ended;
   }
   out += '}';
 }

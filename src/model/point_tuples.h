@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,11 +41,25 @@ std::string command_status_to_json(const CommandStatus& command);
 /// The last command of the point whose status the text is; nullopt where the text names none.
 std::optional<CommandStatus> command_status_from_json(std::string_view point_status);
 
+/// How a command ended that the status shows no more, because a newer one came: member `ended` of the status.
+struct CommandOutcome {
+  OwnerId creator{};
+  std::uint64_t request = 0;
+  std::string state, reason;
+
+  friend bool operator==(const CommandOutcome&, const CommandOutcome&) = default;
+};
+std::string command_outcomes_to_json(std::span<const CommandOutcome> outcomes);
+/// Of one command; nullopt where the text does not name it.
+std::optional<CommandOutcome> command_outcome_from_json(std::string_view point_status, OwnerId creator,
+                                                        std::uint64_t request);
+
 /// The status of a point on its way out, in pieces that need no copy: it is written with each reading.
 struct PointStatusPieces {
   std::string_view quality, reason;
   WallTime since{}, heard{}, changed{};
   std::string_view command;  ///< what command_status_to_json() wrote; empty = there was none
+  std::string_view ended{};  ///< what command_outcomes_to_json() wrote; empty = there are none
 };
 /// Replaces `out`, which keeps its memory.
 void write_point_status(const PointStatusPieces& status, std::string& out);

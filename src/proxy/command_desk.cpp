@@ -21,6 +21,10 @@ bool newest_wins(const Point& point) {
   return !point.type || point.type->report == model::Report::kState;
 }
 
+bool is_final(CommandState state) {
+  return state != CommandState::kQueued && state != CommandState::kSent;
+}
+
 /// Why a command cannot be sent now.
 std::string why_it_waits(const Device& device) {
   const auto& network = *device.network;
@@ -49,6 +53,7 @@ CommandDesk::CommandDesk(ProxyContext& context, DeviceDirectory& directory, Tupl
       memory_(memory),
       rate_changed_(std::move(rate_changed)),
       log_(context),
+      outcomes_(context.scheduler, [this](const auto& place, const auto& text) { show_ended(place, text); }),
       next_turn_(context.scheduler, [this] { start_accepted(); }) {}
 
 CommandDesk::~CommandDesk() {
@@ -328,11 +333,18 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
   }
 }
 
+/// Published with what changes next: nobody waits for the end of an outcome.
+void CommandDesk::show_ended(const KeptOutcomes::Place& place, const std::string& text) {
+  auto* device = directory_.find(place.first);
+  if (auto* point = device ? find_point(*device, place.second) : nullptr) point->details->ended_commands = text;
+}
+
 void CommandDesk::change(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
   if (command.state != state || command.since == WallTime{}) command.since = context_.clock.now().wall;
   command.state = state;
   command.reason = std::move(reason);
   point.details->last_command = command_text(command);
+  outcomes_.shown(command, is_final(state));
   point.commands.failed =
       state == CommandState::kFailed || state == CommandState::kTimedOut || state == CommandState::kExpired;
   mirror_.publish_status(device, point);
@@ -373,6 +385,7 @@ void CommandDesk::drop(Command& command) {
 }
 
 void CommandDesk::forget(const Device& device) {
+  outcomes_.forget(device.number);
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end()) return;
   for (const auto& command : queue->second) {
@@ -384,6 +397,7 @@ void CommandDesk::forget(const Device& device) {
 }
 
 void CommandDesk::forget(const Device& device, PointNumber point) {
+  outcomes_.forget({device.number, point});
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end()) return;
   for (std::size_t i = queue->second.size(); i-- > 0;) {

@@ -7,6 +7,7 @@
 
 #include "proxy/command.h"
 #include "proxy/command_log.h"
+#include "proxy/kept_outcomes.h"
 #include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {
@@ -75,6 +76,7 @@ class CommandDesk {
   /// Starts the wait for the acknowledgement of the network, or for the report of the device.
   void await(Command& command, Duration wait);
   void deadline_passed(std::uint64_t serial);
+  void show_ended(const KeptOutcomes::Place& place, const std::string& text);
   void change(Device& device, Point& point, Command& command, CommandState state, std::string reason);
   /// Publishes a final state and drops the command.
   void settle(Device& device, Point& point, Command& command, CommandState state, std::string reason);
@@ -90,6 +92,7 @@ class CommandDesk {
   Memory& memory_;
   std::function<void(Device&)> rate_changed_;
   CommandLog log_;
+  KeptOutcomes outcomes_;
   base::OncePerTurn next_turn_;
   Queue accepted_;                                          ///< in this turn, started in the next
   std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first

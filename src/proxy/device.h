@@ -44,6 +44,7 @@ struct PointDetails {
   std::unique_ptr<Plausibility> plausibility;         ///< nullptr: each reading that fits the type is believed
   RareText reason;                                    ///< of the quality
   RareText last_command;                              ///< JSON of the last command and its state; empty = none yet
+  RareText ended_commands;                            ///< JSON of KeptOutcomes; empty = none
   bool set_by_user = false;                           ///< a property that a user set
   bool declared = true;                               ///< false: made from a reading, not from a join
 };

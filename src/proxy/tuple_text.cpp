@@ -51,7 +51,7 @@ std::string seconds_text(Duration span) {
 void write_point_status(const Device& device, const Point& point, std::string& out) {
   const auto [reason, since] = reason_of(device, point);
   model::write_point_status({to_string(shown_quality(device, point)), reason, since, point.heard, point.changed,
-                             point.details->last_command.text()},
+                             point.details->last_command.text(), point.details->ended_commands.text()},
                             out);
 }
 

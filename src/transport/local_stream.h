@@ -12,6 +12,9 @@
 
 namespace rubicon::transport {
 
+/// Longest path of a socket, in bytes (unix(7): sun_path with its end).
+inline constexpr std::size_t kMaxSocketPath = 107;
+
 /// The process at the other end of a local stream when the connection began, as the kernel says: unix(7), SO_PEERCRED
 /// and SO_PEERGROUPS. A user or a process that has no number here (another user or process namespace) is the overflow
 /// uid, 65534, or process 0.

@@ -16,6 +16,8 @@
 #include "transport/asio_serial.h"
 #include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
+#include "transport/asio_watch.h"
+#include "transport/local_sockets.h"
 #include "transport/mosquitto_line.h"
 #include "transport/name_lookup.h"
 
@@ -103,6 +105,16 @@ Result<std::unique_ptr<TcpListener>> LocalTransports::listen_tcp(const Endpoint&
                                                                  ListenerFailed failed) {
   if (loop_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
   return listen_asio_tcp(executor(*loop_), local, std::move(accept), std::move(failed));
+}
+
+Result<std::unique_ptr<LocalStream>> LocalTransports::open_local(const std::string& path, LocalCalls calls) {
+  if (loop_ == nullptr) return Transports::open_local(path, std::move(calls));
+  return open_local_socket(asio_watch(executor(*loop_)), path, std::move(calls));
+}
+
+Result<std::unique_ptr<LocalListener>> LocalTransports::listen_local(const std::string& path, LocalAccept accept) {
+  if (loop_ == nullptr) return Transports::listen_local(path, std::move(accept));
+  return listen_local_socket(asio_watch(executor(*loop_)), loop_->scheduler(), path, std::move(accept));
 }
 
 Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOptions& options, StreamCalls calls) {

@@ -24,6 +24,8 @@ class LocalTransports final : public Transports {
   Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                   ListenerFailed failed = nullptr) override;
+  Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCalls calls) override;
+  Result<std::unique_ptr<LocalListener>> listen_local(const std::string& path, LocalAccept accept) override;
   Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
   Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <tuple>
@@ -17,11 +19,71 @@
 #include <vector>
 
 #include "base/assert.h"
+#include "base/lifetime.h"
 #include "base/timer_heap.h"
 #include "rubicon/result.hpp"
 #include "transport/own_descriptor.h"
 
 namespace rubicon::transport {
+
+namespace {
+
+constexpr int kMaxReady = 256;  ///< descriptors of one turn
+
+/// What is awaited of a descriptor. An event that nobody awaits any more turns itself off.
+class PollWatch final : public DescriptorWatch {
+ public:
+  PollWatch(int all, std::map<int, PollWatch*>& watches, int descriptor, DescriptorCalls calls)
+      : all_(all), watches_(watches), descriptor_(descriptor), calls_(std::move(calls)) {
+    watches_[descriptor_] = this;
+    control(EPOLL_CTL_ADD);
+  }
+  ~PollWatch() override {
+    control(EPOLL_CTL_DEL);
+    watches_.erase(descriptor_);
+  }
+  PollWatch(const PollWatch&) = delete;
+  PollWatch& operator=(const PollWatch&) = delete;
+
+  void await_readable() override { await(EPOLLIN); }
+  void await_room() override { await(EPOLLOUT); }
+
+  /// A call may destroy this.
+  void ready(std::uint32_t events) {
+    if ((events & (EPOLLERR | EPOLLHUP)) != 0) events |= EPOLLIN | EPOLLOUT;
+    const auto due = events & awaited_;
+    awaited_ &= ~due;
+    const auto alive = lifetime_.watch();
+    if ((due & EPOLLOUT) != 0) calls_.room();
+    if (!alive.ended() && (due & EPOLLIN) != 0) calls_.readable();
+    if (!alive.ended() && (watched_ & ~awaited_) != 0) watch_for(awaited_);
+  }
+
+ private:
+  void await(std::uint32_t event) {
+    awaited_ |= event;
+    if ((watched_ & event) == 0) watch_for(watched_ | event);
+  }
+  void watch_for(std::uint32_t events) {
+    watched_ = events;
+    control(EPOLL_CTL_MOD);
+  }
+  void control(int operation) const {
+    epoll_event event{};
+    event.events = watched_;
+    event.data.fd = descriptor_;
+    ::epoll_ctl(all_, operation, descriptor_, &event);
+  }
+
+  int all_;
+  std::map<int, PollWatch*>& watches_;
+  int descriptor_;
+  DescriptorCalls calls_;
+  std::uint32_t awaited_ = 0, watched_ = 0;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace
 
 struct PollLoop::Impl {
   OwnDescriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
@@ -36,10 +98,38 @@ struct PollLoop::Impl {
   SteadyTime armed_for = SteadyTime::max();
   std::atomic<std::thread::id> thread{std::this_thread::get_id()};
 
+  std::map<int, PollWatch*> watches{};
+
   bool watch(int descriptor) {
     epoll_event event{};
     event.events = EPOLLIN;
+    event.data.fd = descriptor;
     return ::epoll_ctl(all.get(), EPOLL_CTL_ADD, descriptor, &event) == 0;
+  }
+
+  /// As long as timers are due, so that what arrived before them counts before them.
+  void run_all_ready() {
+    constexpr int kMaxRounds = 64;
+    for (int round = 0; run_ready() && round < kMaxRounds; ++round) {
+      const auto next = timers.next();
+      if (!next || *next > std::chrono::steady_clock::now()) return;
+    }
+  }
+
+  /// False: nothing was ready.
+  bool run_ready() {
+    if (watches.empty()) return false;
+    bool any = false;
+    std::array<epoll_event, kMaxReady> ready;
+    const int count = ::epoll_wait(all.get(), ready.data(), kMaxReady, 0);
+    for (int i = 0; i < count; ++i) {
+      const auto& one = ready[static_cast<std::size_t>(i)];
+      const auto found = watches.find(one.data.fd);
+      if (found == watches.end()) continue;
+      any = true;
+      found->second->ready(one.events);
+    }
+    return any;
   }
 
   void run_batch() {
@@ -94,6 +184,7 @@ void PollLoop::poll() {
   impl_->thread = std::this_thread::get_id();
   std::uint64_t count = 0;
   std::ignore = ::read(impl_->wake.get(), &count, sizeof count);
+  impl_->run_all_ready();
   impl_->run_batch();
   // Reading the alarm disarms it, whether or not a timer is due.
   if (::read(impl_->alarm.get(), &count, sizeof count) > 0) impl_->armed_for = SteadyTime::max();
@@ -106,6 +197,10 @@ void PollLoop::wait(Duration timeout) {
   pollfd one{impl_->all.get(), POLLIN, 0};
   const auto millis = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
   ::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(millis, 0, 60'000)));
+}
+
+std::unique_ptr<DescriptorWatch> PollLoop::watch(int descriptor, DescriptorCalls calls) {
+  return std::make_unique<PollWatch>(impl_->all.get(), impl_->watches, descriptor, std::move(calls));
 }
 
 SteadyTime PollLoop::now() const {

@@ -4,6 +4,7 @@
 
 #include "base/scheduler.h"
 #include "rubicon/result.hpp"
+#include "transport/descriptor_watch.h"
 
 namespace rubicon::transport {
 
@@ -24,6 +25,9 @@ class PollLoop final : public base::Scheduler {
   void wait(Duration timeout);
   /// Ends wait(). May be called from any thread and from signal handlers.
   void wake();
+
+  /// Its calls come from poll(), before those of timers. The loop outlives the watch.
+  std::unique_ptr<DescriptorWatch> watch(int descriptor, DescriptorCalls calls);
 
   SteadyTime now() const override;
   WallTime wall_now() const override;

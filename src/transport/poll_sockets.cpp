@@ -9,6 +9,7 @@
 
 #include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
+#include "transport/local_sockets.h"
 #include "transport/name_lookup.h"
 
 namespace rubicon::transport {
@@ -48,10 +49,16 @@ class LoopExecutor {
   std::shared_ptr<Waiter> waiter_;
 };
 
+WatchDescriptor poll_watch(PollLoop& loop) {
+  return [&loop](int descriptor, DescriptorCalls calls) { return loop.watch(descriptor, std::move(calls)); };
+}
+
 }  // namespace
 
-struct PollSockets::Impl {
-  explicit Impl(PollLoop& loop) : waiter(std::make_shared<Waiter>(loop)) {}
+/// What the sockets of IP need.
+struct PollSockets::Threaded {
+  explicit Threaded(PollLoop& loop) : waiter(std::make_shared<Waiter>(loop)) {}
+  ~Threaded();
 
   std::shared_ptr<Waiter> waiter;
   asio::any_io_executor executor{LoopExecutor(waiter)};
@@ -60,18 +67,24 @@ struct PollSockets::Impl {
   std::thread thread{[context = &waiter->context] { context->run(); }};
 };
 
-PollSockets::PollSockets(PollLoop& loop) : impl_(std::make_unique<Impl>(loop)) {}
-
 /// What the closed sockets still have to report goes to the loop, which drops it: in the io_context it would hold what
 /// holds that io_context.
-PollSockets::~PollSockets() {
-  impl_->names.reset();
-  impl_->work.reset();
-  auto& context = impl_->waiter->context;
+PollSockets::Threaded::~Threaded() {
+  names.reset();
+  work.reset();
+  auto& context = waiter->context;
   context.stop();
-  impl_->thread.join();
+  thread.join();
   context.restart();
   context.poll();
+}
+
+PollSockets::PollSockets(PollLoop& loop) : loop_(loop) {}
+PollSockets::~PollSockets() = default;
+
+PollSockets::Threaded& PollSockets::threaded() {
+  if (!threaded_) threaded_ = std::make_unique<Threaded>(loop_);
+  return *threaded_;
 }
 
 Result<std::unique_ptr<FileSource>> PollSockets::open_file(const std::string& path) {
@@ -79,20 +92,28 @@ Result<std::unique_ptr<FileSource>> PollSockets::open_file(const std::string& pa
 }
 
 Result<std::unique_ptr<UdpSocket>> PollSockets::open_udp(const UdpOptions& options, UdpCalls calls) {
-  return open_asio_udp(impl_->executor, options, std::move(calls));
+  return open_asio_udp(threaded().executor, options, std::move(calls));
 }
 
 Result<std::unique_ptr<TcpStream>> PollSockets::open_tcp(const TcpOptions& options, TcpCalls calls) {
-  return open_asio_tcp(impl_->executor, options, std::move(calls));
+  return open_asio_tcp(threaded().executor, options, std::move(calls));
 }
 
 Result<std::unique_ptr<TcpListener>> PollSockets::listen_tcp(const Endpoint& local, TcpAccept accept,
                                                              ListenerFailed failed) {
-  return listen_asio_tcp(impl_->executor, local, std::move(accept), std::move(failed));
+  return listen_asio_tcp(threaded().executor, local, std::move(accept), std::move(failed));
+}
+
+Result<std::unique_ptr<LocalStream>> PollSockets::open_local(const std::string& path, LocalCalls calls) {
+  return open_local_socket(poll_watch(loop_), path, std::move(calls));
+}
+
+Result<std::unique_ptr<LocalListener>> PollSockets::listen_local(const std::string& path, LocalAccept accept) {
+  return listen_local_socket(poll_watch(loop_), loop_, path, std::move(accept));
 }
 
 std::unique_ptr<Lookup> PollSockets::look_up(const std::string& host, LookupDone done) {
-  return impl_->names->look_up(host, std::move(done));
+  return threaded().names->look_up(host, std::move(done));
 }
 
 }  // namespace rubicon::transport

@@ -7,8 +7,8 @@
 
 namespace rubicon::transport {
 
-/// Sockets and names of the machine for a PollLoop; files are not supported. A thread of its own waits for the sockets
-/// and moves their bytes; all calls run on the loop.
+/// Sockets and names of the machine for a PollLoop; files are not supported. All calls run on the loop. A thread, which
+/// the first socket of IP and the first name start, waits for these and moves their bytes; local sockets need none.
 class PollSockets final : public Transports {
  public:
   /// The loop must outlive it; it must outlive its sockets.
@@ -20,11 +20,16 @@ class PollSockets final : public Transports {
   Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                   ListenerFailed failed = nullptr) override;
+  Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCalls calls) override;
+  Result<std::unique_ptr<LocalListener>> listen_local(const std::string& path, LocalAccept accept) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Threaded;
+  Threaded& threaded();
+
+  PollLoop& loop_;
+  std::unique_ptr<Threaded> threaded_;
 };
 
 }  // namespace rubicon::transport

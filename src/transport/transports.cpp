@@ -10,6 +10,12 @@ auto no_files(const std::string& path) {
 
 }  // namespace
 
+Result<std::unique_ptr<LocalStream>> Transports::open_local(const std::string& path, LocalCalls) {
+  return fail(ErrorCode::kUnsupported, path + ": this transport has no sockets");
+}
+Result<std::unique_ptr<LocalListener>> Transports::listen_local(const std::string& path, LocalAccept) {
+  return fail(ErrorCode::kUnsupported, path + ": this transport has no sockets");
+}
 Result<std::unique_ptr<AppendFile>> Transports::open_append(const std::string& path) {
   return no_files(path);
 }

@@ -8,6 +8,7 @@
 
 #include "base/byte_sink.h"
 #include "rubicon/result.hpp"
+#include "transport/local_stream.h"
 #include "transport/mqtt.h"
 #include "transport/serial.h"
 #include "transport/tcp.h"
@@ -60,6 +61,14 @@ class Transports {
   /// kInvalid if the address is not numeric, else kIo.
   virtual Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                           ListenerFailed failed = nullptr);
+  /// Connects to a Unix stream socket; at once, because the kernel does. kNotFound: there is none; kUnreachable: nobody
+  /// listens on it; kBusy: too many connections wait to be accepted, try again a little later; kRefused: no permission;
+  /// kInvalid: the path is too long; else kIo.
+  virtual Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCalls calls);
+  /// Binds and listens at a path where nothing is, and gives its user and group access (0660), whatever the umask. The
+  /// socket remains in its folder. kDuplicate: there is something; kInvalid: the path is too long; kRefused: no
+  /// permission; else kIo. While the system has no descriptors left, connections wait.
+  virtual Result<std::unique_ptr<LocalListener>> listen_local(const std::string& path, LocalAccept accept);
   /// Opens a serial line exclusively. `connected` is called in a later turn. kNotFound if there is no such device,
   /// kBusy if another program has it, kInvalid for an unknown baud rate or a file that is no serial line, else kIo;
   /// each with the path in the text.

@@ -33,6 +33,7 @@ struct PeerIdentity {
   std::string host;  ///< identifies its host; equal for all components of a host, on every engine
   std::shared_ptr<const Member> member = nullptr;  ///< null: the engine does not know
   bool own_process = false;  ///< a component of this process, as the engine itself knows; never what the peer declares
+  bool by_kernel = false;    ///< the kernel of this host vouches for its process
 };
 
 /// As subscriber: the link itself, which some engines need to know all own tuples. No component has this id.

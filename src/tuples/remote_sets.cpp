@@ -21,7 +21,8 @@ Requests::Requests(OwnerId self, Scheduler& scheduler) : self_(self), scheduler_
 
 void Requests::open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call) {
   auto timer = scheduler_.after(time_to_live, [this, request, owner] {
-    answer(owner, {self_, request, Verdict::kExpired, ErrorCode::kExpired, "no answer within the time to live"});
+    answer(owner, {self_, request, Verdict::kTimedOut, ErrorCode::kExpired,
+                   "no answer within the time to live: it is not known whether it was executed"});
   });
   open_.emplace(request, Open{owner, std::move(call), scheduler_.now() + time_to_live, std::move(timer)});
 }

@@ -20,6 +20,7 @@ std::string_view to_string(Verdict verdict) {
     case Verdict::kRefused: return "refused";
     case Verdict::kExpired: return "expired";
     case Verdict::kNoSuchOwner: return "no-such-owner";
+    case Verdict::kTimedOut: return "timed-out";
   }
   base::assertion_failed("Verdict in range", __FILE__, __LINE__);
 }

@@ -52,15 +52,16 @@ struct WebService::Impl {
         setup(s),
         directory(std::move(folder)),
         has_trust(tuples::SpaceRights::judge(p.space) != nullptr),
-        access(p.scheduler, rules_of(s, has_trust)),
+        access(p.scheduler, rules_of(s, has_trust || p.closed)),
         page(page_of(s, directory)) {}
 
   Result<void> open(const std::string& name, const Place& place) {
     if (const auto wrong = config::web_exposure(setup); !wrong.empty()) return fail(ErrorCode::kInvalid, wrong);
     if (access.rules().needs_token && !setup.tokens)
       return fail(ErrorCode::kRefused,
-                  "web: with trust each caller needs a token, on this host too: expected tokens: {file: web.tokens} "
-                  "(`rubicon token NAME --file web.tokens` adds one)");
+                  fmt::format("web: {} each caller needs a token, on this host too: expected tokens: {{file: "
+                              "web.tokens}} (`rubicon token NAME --file web.tokens` adds one)",
+                              has_trust ? "with trust or rights" : "where several users have the folder of the host,"));
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     access.take(std::move(*tokens));

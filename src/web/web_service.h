@@ -31,6 +31,7 @@ class WebService {
     LogSink& log;
     history::HistorySource* history = nullptr;  ///< nullptr = there is none
     OwnerId island = model::kNoOwner;           ///< that it belongs to, whose rights hold here; kNoOwner = none
+    bool closed = false;  ///< the host has users who may not do what they like here: loopback is open to all of them
   };
 
   /// Where a component that belongs to no island looks for islands.
@@ -39,8 +40,8 @@ class WebService {
     std::string options;  ///< of the command line: `--domain 3 --interfaces eth0`
   };
 
-  /// Relative paths start at `directory`. kBusy: the port is in use; kRefused: the ecology has trust, and there are no
-  /// tokens; otherwise what is wrong with a file that the setup names, or why nothing can listen.
+  /// Relative paths start at `directory`. kBusy: the port is in use; kRefused: the ecology is closed to others, and
+  /// there are no tokens; otherwise what is wrong with a file that the setup names, or why nothing can listen.
   static Result<std::unique_ptr<WebService>> open(const Parts& parts, const config::WebSetup& setup,
                                                   const std::string& directory, const std::string& name,
                                                   const Place& place = {});

@@ -1,222 +1,15 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 
-#include "base/virtual_scheduler.h"
+#include "client/client_parts.h"
 #include "client/device_watch.h"
 #include "client/message_client.h"
 #include "client/remote_set_tracker.h"
-#include "client/tuple_query.h"
-#include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::client {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
-
-struct Member {
-  Member(tuples::MemoryEcology& ecology, VirtualScheduler& scheduler, std::uint32_t id)
-      : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {}
-  std::unique_ptr<tuples::Link> link;
-  TupleSpace space;
-};
-
-/// An island (1) played by hand and a component (70000), in virtual time.
-struct ClientParts : testing::Test {
-  static constexpr OwnerId kIsland{1};
-
-  void describe(const std::string& device, const std::string& rest) {
-    ASSERT_TRUE(island->space.set("proxy.wsn-1." + device + ".description", rest, {"application/json"}));
-    ASSERT_TRUE(island->space.set("proxy.wsn-1." + device + ".status", R"({"status":"reachable"})"));
-  }
-
-  VirtualScheduler time;
-  tuples::MemoryEcology ecology{time};
-  std::unique_ptr<Member> island = std::make_unique<Member>(ecology, time, 1);
-  Member self{ecology, time, 70000};
-  PeerDiscovery peer_discovery{time, self.space, kDdsPace};
-  std::vector<Tuple> found;
-  int times = 0;
-  TuplesCall keep = [this](std::vector<Tuple> tuples) {
-    found = std::move(tuples);
-    ++times;
-  };
-};
-
-TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a.*"}, keep, 3s);
-  time.run_for(kDdsPace.quiet - 1ms);
-  EXPECT_EQ(times, 0) << "somebody may still come";
-  time.run_for(2ms);
-  EXPECT_EQ(times, 1);
-  EXPECT_EQ(found.size(), 3U);
-  time.run_for(10s);
-  EXPECT_EQ(times, 1);
-  EXPECT_EQ(self.space.stats().subscriptions, 0U);
-}
-
-TEST_F(ClientParts, OnPeisAReadingWaitsUntilKernelsHadTimeToAppear) {
-  PeerDiscovery search{time, self.space, kPeisPace};
-  ASSERT_TRUE(island->space.set("a", "x"));
-  const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(kPeisPace.search - 1ms);
-  EXPECT_EQ(times, 0) << "a kernel announces itself each second";
-  time.run_for(2ms);
-  EXPECT_EQ(times, 1);
-}
-
-/// As with trust, where the first component of a process may come long before the next one.
-TEST_F(ClientParts, AReadingWaitsForComponentsThatAreOnTheirWay) {
-  bool expected = true;
-  PeerDiscovery search{time, self.space, kTrustPace, [&] { return expected; }};
-  const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(kTrustPace.named_owner - 100ms);
-  EXPECT_EQ(times, 0);
-  Member late(ecology, time, 2);
-  ASSERT_TRUE(late.space.set("a", "late"));
-  time.run_for(1ms);
-  expected = false;
-  time.run_for(kTrustPace.quiet + 21ms);
-  EXPECT_EQ(times, 1);
-  EXPECT_EQ(found.size(), 1U);
-}
-
-TEST_F(ClientParts, AReadingDoesNotWaitForeverForThem) {
-  PeerDiscovery search{time, self.space, kTrustPace, [] { return true; }};
-  const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(kTrustPace.named_owner - 1ms);
-  EXPECT_EQ(times, 0);
-  time.run_for(2ms);
-  EXPECT_EQ(times, 1);
-}
-
-/// A stop of this process may end the lease of a component that it has just met.
-TEST_F(ClientParts, AReadingWaitsForTheComponentThatWasLost) {
-  ASSERT_TRUE(island->space.set("a", "x"));
-  time.run_for(100ms);
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 10s);
-  ecology.cut(OwnerId(1), OwnerId(70000));
-  time.run_for(3900ms);
-  EXPECT_EQ(times, 0);
-  ASSERT_TRUE(island->space.set("a", "again"));
-  ecology.mend(OwnerId(1), OwnerId(70000));
-  time.run_for(kDdsPace.quiet + 1ms);
-  EXPECT_EQ(times, 1);
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].value, "again");
-}
-
-TEST_F(ClientParts, AStopWhileALostComponentIsAwaitedUsesUpNoPatience) {
-  time.run_for(100ms);
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 10s);
-  ecology.cut(OwnerId(1), OwnerId(70000));
-  time.run_for(2s);
-  time.stop_for(20s);
-  time.run_for(100ms);
-  EXPECT_EQ(times, 0);
-  time.run_for(2s);
-  EXPECT_EQ(times, 1);
-}
-
-/// As in a virtual machine that gets no processor for a while: what others sent meanwhile is taken afterwards.
-TEST_F(ClientParts, AStopOfThisProcessIsNoTimeInWhichNobodyCame) {
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(100ms);
-  time.stop_for(20s);
-  time.run_for(100ms);
-  EXPECT_EQ(times, 0);
-  Member late(ecology, time, 2);
-  ASSERT_TRUE(late.space.set("a", "late"));
-  time.run_for(kDdsPace.quiet + 1ms);
-  EXPECT_EQ(times, 1);
-  EXPECT_EQ(found.size(), 1U);
-}
-
-TEST_F(ClientParts, AStopBeforeAReadingIsNone) {
-  time.stop_for(20s);
-  EXPECT_FALSE(peer_discovery.complete({}));
-  EXPECT_FALSE(peer_discovery.complete(OwnerId(7)));
-  time.run_for(kDdsPace.quiet + 1ms);
-  EXPECT_TRUE(peer_discovery.complete({}));
-  EXPECT_FALSE(peer_discovery.complete(OwnerId(7)));
-  time.run_for(kDdsPace.named_owner);
-  EXPECT_TRUE(peer_discovery.complete(OwnerId(7)));
-  time.stop_for(20s);
-  EXPECT_TRUE(peer_discovery.complete(OwnerId(7)));
-}
-
-/// Is present and answers nothing.
-struct Mute final : tuples::LinkListener {
-  void on_changes(OwnerId, std::span<const tuples::Change>) override {}
-  void on_subscribe(OwnerId, const tuples::SubscriptionSpec&) override {}
-  void on_unsubscribe(OwnerId, std::uint32_t) override {}
-  void on_remote_set(const tuples::RemoteSet&) override {}
-  bool on_reply(OwnerId, const tuples::Reply&) override { return true; }
-  void on_peer(const tuples::PeerIdentity&, tuples::PeerEvent) override {}
-  void on_summary(OwnerId, std::string_view) override {}
-};
-
-TEST_F(ClientParts, AReadingEndsWithoutThoseWhoDoNotAnswerAndSaysSo) {
-  ASSERT_TRUE(island->space.set("a", "x"));
-  Mute mute;
-  const auto link = std::move(*ecology.join(OwnerId(2)));
-  link->attach(mute, 1);
-  std::vector<OwnerId> left_out;
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s,
-                         [&](const std::vector<OwnerId>& owners) { left_out = owners; });
-  time.run_for(1s);
-  time.stop_for(20s);
-  time.run_for(1800ms);
-  EXPECT_EQ(times, 0) << "a stop of this process is a moment of the patience";
-  time.run_for(300ms);
-  EXPECT_EQ(times, 1);
-  EXPECT_EQ(found.size(), 1U);
-  EXPECT_THAT(left_out, ElementsAre(OwnerId(2)));
-}
-
-TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
-  ASSERT_TRUE(island->space.set("a", "x"));
-  time.run_ready();
-  const TupleQuery query(time, self.space, peer_discovery, {kIsland, "a"}, keep, 3s);
-  time.run_for(1ms);
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].value, "x");
-}
-
-TEST_F(ClientParts, AReadingOfAnOwnerThatIsNotThereEndsEmpty) {
-  const TupleQuery query(time, self.space, peer_discovery, {OwnerId(7), "a"}, keep, 3s);
-  time.run_for(kDdsPace.named_owner + 1ms);
-  EXPECT_EQ(times, 1);
-  EXPECT_THAT(found, IsEmpty());
-}
-
-TEST_F(ClientParts, AReadingCreatesNoDemand) {
-  std::vector<std::string> wanted;
-  ASSERT_TRUE(island->space.set("a", "x"));
-  const auto watch = island->space.watch_demand({std::nullopt, "**"}, [&](const tuples::Demand& demand) {
-    if (demand.wanted) wanted.emplace_back(demand.key);
-  });
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "**"}, keep, 3s);
-  time.run_for(5s);
-  EXPECT_EQ(found.size(), 1U);
-  EXPECT_THAT(wanted, IsEmpty());
-}
-
-TEST_F(ClientParts, ANewcomerDuringTheReadingIsWaitedFor) {
-  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(200ms);
-  Member late(ecology, time, 2);
-  ASSERT_TRUE(late.space.set("a", "late"));
-  time.run_for(200ms);
-  EXPECT_EQ(times, 0);
-  time.run_for(101ms);
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].owner, OwnerId(2));
-}
 
 TEST_F(ClientParts, DevicesAreToldWhenTheyComeChangeAndGo) {
   std::vector<std::string> told;
@@ -292,7 +85,7 @@ TEST_F(ClientCommands, AreFollowedToTheirFinalState) {
   EXPECT_THAT(ended, ElementsAre("confirmed because"));
 }
 
-TEST_F(ClientCommands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
+TEST_F(ClientCommands, OfAStateWhoseOutcomeIsGoneEndUnknown) {
   ASSERT_TRUE(island->space.set("d.description", R"({"report":"state"})"));
   state(7, "confirmed");  // of somebody before
   const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
@@ -300,7 +93,21 @@ TEST_F(ClientCommands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
   EXPECT_THAT(ended, IsEmpty());
   state(last.request, "sent");
   state(last.request + 1, "queued");
-  EXPECT_THAT(ended, ElementsAre("superseded by component 70000"));
+  EXPECT_THAT(ended, ElementsAre("timed-out not known how it ended before the command of component 70000 came"));
+}
+
+/// It ended between two deliveries of the status, which shows the next command already.
+TEST_F(ClientCommands, AreFoundAmongThoseThatEndedBefore) {
+  ASSERT_TRUE(island->space.set("d.description", R"({"report":"state"})"));
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  ASSERT_TRUE(island->space.set(
+      "d.status", R"({"quality":"good","command":{"state":"queued","creator":70001,"request":1},"ended":[)"
+                  R"({"creator":70001,"request":)" +
+                      std::to_string(last.request) + R"(,"state":"expired"},{"creator":70000,"request":)" +
+                      std::to_string(last.request) + R"(,"state":"failed","reason":"no power"}]})"));
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("failed no power"));
 }
 
 TEST_F(ClientCommands, ThatAreRefusedSayWhy) {

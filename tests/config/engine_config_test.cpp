@@ -23,13 +23,49 @@ EngineSetup good(const std::string& tuples) {
   return engine;
 }
 
-TEST(EngineConfig, IsDdsOnLoopbackUnlessSaidOtherwise) {
+TEST(EngineConfig, IsThisHostUnlessSaidOtherwise) {
   const auto unsaid = good("{}");
-  EXPECT_TRUE(unsaid.dds);
-  EXPECT_EQ(unsaid.options, tuples::dds::DdsOptions());
-  EXPECT_TRUE(is_loopback_only(unsaid.options));
-  EXPECT_FALSE(unsaid.options.trust_lan);
-  EXPECT_FALSE(good("{engine: memory}").dds);
+  EXPECT_TRUE(unsaid.host);
+  EXPECT_FALSE(unsaid.dds);
+  EXPECT_FALSE(unsaid.peis);
+  EXPECT_TRUE(good("{engine: memory}").alone());
+  EXPECT_TRUE(good("{engine: memory, host: no}").alone());
+  const auto named = good("{engine: host, space: lab.2, folder: /srv/meet, lease: 3s}");
+  EXPECT_TRUE(named.host);
+  EXPECT_EQ(named.space, "lab.2");
+  EXPECT_EQ(named.folder, "/srv/meet");
+  EXPECT_EQ(named.options.lease, std::chrono::seconds(3));
+}
+
+TEST(EngineConfig, InterfacesAddDdsWhereNoEngineIsNamed) {
+  for (const auto* with :
+       {"{interfaces: eth0}", "{interfaces: lo}", "{engine: dds}", "{trust: yes}", "{transport: tcp, port: 7500}"}) {
+    EXPECT_TRUE(good(with).host) << with;
+    EXPECT_TRUE(good(with).dds) << with;
+  }
+  EXPECT_FALSE(good("{engine: peis, interfaces: eth0}").dds) << "peis has interfaces too";
+  EXPECT_TRUE(good("{engine: peis, interfaces: eth0}").host);
+  const auto distant = good("{host: no, interfaces: eth0}");
+  EXPECT_FALSE(distant.host);
+  EXPECT_EQ(distant.options.interfaces, std::vector<std::string>{"eth0"});
+  EXPECT_FALSE(good("{trust: no}").dds);
+}
+
+/// Files of earlier releases.
+TEST(EngineConfig, ADomainAndATagWithoutInterfacesBecomeASpace) {
+  const auto both = good("{domain: 3, tag: lab_2}");
+  EXPECT_FALSE(both.dds);
+  EXPECT_EQ(both.space, "d3-lab_2");
+  EXPECT_THAT(both.warnings,
+              ElementsAre("home.yaml:2:26: tuples.tag: without interfaces this is the space of this host, expected "
+                          "space: d3-lab_2"));
+  EXPECT_EQ(good("{domain: 3}").space, "d3");
+  EXPECT_EQ(good("{tag: x}").space, "d0-x");
+  const auto lan = good("{domain: 3, tag: x, interfaces: eth0}");
+  EXPECT_EQ(lan.space, "");
+  EXPECT_EQ(lan.options.tag, "x");
+  EXPECT_THAT(lan.warnings, testing::IsEmpty());
+  EXPECT_THAT(good("{trust_lan: yes}").warnings, ElementsAre(HasSubstr("tuples.trust_lan: without interfaces nobody")));
 }
 
 TEST(EngineConfig, TakesAllThatDdsNeeds) {
@@ -45,7 +81,7 @@ TEST(EngineConfig, TakesAllThatDdsNeeds) {
   const auto tcp = good("{interfaces: eth0, transport: tcp, port: 7500, peers: [\"10.0.0.7:7501\"]}").options;
   EXPECT_EQ(tcp.transport, DdsTransport::kTcp);
   EXPECT_EQ(tcp.port, 7500);
-  EXPECT_TRUE(good("{trust_lan: yes}").options.trust_lan) << "on loopback too";
+  EXPECT_TRUE(good("{engine: dds, trust_lan: yes}").options.trust_lan) << "on loopback too";
 }
 
 TEST(EngineConfig, TakesPeisAloneOrBesideDds) {
@@ -87,9 +123,9 @@ TEST(EngineConfig, TakesTheFolderOfTrust) {
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
-      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds, peis"},
+      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, host, dds, peis"},
       {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine[1]: 'dds' is listed twice"},
-      {"{engine: []}", "tuples.engine: expected one of: memory, dds, peis"},
+      {"{engine: []}", "tuples.engine: expected memory, or one or more of: host, dds, peis"},
       {"{engine: [memory, peis]}", "tuples.engine: memory cannot be combined"},
       {"{engine: peis, domain: 3}", "tuples.domain: only engine dds has this option; for PEIS peis.network decides"},
       {"{engine: peis, port: 3}", "tuples.port: only engine dds has this option; for PEIS peis.listen is the port"},
@@ -148,6 +184,17 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: peis, trust: yes}", "tuples.trust: only engine dds has this option: in a PEIS network no peer proves"},
       {"{engine: memory, trust: /srv/trust}", "tuples.trust: only engine dds has this option"},
       {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
+      {"{host: no}", "home.yaml:2:16: tuples.host: leaves no engine, expected engine too: dds, peis, or memory"},
+      {"{engine: memory, host: yes}", "tuples.host: memory cannot be combined with others"},
+      {"{engine: memory, lease: 2s}", "tuples.lease: engine memory has no such option"},
+      {"{engine: memory, space: a}", "tuples.space: only engine host has this option"},
+      {"{host: no, engine: dds, folder: /srv}", "tuples.folder: only engine host has this option"},
+      {"{engine: host, interfaces: eth0}", "tuples.interfaces: only engines dds and peis have this option"},
+      {"{engine: host, tag: x}", "tuples.tag: only engine dds has this option"},
+      {"{space: a/b}", "home.yaml:2:17: tuples.space: 'a/b' is no space, expected 1 to 40 characters of A-Z"},
+      {"{folder: meet}", "home.yaml:2:18: tuples.folder: is 'meet', expected an absolute path"},
+      {"{space: a, tag: b}", "tuples.tag: only engine dds has this option, and there is a space"},
+      {"{tag: " + std::string(50, 'x') + "}", "tuples.tag: cannot become a space of this host"},
   };
   for (const auto& [text, part] : cases) {
     base::ConfigErrors errors;

@@ -24,7 +24,7 @@ class AFlood : public testing::Test {
  protected:
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
-    member_ = std::make_unique<Process>(std::vector<std::string>{kVisitor, std::to_string(kMemberId)});
+    member_ = std::make_unique<Process>(std::vector<std::string>{kVisitor, std::to_string(kMemberId), "dds"});
     ASSERT_EQ(ask(*member_, "set a 1")["ok"], true);
     rogue_ = std::make_unique<Rogue>(kRogue);
     incarnation_ = rogue_->incarnation_of(kMemberId);

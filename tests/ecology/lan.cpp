@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <utility>
@@ -68,21 +69,25 @@ Host::Host() {
   raise_loopback();
   write_file("/proc/sys/net/ipv6/conf/all/disable_ipv6", "1");  // it speaks up by itself
   descriptor_ = this_network();
+  folder_ = support::MeetingFolder::make();
   if (::setns(former, CLONE_NEWNET) != 0) std::abort();
   ::close(former);
 }
 
 Host::~Host() {
   if (descriptor_ >= 0) ::close(descriptor_);
+  std::error_code ignored;
+  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
 }
 
-Host::Host(Host&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+Host::Host(Host&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), folder_(std::exchange(other.folder_, {})) {}
 
 std::string Host::name() const {
   return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(descriptor_);
 }
 
-Host::Visit::Visit(const Host& host) : former_(this_network()) {
+Host::Visit::Visit(const Host& host) : former_(this_network()), folder_(host.folder_) {
   if (::setns(host.descriptor(), CLONE_NEWNET) != 0) std::abort();
 }
 

@@ -3,10 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "support/meeting_folder.h"
+
 namespace rubicon::ecology {
 
-/// A network namespace with a loopback interface, which stands for a host. Lives as long as the object or a process in
-/// it.
+/// A network namespace with a loopback interface and a folder where programs meet: a host. Lives as long as the object
+/// or a process in it.
 class Host {
  public:
   Host();
@@ -30,6 +32,7 @@ class Host {
 
    private:
     int former_ = -1;
+    support::MeetingFolder folder_;
   };
 
   /// Packets that left through this interface so far.
@@ -37,6 +40,7 @@ class Host {
 
  private:
   int descriptor_ = -1;
+  std::string folder_;
 };
 
 /// Virtual hosts that are connected to one switch, invisible outside of this program. Needs network namespaces (with a

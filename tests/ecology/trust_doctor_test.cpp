@@ -78,7 +78,7 @@ TEST_F(DoctorBesideTrust, WithoutTrustItCountsWhoShowsNoComponent) {
   const auto told = doctor("no");
   EXPECT_EQ(told.code, 1) << told.output;
   EXPECT_THAT(told.output, HasSubstr("2 participants of domain 0 show no component to this program: with trust"));
-  EXPECT_THAT(told.output, AllOf(HasSubstr("--trust FOLDER"), HasSubstr("no island in domain 0")));
+  EXPECT_THAT(told.output, AllOf(HasSubstr("--trust FOLDER"), HasSubstr("and domain 0 on cable")));
 }
 
 TEST_F(DoctorBesideTrust, WithoutTrustItSaysSoBesideAnIslandThatItSees) {
@@ -145,7 +145,7 @@ TEST_F(DoctorBesideTrust, AToolOfAnotherRealmIsExplainedOnOneOfBothSides) {
   const auto stranger = doctor(file("other"));
   EXPECT_EQ(stranger.code, 1) << stranger.output;
   EXPECT_THAT(stranger.output,
-              AllOf(HasSubstr("the certificate of this program, local, has"), HasSubstr("no island in domain 0"),
+              AllOf(HasSubstr("the certificate of this program, local, has"), HasSubstr("and domain 0 on cable"),
                     HasSubstr("2 participants of domain 0 show no component to this program: without trust, of "
                               "another realm or refused")));
   const auto told = doctor(file("trust"));

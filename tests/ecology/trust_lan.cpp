@@ -35,7 +35,7 @@ void TrustOnALan::write(const std::string& name, const std::string& text) const 
 }
 
 void TrustOnALan::configure(const std::string& more, const std::string& tuples) const {
-  write("home.yaml", "island: {id: 1, name: home}\ntuples: {" + tuples +
+  write("home.yaml", "island: {id: 1, name: home}\ntuples: {host: no, " + tuples +
                          ", trust: ./trust}\nnetworks:\n"
                          "  dummy-1: {type: dummy, simulate: {den: {actuators: {switch-1: {}}}}}\n" +
                          more);
@@ -44,7 +44,7 @@ void TrustOnALan::configure(const std::string& more, const std::string& tuples) 
 support::Outcome TrustOnALan::on(int host, std::vector<std::string> words, const std::string& input) const {
   const Host::Visit visit(lan_.host(host));
   words.insert(words.begin(), kToolProgram);
-  words.insert(words.end(), {"--interfaces", "cable"});
+  words.insert(words.end(), {"--engine", "dds", "--interfaces", "cable"});
   return support::run_to_end(std::move(words), input);
 }
 

@@ -19,7 +19,8 @@ inline constexpr const char* kLamp = "den.switch-1";
 inline constexpr const char* kLampCommand = "1:proxy.dummy-1.den.actuator.switch-1.command";
 inline constexpr const char* kLampValue = "1:proxy.dummy-1.den.actuator.switch-1.value";
 
-/// Host 0 has the authority and an island with a lamp; host 1 is that of a person.
+/// By DDS alone: on a host its folder says who takes part. Host 0 has the authority and an island with a lamp; host 1
+/// is that of a person.
 class TrustOnALan : public testing::Test {
  protected:
   using Outcome = support::Outcome;

@@ -36,15 +36,15 @@ class AnotherUserOfTheHost : public TrustOnALan {
   /// `rubicon` as that user.
   Outcome nobody(const std::vector<std::string>& words) const { return run(as_nobody(kToolProgram, words)); }
   std::vector<std::string> as_nobody(const std::string& program, const std::vector<std::string>& words) const {
-    std::vector<std::string> all{"setpriv", "--reuid=65534",          "--regid=65534", "--clear-groups",
-                                 "env",     "HOME=" + file("nobody"), program};
+    std::vector<std::string> all{"setpriv", "--reuid=65534",          "--regid=65534",      "--clear-groups",
+                                 "env",     "HOME=" + file("nobody"), "RUBICON_ENGINE=dds", program};
     all.insert(all.end(), words.begin(), words.end());
     return all;
   }
   Outcome local_on_loopback(const std::vector<std::string>& words) const {
     std::vector<std::string> all{kToolProgram};
     all.insert(all.end(), words.begin(), words.end());
-    all.insert(all.end(), {"--trust", file("trust")});
+    all.insert(all.end(), {"--engine", "dds", "--trust", file("trust")});
     return run(std::move(all));
   }
   Outcome run(std::vector<std::string> words) const {
@@ -115,7 +115,7 @@ TEST_F(AnotherUserOfTheHost, CannotChangeWhoIsAMember) {
 }
 
 TEST_F(AnotherUserOfTheHost, DoesNotDisplaceTheIslandByOneWithItsNumber) {
-  write("nobody/home.yaml", "island: {id: 1, name: thief}\ntuples: {lease: 500ms}\n");
+  write("nobody/home.yaml", "island: {id: 1, name: thief}\ntuples: {host: no, engine: dds, lease: 500ms}\n");
   ASSERT_EQ(::chown(file("nobody/home.yaml").c_str(), 65534, 65534), 0);
   const auto thief = start(0, as_nobody(kDaemonProgram, {"run", file("nobody/home.yaml"), "--shell"}));
   thief->write("stats\n");

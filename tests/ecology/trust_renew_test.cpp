@@ -49,7 +49,9 @@ TEST_F(TrustThatChanges, AReloadTakesTheNewCertificateAndSubscribersLoseNothing)
   }
   EXPECT_THAT(seen, Not(AnyOf(HasSubstr(R"("event":"deleted")"), HasSubstr(R"("event":"lost")"))))
       << "at most the quality changes for a moment";
-  EXPECT_THAT(days_left(), AnyOf("100\n", "99\n"));
+  auto left = days_left();  // published once a second
+  for (int i = 0; i < 600 && left.find("7") == 0; ++i) left = days_left();
+  EXPECT_THAT(left, AnyOf("100\n", "99\n"));
 }
 
 TEST_F(TrustThatChanges, ABadFileDoesNotTakeTheIslandOutWhenAMemberIsRevoked) {

@@ -171,8 +171,8 @@ const char* reason_not_to_run(const Example& example) {
   return nullptr;
 }
 
-/// `./run` builds first and then runs this. Islands run in a domain of their own, motes, SALAD and pages on another
-/// port: those of the example are the demo's. Answers of curl end as lines do.
+/// `./run` builds first and then runs this. Islands and components with an id run in a space of their own, motes, SALAD
+/// and pages on another port: those of the example are the demo's. Answers of curl end as lines do.
 std::string runnable(const std::string& line, std::size_t domain) {
   if (line.starts_with("motes-simulator --motes")) return "motes-simulator --port 19303" + line.substr(15);
   if (line.starts_with("salad-simulator ")) return line + " --listen 19000";
@@ -190,7 +190,8 @@ std::string runnable(const std::string& line, std::size_t domain) {
   }
   const auto comment = command.find(" #");
   if (command.starts_with("rubicon-proxy run"))
-    command = command.substr(0, comment) + " --set tuples.engine=dds --set tuples.domain=" + std::to_string(domain);
+    command = command.substr(0, comment) + " --set tuples.space=s" + std::to_string(domain);
+  if (command.starts_with("rubicon receive --id")) command += " --space s" + std::to_string(domain);
   return command;
 }
 

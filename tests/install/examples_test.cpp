@@ -25,7 +25,7 @@ class Examples : public testing::Test {
     write_text(file_, sample_island(7));
   }
   std::vector<std::string> island() const {
-    return {all_.daemon(), "run", file_.string(), "--set", "tuples.engine=dds", "--log-level", "error"};
+    return {all_.daemon(), "run", file_.string(), "--shell", "--log-level", "error"};
   }
   /// The third example, built outside the tree against what was installed; empty (and a failure) if that fails.
   std::string own_loop() const {
@@ -56,7 +56,9 @@ TEST_F(Examples, TheFirstShowsValuesAsTheyCome) {
 }
 
 TEST_F(Examples, TheSecondCommandsAndSaysHowItEnded) {
-  const Process home(island());
+  Process home(island());
+  home.write("stats\n");
+  ASSERT_TRUE(home.line_with("\"ok\"")) << home.errors();
   const auto on = support::run_to_end({kCommand, "lamp", "on", "Hall"});
   EXPECT_EQ(on.output, "Hall, proxy.dummy-1.hall.actuator.lamp-1.command: confirmed\n") << on.errors;
   EXPECT_EQ(on.code, 0);

@@ -27,7 +27,7 @@ TEST_F(Package, EverythingHasItsPlace) {
   std::vector<std::string> wanted{"bin/rubicon-proxy",
                                   "lib/librubicon.so",
                                   "lib/rubicon/librubicon-guard.so",
-                                  "lib/librubicon.so.0",
+                                  "lib/librubicon.so.1",
                                   "lib/librubicon.so." RUBICON_VERSION,
                                   "lib/cmake/rubicon/rubiconConfig.cmake",
                                   "lib/cmake/rubicon/rubiconConfigVersion.cmake",
@@ -52,8 +52,8 @@ TEST_F(Package, EverythingHasItsPlace) {
 
 TEST_F(Package, TheLibraryNamesItselfByItsInterfaceVersion) {
   const auto dynamic = all_.shell("objdump -p " + (all_.prefix() / "lib/librubicon.so").string()).output;
-  EXPECT_TRUE(std::regex_search(dynamic, std::regex(R"re(SONAME +librubicon\.so\.0\n)re"))) << dynamic;
-  EXPECT_EQ(fs::read_symlink(all_.prefix() / "lib/librubicon.so.0"), "librubicon.so." RUBICON_VERSION);
+  EXPECT_TRUE(std::regex_search(dynamic, std::regex(R"re(SONAME +librubicon\.so\.1\n)re"))) << dynamic;
+  EXPECT_EQ(fs::read_symlink(all_.prefix() / "lib/librubicon.so.1"), "librubicon.so." RUBICON_VERSION);
 }
 
 /// What include/rubicon declares, as far as it can be told from the text. A header is about one namespace.

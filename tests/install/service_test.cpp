@@ -104,8 +104,33 @@ TEST_F(Unit, WritesKeysBelowEtcWhateverThePrefix) {
 }
 
 TEST_F(Unit, NeverStartsOpenBecauseAFolderIsLostAndWritesNoKeyToACoreFile) {
-  EXPECT_EQ(words("Environment"), std::vector<std::string>{"RUBICON_TRUST=/etc/rubicon/trust"});
+  EXPECT_THAT(words("Environment"), testing::Contains("RUBICON_TRUST=/etc/rubicon/trust"));
   EXPECT_EQ(words("LimitCORE"), std::vector<std::string>{"0"});
+}
+
+/// Of all users of the host, and of no unit alone.
+TEST_F(Unit, MeetsOthersInTheFolderOfTheHost) {
+  EXPECT_EQ(words("User"), std::vector<std::string>{"rubicon"});
+  EXPECT_EQ(words("Group"), std::vector<std::string>{"rubicon"});
+  EXPECT_THAT(words("Environment"), testing::Contains("RUBICON_FOLDER=/run/rubicon"));
+  EXPECT_EQ(words("ReadWritePaths"), std::vector<std::string>{"-/run/rubicon"});
+  EXPECT_EQ(words("ExecStartPre"),
+            (std::vector<std::string>{"+/bin/systemd-tmpfiles", "--create",
+                                      (all_.prefix() / "lib/tmpfiles.d/rubicon.conf").string()}));
+  for (const auto* setting : {"DynamicUser", "PrivateUsers", "RuntimeDirectory"})
+    EXPECT_THAT(words(setting), testing::IsEmpty()) << setting;
+  const auto folders = read_text(all_.prefix() / "lib/tmpfiles.d/rubicon.conf");
+  EXPECT_THAT(folders, HasSubstr("\nd /run/rubicon 0750 root rubicon\n"));
+  EXPECT_THAT(folders, HasSubstr("\nd /run/rubicon/islands 2750 rubicon rubicon\n"));
+  EXPECT_THAT(folders, HasSubstr("\nd /run/rubicon/people 3770 root rubicon\n"));
+  EXPECT_THAT(folders, HasSubstr("\nd /run/rubicon/people/0 2750 root rubicon\n")) << "before somebody else makes it";
+  EXPECT_THAT(read_text(all_.prefix() / "lib/sysusers.d/rubicon.conf"), HasSubstr("\nu rubicon - "));
+  if (all_.shell("command -v systemd-tmpfiles && getent passwd rubicon").code != 0) return;
+  const auto root = all_.workshop() / "root";
+  std::filesystem::create_directories(root / "etc");
+  const auto made = all_.shell("cp /etc/passwd /etc/group " + (root / "etc").string() + " && systemd-tmpfiles --root=" +
+                               root.string() + " --create " + (all_.prefix() / "lib/tmpfiles.d/rubicon.conf").string());
+  EXPECT_EQ(made.code, 0) << made.output;
 }
 
 TEST_F(Unit, TakesTheDropInsForItsAddresses) {

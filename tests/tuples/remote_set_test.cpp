@@ -105,6 +105,7 @@ TEST_F(RemoteSets, AnAbsentOwnerIsSaidSo) {
   EXPECT_EQ(only().verdict, Verdict::kNoSuchOwner);
 }
 
+/// The island took it: "expired" would be wrong.
 TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
   const auto policy = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   robot->space.set_remote(kIsland, "a", "5", {}, note());
@@ -112,7 +113,7 @@ TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
   time.run_for(5s - 1ns);
   EXPECT_TRUE(replies.empty());
   time.run_for(1ns);
-  EXPECT_EQ(only().verdict, Verdict::kExpired);
+  EXPECT_EQ(only().verdict, Verdict::kTimedOut);
   ecology.mend(kIsland, kRobot);
   time.run_for(1h);
   EXPECT_EQ(replies.size(), 1u);

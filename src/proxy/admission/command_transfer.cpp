@@ -36,7 +36,7 @@ std::optional<std::uint64_t> whole(const PlainTree& tree, const char* name, std:
 
 /// What became of a command that the other island did not apply.
 std::pair<CommandState, std::string> outcome(OwnerId island, const tuples::Reply& reply) {
-  if (reply.verdict == tuples::Verdict::kExpired) {
+  if (reply.verdict == tuples::Verdict::kExpired || reply.verdict == tuples::Verdict::kTimedOut) {
     return {CommandState::kTimedOut,
             fmt::format("the device moved to island {}, which did not answer in time", number(island))};
   }

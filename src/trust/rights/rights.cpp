@@ -26,6 +26,8 @@ bool is_named(const Member& who, std::string_view word) {
   if (word == tuples::kPeisMember) return is_peis(who);
   if (is_peis(who)) return false;
   if (word == kEverybody || word == who.name) return true;
+  if (word.starts_with(kMember)) return word.substr(kMember.size()) == who.name;
+  if (word.starts_with(kRole)) return who.has_role(word.substr(kRole.size()));
   if (!word.starts_with(kIsland)) return who.has_role(word);
   const auto id = base::parse_number<std::uint32_t>(word.substr(kIsland.size()));
   return id && who.may_use(OwnerId(*id));

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "trust/rights/audit.h"
 #include "trust/rights/rights.h"
@@ -13,8 +15,9 @@ namespace rubicon::trust::rights {
 class RightsJudge final : public tuples::Judge {
  public:
   /// `audit`: null = nothing is recorded. `prefix`: the first part of the keys of the proxy, whose inbox needs the
-  /// right to approve.
-  explicit RightsJudge(Rights rights, std::shared_ptr<Audit> audit = nullptr, std::string_view prefix = "proxy");
+  /// right to approve. `operators`: users of this host, as `user:1000`, of whom no rule is asked.
+  explicit RightsJudge(Rights rights, std::shared_ptr<Audit> audit = nullptr, std::string_view prefix = "proxy",
+                       std::vector<std::string> operators = {});
 
   /// The spaces of the process must ask again: tuples::SpaceRights::rejudge().
   void replace(Rights rights) { rights_ = std::move(rights); }
@@ -41,6 +44,7 @@ class RightsJudge final : public tuples::Judge {
   std::uint64_t refused() const { return refused_; }
 
  private:
+  bool is_operator(const tuples::Member& who) const;
   bool is_of_inbox(std::string_view key) const;
   Right needed_to_set(std::string_view key) const { return is_of_inbox(key) ? Right::kApprove : Right::kSet; }
   Result<void> answer(const tuples::Member& who, Right right, std::string_view key) const;
@@ -50,6 +54,7 @@ class RightsJudge final : public tuples::Judge {
   Rights rights_;
   std::shared_ptr<Audit> audit_;
   std::string inbox_;  ///< `proxy.inbox`
+  std::vector<std::string> operators_;
   mutable std::uint64_t refused_ = 0;
   using Request = std::pair<OwnerId, std::uint64_t>;
   std::shared_ptr<std::map<Request, tuples::Member>> spoken_for_ =

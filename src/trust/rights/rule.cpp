@@ -51,10 +51,16 @@ RightSet RightSet::all() {
 
 Result<void> check_who(std::string_view who) {
   const auto good = [](char c) { return is_of_parts(c) || c == '.' || c == '@'; };
-  const bool named = !who.empty() && who.size() <= kMaxName && std::all_of(who.begin(), who.end(), good);
+  auto name = who;
+  for (const auto source : {kUser, kGroup, kMember, kRole}) {
+    if (name.starts_with(source)) name.remove_prefix(source.size());
+    if (name.size() < who.size()) break;
+  }
+  const bool named = !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), good);
   if (who.starts_with(kIsland) ? is_island(who) : named) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("{}: expected the name or the role of a member, everybody, peis, or island:<1 to {}>",
+              fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
+                          "role:<name>, everybody, peis, or island:<1 to {}>",
                           model::quoted(who), kMaxIsland));
 }
 

@@ -38,10 +38,15 @@ inline constexpr std::string_view kEverybody = "everybody";
 /// In front of the id of an island: the member whose certificate has that id.
 inline constexpr std::string_view kIsland = "island:";
 
+/// In front of a name of this host or of the realm, which says where it comes from: `user:ann`, `user:1000`,
+/// `group:staff`, `member:lab`, `role:cleaner`. Of another host the name is `user:ann@hall`: hall vouches for it.
+inline constexpr std::string_view kUser = "user:", kGroup = "group:", kMember = "member:", kRole = "role:";
+
 /// One entry of `rights:`. It grants `may` to `who` for the tuples that match one of `keys` and none of `except`, and
 /// denies it to them for those that match both.
 struct Rule {
-  std::vector<std::string> who;  ///< names, roles, kEverybody, kIsland with an id, or kPeisMember
+  std::vector<std::string>
+      who;  ///< names, roles, names with their source, kEverybody, kIsland with an id, or kPeisMember
   RightSet may{};
   std::vector<std::string> keys{"**"};
   std::vector<std::string> except{};

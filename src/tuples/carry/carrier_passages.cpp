@@ -181,7 +181,9 @@ bool Carrier::on_reply(OwnerId id, OwnerId from, const Reply& reply) {
   const auto asked = sets_.answered(id, reply.request);
   if (asked == 0) return true;
   if (sets_.find(asked)->owner != from) return false;
-  answer(*sets_.take(asked), reply);
+  const auto request = sets_.take(asked);
+  // The asker finds by itself that nothing is known.
+  if (reply.verdict != Verdict::kTimedOut) answer(*request, reply);
   released(id);
   return true;
 }

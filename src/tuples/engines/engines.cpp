@@ -4,39 +4,66 @@
 #include <vector>
 
 #include "transport/host_name.h"
+#include "tuples/host/disk_folder.h"
 #include "tuples/joined/joined_ecology.h"
 
 namespace rubicon::tuples::engines {
 
 Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, const Host& host) {
-  if (!options.dds && !options.peis) return fail(ErrorCode::kInvalid, "no engine, expected dds, peis or both");
-  auto engines = std::unique_ptr<Engines>(new Engines());
-  if (options.dds) {
-    auto dds = dds::DdsEcology::open(*options.dds, host.scheduler, host.post, host.log);
-    if (!dds) return fail(dds.error());
-    engines->dds_ = std::move(*dds);
-    engines->all_ = engines->dds_.get();
+  if (!options.host && !options.dds && !options.peis)
+    return fail(ErrorCode::kInvalid, "no engine, expected one or more of host, dds and peis");
+  std::unique_ptr<Engines> engines(new Engines());
+  if (options.host) {
+    if (auto opened = engines->open_host(*options.host, host); !opened) return fail(std::move(opened.error()));
   }
-  if (!options.peis) return engines;
-  auto peis = peis::PeisEcology::open(*options.peis, host.scheduler, host.transports, host.log);
-  if (!peis) return fail(peis.error());
-  engines->peis_ = std::move(*peis);
-  engines->all_ = engines->peis_.get();
-  if (engines->dds_) {
-    engines->join_both(options, host);
-  } else if (options.peis->judge) {
-    engines->join_own_process(host);
-  }
+  if (auto opened = engines->open_distant(options, host); !opened) return fail(std::move(opened.error()));
+  engines->join_all(options, host);
   return engines;
 }
 
-/// PEIS cannot prove which components are of this process, so these meet in memory, where they may do everything. What
-/// comes by PEIS in the name of one of them is judged as all that comes by PEIS.
-void Engines::join_own_process(const Host& host) {
-  own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
-  joined_ = std::make_unique<joined::JoinedEcology>(
-      std::vector<joined::JoinedEcology::Engine>{{"memory", *own_process_}, {"peis", *peis_}}, host.scheduler,
-      host.log);
+Result<void> Engines::open_host(const HostSetup& setup, const Host& host) {
+  auto folder = host::open_disk_folder(setup.place, setup.space, host.scheduler, host.transports);
+  if (!folder) return fail(std::move(folder.error()));
+  auto opened = host::HostEcology::open(std::move(*folder), setup.options, host.scheduler, host.log);
+  if (!opened) return fail(std::move(opened.error()));
+  host_ = std::move(*opened);
+  return {};
+}
+
+Result<void> Engines::open_distant(const EngineOptions& options, const Host& host) {
+  if (options.dds) {
+    auto opened = dds::DdsEcology::open(*options.dds, host.scheduler, host.post, host.log);
+    if (!opened) return fail(std::move(opened.error()));
+    dds_ = std::move(*opened);
+  }
+  if (!options.peis) return {};
+  auto opened = peis::PeisEcology::open(*options.peis, host.scheduler, host.transports, host.log);
+  if (!opened) return fail(std::move(opened.error()));
+  peis_ = std::move(*opened);
+  return {};
+}
+
+/// PEIS cannot prove which components are of this process. Without an engine that does, these meet in memory, where
+/// they may do everything. What comes by PEIS in the name of one of them is judged as all that comes by PEIS.
+void Engines::join_all(const EngineOptions& options, const Host& host) {
+  std::vector<joined::JoinedEcology::Engine> all;
+  if (host_) all.push_back({"host", *host_});
+  if (all.empty() && !dds_ && options.peis->judge) {
+    own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
+    all.push_back({"memory", *own_process_});
+  }
+  if (!options.carry.empty() && dds_ && peis_) {
+    using Engine = carry::Carrier::Engine;
+    carrier_ = std::make_unique<carry::Carrier>(options.carrier, options.carry,
+                                                std::array{Engine{"dds", *dds_}, Engine{"peis", *peis_}},
+                                                host.scheduler, host.log);
+  }
+  if (dds_) all.push_back({"dds", carrier_ ? carrier_->engine(0) : *dds_});
+  if (peis_) all.push_back({"peis", carrier_ ? carrier_->engine(1) : *peis_});
+  all_ = &all.front().ecology;
+  if (all.size() == 1) return;
+  joined_ = std::make_unique<joined::JoinedEcology>(std::move(all), host.scheduler, host.log,
+                                                    host_ ? transport::host_id("host") : std::string());
   all_ = joined_.get();
 }
 
@@ -44,21 +71,8 @@ Result<bool> Engines::renew() {
   return dds_ ? dds_->renew() : false;
 }
 
-void Engines::join_both(const EngineOptions& options, const Host& host) {
-  if (!options.carry.empty()) {
-    using Engine = carry::Carrier::Engine;
-    carrier_ = std::make_unique<carry::Carrier>(options.carrier, options.carry,
-                                                std::array{Engine{"dds", *dds_}, Engine{"peis", *peis_}},
-                                                host.scheduler, host.log);
-  }
-  Ecology& dds = carrier_ ? carrier_->engine(0) : *dds_;
-  Ecology& peis = carrier_ ? carrier_->engine(1) : *peis_;
-  joined_ = std::make_unique<joined::JoinedEcology>(
-      std::vector<joined::JoinedEcology::Engine>{{"dds", dds}, {"peis", peis}}, host.scheduler, host.log);
-  all_ = joined_.get();
-}
-
 void Engines::watch_displaced(const std::function<void(OwnerId)>& call) {
+  if (host_) host_->watch_displaced(call);
   if (dds_) dds_->watch_displaced(call);
   if (peis_) peis_->watch_displaced(call);
 }

@@ -3,24 +3,35 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "tuples/carry/carrier.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/host/host_ecology.h"
+#include "tuples/host/places.h"
 #include "tuples/memory/memory_ecology.h"
 #include "tuples/peis/peis_ecology.h"
 
 namespace rubicon::tuples::engines {
 
+/// Where the processes of this host meet.
+struct HostSetup {
+  host::Place place;
+  std::string space = host::kDefaultSpace;
+  host::HostOptions options;
+};
+
 /// The engines of a process, at least one, and how each finds other components.
 struct EngineOptions {
+  std::optional<HostSetup> host;
   std::optional<dds::DdsOptions> dds;
   std::optional<peis::PeisOptions> peis;
-  carry::CarryRules carry;            ///< between both
+  carry::CarryRules carry;            ///< between dds and peis
   OwnerId carrier = model::kNoOwner;  ///< the component that carries, if anything is
 };
 
 /// The engines of a process as one ecology: each of its components takes part on all of them. If there are several, the
-/// order for decision 022 is dds, peis.
+/// order for decision 022 is host, dds, peis.
 class Engines final : public Ecology {
  public:
   /// What the engines use; it outlives them.
@@ -30,24 +41,29 @@ class Engines final : public Ecology {
     transport::Transports& transports;
     base::LogSink& log;
   };
-  /// As DdsEcology::open() and PeisEcology::open(). kInvalid: no engine.
+  /// As open_disk_folder(), DdsEcology::open() and PeisEcology::open(). kInvalid: no engine.
   static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);
 
   Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
+  /// HostEcology::check_free(); without engine host nobody knows at once.
+  Result<void> check_free(OwnerId id) { return host_ ? host_->check_free(id) : Result<void>(); }
   /// What changed in the trust folder counts from now on: DdsEcology::renew(). Nothing without DDS or without trust.
   Result<bool> renew();
   /// As those of the engines: `call` receives the component of this process whose id another component used before.
   void watch_displaced(const std::function<void(OwnerId)>& call);
 
   /// Null: not among them.
+  const host::HostEcology* host() const { return host_.get(); }
   const dds::DdsEcology* dds() const { return dds_.get(); }
   const peis::PeisEcology* peis() const { return peis_.get(); }
 
  private:
   Engines() = default;
-  void join_both(const EngineOptions& options, const Host& host);
-  void join_own_process(const Host& host);
+  Result<void> open_host(const HostSetup& setup, const Host& host);
+  Result<void> open_distant(const EngineOptions& options, const Host& host);
+  void join_all(const EngineOptions& options, const Host& host);
 
+  std::unique_ptr<host::HostEcology> host_;
   std::unique_ptr<dds::DdsEcology> dds_;
   std::unique_ptr<peis::PeisEcology> peis_;
   std::unique_ptr<MemoryEcology> own_process_;  ///< null: the engines know which components are of this process

@@ -35,6 +35,8 @@ void Connection::loop(Calls calls) {
 
 void Connection::send(const Record& record) {
   if (closed_) return;
+  if (waiting() > kMaxWaiting)
+    return lifetime_.post(scheduler_, [this] { end({ErrorCode::kBusy, "the other process reads nothing"}); });
   append(out_, record);
   flush_soon_.request();
 }
@@ -62,8 +64,15 @@ void Connection::flush() {
   queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(std::exchange(written_, 0)));
 }
 
+void Connection::release() {
+  held_ = false;
+  received({});
+}
+
 void Connection::received(ByteView bytes) {
   if (closed_) return;
+  if (held_ && partial_.size() + bytes.size() > kMaxHeld)
+    return end({ErrorCode::kInvalid, fmt::format("more than {} bytes before its user is known", kMaxHeld)});
   const auto alive = lifetime_.watch();
   if (partial_.empty()) {
     const auto done = pass_records(bytes);
@@ -83,7 +92,7 @@ void Connection::received(ByteView bytes) {
 std::size_t Connection::pass_records(ByteView bytes) {
   const auto alive = lifetime_.watch();
   std::size_t at = 0;
-  while (bytes.size() - at >= kSizeBytes) {
+  while (!held_ && bytes.size() - at >= kSizeBytes) {
     const auto size = size_at(bytes.subspan(at));
     if (size > kMaxRecord) {
       end({ErrorCode::kInvalid, fmt::format("a record of {} bytes, expected at most {}", size, kMaxRecord)});

@@ -28,6 +28,14 @@ class Connection {
   /// In place of a stream: what is sent comes back, in a later turn.
   void loop(Calls calls);
 
+  /// Passes no more records until release(). More than kMaxHeld bytes end the connection.
+  void hold() { held_ = true; }
+  bool is_held() const { return held_; }
+  void release();
+  static constexpr std::size_t kMaxHeld = std::size_t{4} << 20;
+  /// A connection whose other process reads nothing ends when more bytes wait.
+  static constexpr std::size_t kMaxWaiting = std::size_t{48} << 20;
+
   /// Written at the end of the turn, with all others of it.
   void send(const Record& record);
   /// Writes now what the system takes.
@@ -36,6 +44,7 @@ class Connection {
   std::size_t waiting() const { return queue_.size() - written_ + out_.size(); }
   /// Bytes that the other process has not read, those that wait here too.
   std::size_t unread() const { return waiting() + (stream_ ? stream_->unread() : 0); }
+  bool is_open() const { return stream_ != nullptr; }
   /// Of a connection that has a stream and is not closed.
   const transport::LocalPeer& peer() const { return stream_->peer(); }
   /// No calls follow, and nothing that waits is sent.
@@ -53,7 +62,7 @@ class Connection {
   Bytes out_;      ///< of this turn
   Bytes queue_;    ///< from written_ on; what the system did not take
   std::size_t written_ = 0;
-  bool closed_ = false, loops_ = false;
+  bool closed_ = false, loops_ = false, held_ = false;
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};
   base::Lifetime lifetime_;
 };

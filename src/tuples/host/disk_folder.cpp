@@ -17,13 +17,16 @@
 
 #include "base/own_file.h"
 #include "transport/host_name.h"
+#include "tuples/host/records.h"
 
 namespace rubicon::tuples::host {
 
 namespace {
 
-constexpr std::string_view kSocket = ".sock";
-constexpr mode_t kOwn = 0700, kOfPeople = 02750;
+constexpr std::string_view kSocket = ".sock", kLock = ".lock";
+constexpr mode_t kOwn = 0700, kOfPeople = 0750;
+/// Folders of users that are looked at.
+constexpr std::size_t kMaxUsers = 4096;
 
 Error trouble(const std::string& path, std::string_view doing, int error) {
   const auto code = error == EACCES || error == EPERM || error == ELOOP || error == ENOTDIR ? ErrorCode::kRefused
@@ -32,11 +35,12 @@ Error trouble(const std::string& path, std::string_view doing, int error) {
   return {code, fmt::format("{}: cannot {}: {}", path, doing, std::strerror(error))};
 }
 
-/// Makes the folder unless it exists. The folder belongs to this user, and no other may write to it.
+/// Makes the folder unless it exists. The folder belongs to this user, and no other may write to it. A folder of
+/// several users gets its group from the one above, because the service may not set that bit itself
+/// (systemd.exec(5), RestrictSUIDSGID=).
 Result<void> make_own(const std::string& path, mode_t mode) {
   const bool made = ::mkdir(path.c_str(), mode) == 0;
   if (!made && errno != EEXIST) return fail(trouble(path, "make the folder", errno));
-  if (made && ::chmod(path.c_str(), mode) != 0) return fail(trouble(path, "give the folder its permissions", errno));
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return fail(trouble(path, "look at the folder", errno));
   const auto refuse = [&](std::string_view why) {
@@ -44,8 +48,10 @@ Result<void> make_own(const std::string& path, mode_t mode) {
   };
   if (!S_ISDIR(found.st_mode)) return refuse(S_ISLNK(found.st_mode) ? "is a symbolic link" : "is no folder");
   if (found.st_uid != ::geteuid()) return refuse(fmt::format("belongs to uid {}", found.st_uid));
-  if ((found.st_mode & 07777 & ~mode) != 0)
-    return refuse(fmt::format("has permissions {:o}, expected {:o}", found.st_mode & 07777, mode));
+  const auto has = found.st_mode & 0777;
+  if (made && has != mode && ::chmod(path.c_str(), (found.st_mode & S_ISGID) | mode) != 0)  // the umask took some
+    return fail(trouble(path, "give the folder its permissions", errno));
+  if (!made && (has & ~mode) != 0) return refuse(fmt::format("has permissions {:o}, expected {:o}", has, mode));
   return {};
 }
 
@@ -75,14 +81,44 @@ Result<uid_t> owner_of(const Door& door) {
   return socket.st_uid;
 }
 
-/// A lock on a file that stays; who holds it is written in it.
+/// Whether the path still names the file that is open: somebody may have removed it meanwhile.
+bool is_same(int file, const std::string& path) {
+  struct stat open {
+  }, named{};
+  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+         open.st_dev == named.st_dev;
+}
+
+/// A lock on a file, in which stands who holds it. It removes the file while it holds it, so that nobody else does.
 class DiskLock final : public IdLock {
  public:
-  explicit DiskLock(OwnFile file) : file_(std::move(file)) {}
+  DiskLock(OwnFile file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
+  ~DiskLock() override {
+    if (is_same(file_.get(), path_)) ::unlink(path_.c_str());
+  }
 
  private:
   OwnFile file_;
+  std::string path_;
 };
+
+/// A process that looks for left locks holds one for a moment: tries for 0.1 s.
+bool try_lock(int file) {
+  constexpr int kTries = 50;
+  constexpr useconds_t kPause = 2000;
+  for (int tries = 0; ::flock(file, LOCK_EX | LOCK_NB) != 0; ++tries) {
+    if (errno != EWOULDBLOCK || tries >= kTries) return false;
+    ::usleep(kPause);
+    errno = EWOULDBLOCK;
+  }
+  return true;
+}
+
+/// Removes the file of a lock that a killed process left.
+void remove_left_lock(const std::string& path) {
+  auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
+  if (file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) const DiskLock left(std::move(file), path);
+}
 
 std::string text_in(int file) {
   std::array<char, 256> text{};
@@ -99,18 +135,10 @@ std::string own_text() {
   return fmt::format("{}, {} since {}\n", program_invocation_short_name, transport::own_process(), since.data());
 }
 
-/// Whether the path still names the file that is open: somebody may have removed it meanwhile.
-bool is_same(int file, const std::string& path) {
-  struct stat open {
-  }, named{};
-  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
-         open.st_dev == named.st_dev;
-}
-
 class DiskFolder final : public Folder {
  public:
-  DiskFolder(Place place, std::string space, Sockets sockets)
-      : place_(std::move(place)), space_(std::move(space)), sockets_(std::move(sockets)) {}
+  DiskFolder(Place place, std::string space, Scheduler& scheduler, transport::Transports& transports)
+      : place_(std::move(place)), space_(std::move(space)), transports_(transports), names_(scheduler, transports) {}
 
   std::string path() const override { return place_.path; }
 
@@ -132,6 +160,9 @@ class DiskFolder final : public Folder {
   Result<std::vector<Door>> doors() const override;
   Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override;
   Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const override;
+  void name_of(const transport::LocalPeer& who, transport::UserNames::Call call) override {
+    names_.look_up(who, std::move(call));
+  }
   Duration since_boot() const override {
     timespec now{};
     ::clock_gettime(CLOCK_BOOTTIME, &now);
@@ -146,7 +177,8 @@ class DiskFolder final : public Folder {
 
   Place place_;
   std::string space_;
-  Sockets sockets_;
+  transport::Transports& transports_;
+  transport::UserNames names_;
   std::string own_;  ///< the folder of this process
   bool own_islands_ = false;
   std::string own_token_, own_socket_;
@@ -166,8 +198,12 @@ struct DiskFolder::Listener final : transport::LocalListener {
   ino_t inode;
 };
 
-/// Below a shared place, whoever owns `islands`, and root, are the service.
+/// Below a shared place, whoever owns `islands` is the service.
 Result<void> DiskFolder::make() {
+  struct stat there {};
+  const bool is_folder = ::stat(place_.path.c_str(), &there) == 0 && S_ISDIR(there.st_mode);
+  if (is_folder && ::access(place_.path.c_str(), X_OK) != 0)
+    return fail(trouble(place_.path, "enter the folder", errno));
   if (!place_.shared) {
     own_ = place_.path + "/" + space_;
     own_islands_ = true;
@@ -193,18 +229,18 @@ Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
         fmt::format("component {}: islands of {} run as the service; for one of your own set RUBICON_FOLDER to a "
                     "folder of yours",
                     number(id), place_.path));
-  const auto path = fmt::format("{}/{}.lock", own_, number(id));
+  const auto path = fmt::format("{}/{}{}", own_, number(id), kLock);
   while (true) {
     auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
     if (file.get() < 0) return fail(trouble(path, "open the lock", errno));
-    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (!try_lock(file.get())) {
       if (errno != EWOULDBLOCK) return fail(trouble(path, "lock", errno));
       return fail(ErrorCode::kDuplicate, fmt::format("component {} runs already: {}", number(id), text_in(file.get())));
     }
     if (!is_same(file.get(), path)) continue;
     const auto text = own_text();
     if (::ftruncate(file.get(), 0) != 0 || !file.write(text, path)) return fail(trouble(path, "write the lock", errno));
-    return std::make_unique<DiskLock>(std::move(file));
+    return std::make_unique<DiskLock>(std::move(file), path);
   }
 }
 
@@ -212,11 +248,17 @@ Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
 Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::string& token,
                                                                    transport::LocalAccept accept) {
   if (auto made = make(); !made) return fail(std::move(made.error()));
+  for (const auto& name : names_in(own_)) {
+    if (name.ends_with(kLock)) remove_left_lock(own_ + "/" + name);
+  }
   own_token_ = token;
   own_socket_ = fmt::format("{}/{}{}", own_, token, kSocket);
+  if (own_socket_.size() > transport::kMaxSocketPath)
+    return fail(ErrorCode::kInvalid, fmt::format("{}: the path of a socket has at most {} bytes, this one has {}",
+                                                 own_socket_, transport::kMaxSocketPath, own_socket_.size()));
   const auto before = fmt::format("{}/.{}", own_, token);
   ::unlink(before.c_str());
-  auto listener = sockets_.listen(before, std::move(accept));
+  auto listener = transports_.listen_local(before, std::move(accept));
   if (!listener) return fail(std::move(listener.error()));
   struct stat found {};
   if (::lstat(before.c_str(), &found) != 0 || ::rename(before.c_str(), own_socket_.c_str()) != 0)
@@ -225,12 +267,17 @@ Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::st
   return std::make_unique<Listener>(std::move(*listener), own_socket_, inode_);
 }
 
-/// The folders of all users, and whether ids of islands count there.
+/// The folders of all users, and whether ids of islands count there. A folder of somebody else's name is nobody's.
 std::vector<std::pair<std::string, bool>> DiskFolder::places() const {
   if (!place_.shared) return {{own_, true}};
   std::vector<std::pair<std::string, bool>> all{{fmt::format("{}/islands/{}", place_.path, space_), true}};
-  for (const auto& user : names_in(place_.path + "/people"))
-    all.emplace_back(fmt::format("{}/people/{}/{}", place_.path, user, space_), false);
+  for (const auto& user : names_in(place_.path + "/people")) {
+    const auto folder = fmt::format("{}/people/{}", place_.path, user);
+    struct stat found {};
+    if (all.size() > kMaxUsers) break;
+    if (::lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && user == std::to_string(found.st_uid))
+      all.emplace_back(fmt::format("{}/{}", folder, space_), false);
+  }
   return all;
 }
 
@@ -238,7 +285,8 @@ Result<std::vector<Door>> DiskFolder::doors() const {
   std::vector<Door> all;
   for (const auto& [path, islands] : places()) {
     for (const auto& name : names_in(path)) {
-      if (name.ends_with(kSocket)) all.push_back({name.substr(0, name.size() - kSocket.size()), path, islands});
+      const auto token = name.substr(0, name.size() - std::min(name.size(), kSocket.size()));
+      if (name.ends_with(kSocket) && is_token(token)) all.push_back({token, path, islands});
     }
   }
   return all;
@@ -249,7 +297,7 @@ Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& 
   const auto owner = owner_of(door);
   if (!owner) return fail(owner.error());
   const auto path = fmt::format("{}/{}{}", door.place, door.token, kSocket);
-  auto stream = sockets_.connect(path, std::move(calls));
+  auto stream = transports_.open_local(path, std::move(calls));
   if (!stream) {
     if (stream.error().code == ErrorCode::kUnreachable && *owner == ::geteuid()) ::unlink(path.c_str());
     return stream;
@@ -261,19 +309,24 @@ Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& 
 }
 
 Result<Door> DiskFolder::door_of(const std::string& token, const transport::LocalPeer& who) const {
-  for (const auto& [path, islands] : places()) {
+  Error why{ErrorCode::kNotFound, fmt::format("it has no socket in {}", place_.path)};
+  const auto own = fmt::format("{}/people/{}/{}", place_.path, who.user, space_);
+  for (const auto& [path, islands] : std::vector<std::pair<std::string, bool>>{
+           {place_.shared ? fmt::format("{}/islands/{}", place_.path, space_) : own_, true}, {own, false}}) {
     const Door door{token, path, islands};
     const auto owner = owner_of(door);
     if (owner && *owner == who.user) return door;
+    if (owner) why = {ErrorCode::kRefused, fmt::format("its socket in {} is of uid {}", path, *owner)};
   }
-  return fail(ErrorCode::kRefused, fmt::format("it has no socket in {}", place_.path));
+  return fail(std::move(why));
 }
 
 }  // namespace
 
-Result<std::unique_ptr<Folder>> open_disk_folder(const Place& place, const std::string& space, Sockets sockets) {
+Result<std::unique_ptr<Folder>> open_disk_folder(const Place& place, const std::string& space, Scheduler& scheduler,
+                                                 transport::Transports& transports) {
   if (auto good = check_space(space); !good) return fail(std::move(good.error()));
-  auto folder = std::make_unique<DiskFolder>(place, space, std::move(sockets));
+  auto folder = std::make_unique<DiskFolder>(place, space, scheduler, transports);
   if (auto made = folder->make(); !made) return fail(std::move(made.error()));
   return folder;
 }

@@ -8,6 +8,7 @@
 #include "rubicon/address.hpp"
 #include "rubicon/time.hpp"
 #include "transport/local_stream.h"
+#include "transport/user_names.h"
 
 namespace rubicon::tuples::host {
 
@@ -53,8 +54,11 @@ class Folder {
   /// kNotFound, kUnreachable: no process is behind the door; kBusy: try again a little later; kRefused: it is not the
   /// door of the process behind it, or not for this user; else kIo.
   virtual Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) = 0;
-  /// The door of a process that connected to this one and says that it has this token. kRefused: it has no such door.
+  /// The door of a process that connected to this one and says that it has this token. kNotFound: it has no such door,
+  /// or no more; kRefused: that door is of another user.
   virtual Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const = 0;
+  /// `call` receives the name of a user, in a later turn.
+  virtual void name_of(const transport::LocalPeer& who, transport::UserNames::Call call) = 0;
   /// Since the start of the kernel, also while it slept: the same for all processes of the host (CLOCK_BOOTTIME).
   virtual Duration since_boot() const = 0;
 };

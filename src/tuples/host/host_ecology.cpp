@@ -97,7 +97,9 @@ void HostEcology::connect(const Door& door) {
   process.door = door;
   auto stream = folder_->connect(door, process.connection.begin(calls_of(process)));
   if (stream) {
+    const auto user = (*stream)->peer().user;
     process.connection.take(std::move(*stream));
+    if (count_of(user) > kMaxConnections) return refuse(process, "its user has too many processes already");
     return introduce(process);
   }
   end(process);
@@ -108,8 +110,9 @@ void HostEcology::connect(const Door& door) {
 
 void HostEcology::connect_later(const Door& door) {
   const auto now = scheduler_.now();
-  if (later_.try_emplace(door, now).first->second + options_.patience > now)
-    return connect_again_.advance_to(now + kPause);
+  auto& again = later_.try_emplace(door, Again{now, kPause / 2}).first->second;
+  again.pause *= 2;
+  if (again.since + options_.patience > now) return connect_again_.advance_to(now + again.pause);
   later_.erase(door);
   meet_again_ = true;
 }
@@ -117,22 +120,27 @@ void HostEcology::connect_later(const Door& door) {
 void HostEcology::connect_again() {
   const auto doors = folder_->doors();
   const auto all = later_;
-  for (const auto& [door, since] : all) {
+  for (const auto& [door, again] : all) {
     const bool stands = doors && std::find(doors->begin(), doors->end(), door) != doors->end();
     if (stands && !is_met(door)) connect(door);
-    if (!stands || is_met(door)) later_.erase(door);
+    if (!stands) later_.erase(door);  // else its hello ends the wait
   }
+}
+
+/// Connections with that user, in both directions.
+std::size_t HostEcology::count_of(uid_t user) const {
+  return static_cast<std::size_t>(std::count_if(processes_.begin(), processes_.end(), [&](const auto& one) {
+    return !one->ended && !one->own && one->connection.is_open() && one->connection.peer().user == user;
+  }));
 }
 
 transport::LocalCalls HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
   const auto who = stream->peer();
-  const auto same = std::count_if(processes_.begin(), processes_.end(), [&](const auto& one) {
-    return !one->ended && !one->ours && one->connection.peer().user == who.user;
-  });
+  const auto same = count_of(who.user);
   auto& process = add_process();
   auto calls = process.connection.begin(calls_of(process));
   process.connection.take(std::move(stream));
-  if (static_cast<std::size_t>(same) >= kMaxConnections)
+  if (same >= kMaxConnections)
     lifetime_.post(scheduler_, [this, &process] { refuse(process, "its user has too many connections already"); });
   return calls;
 }
@@ -239,7 +247,15 @@ std::vector<std::string> HostEcology::awaited() const {
   for (const auto& one : processes_) {
     if (!one->ended && one->ours && !one->own && !one->ready) all.push_back(text_of(one->connection.peer()));
   }
+  for (const auto& [door, again] : later_) {
+    if (!is_met(door)) all.push_back(fmt::format("the process of {}/{}.sock", door.place, door.token));
+  }
   return all;
+}
+
+Result<void> HostEcology::check_free(OwnerId id) {
+  const auto lock = folder_->lock(id);
+  return lock ? Result<void>() : fail(lock.error());
 }
 
 Result<std::unique_ptr<Link>> HostEcology::join(OwnerId id) {

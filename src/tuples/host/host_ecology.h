@@ -11,6 +11,7 @@
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "tuples/host/process.h"
+#include "tuples/judge.h"
 #include "tuples/stand_in.h"
 
 namespace rubicon::tuples::host {
@@ -20,6 +21,8 @@ class HostLink;
 struct HostOptions {
   Duration lease = std::chrono::seconds(2);     ///< a process that does not answer for this time is lost
   Duration patience = std::chrono::seconds(2);  ///< how long is tried to reach a process whose queue is full
+  /// What users may do here; null: whoever gets into the folder may do everything.
+  std::shared_ptr<Judge> judge = nullptr;
 };
 
 /// Components of one host that meet in a folder of Unix sockets (docs/host.md): one socket a process, one connection
@@ -38,6 +41,8 @@ class HostEcology final : public StandInEcology {
   /// With the errors of Folder::lock(); kDuplicate if this process has the component already. The link ends before the
   /// ecology.
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
+  /// Whether join() would find the id free now; the errors of Folder::lock().
+  Result<void> check_free(OwnerId id);
   /// A stand-in locks nothing: the component itself may start, and displaces it.
   Result<std::unique_ptr<Link>> join_as(StandIn who) override;
 
@@ -71,6 +76,7 @@ class HostEcology final : public StandInEcology {
   void connect(const Door& door);
   void connect_later(const Door& door);
   void connect_again();
+  std::size_t count_of(uid_t user) const;
   transport::LocalCalls accept(std::unique_ptr<transport::LocalStream> stream);
   void introduce(Process& process);
   void on_ended(Process& process, const Error& why);
@@ -85,6 +91,8 @@ class HostEcology final : public StandInEcology {
   Result<void> take(Process& process, const Record& record);
   Result<void> on_hello(Process& process, const Record& hello);
   bool is_twice(const Process& process, const std::string& token);
+  void ask_name(Process& process);
+  void take_name(Process& process, const Result<transport::UserName>& name);
   Result<void> on_up(Process& process, const Record& up);
   void forget(Process& process, OwnerId id);
   static Result<void> count(Process& process, std::size_t less, std::size_t more);
@@ -97,6 +105,7 @@ class HostEcology final : public StandInEcology {
   void review(OwnerId id, PeerEvent how);
   void review_all(const Process& process, PeerEvent how);
   Process* best(OwnerId id) const;
+  PeerIdentity identity(const Process& process, OwnerId id) const;
   const Present* present(OwnerId id) const;
 
   // -- own components (host_link.cpp)
@@ -112,7 +121,12 @@ class HostEcology final : public StandInEcology {
   std::string token_;
   std::unique_ptr<transport::LocalListener> listener_;
   std::vector<std::unique_ptr<Process>> processes_;
-  std::map<Door, SteadyTime> later_;  ///< doors that are tried again, and since when
+  /// A door that is tried again: since when, and after which pause.
+  struct Again {
+    SteadyTime since{};
+    Duration pause{};
+  };
+  std::map<Door, Again> later_;
   std::map<OwnerId, Present> present_;
   std::map<OwnerId, HostLink*> links_;
   std::function<void(OwnerId)> displaced_;

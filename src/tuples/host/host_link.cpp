@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tuples/member_policy.h"
+
 namespace rubicon::tuples::host {
 
 namespace {
@@ -26,6 +28,11 @@ class FolderPolicy final : public OpenPolicy {
  private:
   std::map<OwnerId, std::string> hosts_;
 };
+
+std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::shared_ptr<Judge>& judge) {
+  if (judge) return std::make_unique<MemberPolicy>(self, judge);
+  return std::make_unique<FolderPolicy>();
+}
 
 }  // namespace
 
@@ -67,7 +74,10 @@ bool HostEcology::reads_from(const Process& process) const {
 // -- of the link
 
 HostLink::HostLink(HostEcology& ecology, StandIn who, std::unique_ptr<IdLock> lock)
-    : ecology_(ecology), who_(std::move(who)), lock_(std::move(lock)), policy_(std::make_unique<FolderPolicy>()) {
+    : ecology_(ecology),
+      who_(std::move(who)),
+      lock_(std::move(lock)),
+      policy_(policy_of(who_.id, ecology.options_.judge)) {
   ecology_.links_[who_.id] = this;
 }
 

@@ -15,6 +15,16 @@ std::size_t cost(const SubscriptionSpec& spec) {
   return sizeof spec + 64 + spec.pattern.key.size();
 }
 
+/// A user without a number in this user namespace is nobody in particular: user_namespaces(7), "overflow".
+constexpr std::string_view kOverflowUser = "65534";
+
+Member member_of(const transport::UserName& name) {
+  if (name.number == kOverflowUser) return {"user:unmapped"};
+  Member user{"user:" + name.user, {"user:" + name.number}};
+  for (const auto& group : name.groups) user.roles.push_back("group:" + group);
+  return user;
+}
+
 bool is_stand_in(const Process::Component& component) {
   return carrier_of(component.host) != model::kNoOwner;
 }
@@ -44,7 +54,9 @@ Result<void> HostEcology::take(Process& process, const Record& record) {
     case Type::kNoInterest: return on_no_interest(process, record), Result<void>();
     case Type::kFrame: return on_frame(process, record);
     case Type::kReady: process.ready = true; break;
-    case Type::kAsk: process.connection.send({Record::Type::kAnswer}); break;
+    case Type::kAsk:  // what waits is an answer, too
+      if (process.connection.waiting() == 0) process.connection.send({Record::Type::kAnswer});
+      break;
     case Type::kGoodbye: process.said_goodbye = true; break;
     default: break;
   }
@@ -55,20 +67,43 @@ Result<void> HostEcology::take(Process& process, const Record& record) {
 Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
   const auto reject = [](const std::string& why) { return fail(ErrorCode::kRefused, why); };
   if (process.greeted) return reject("it says twice who it is");
-  if (hello.number != kProtocolVersion)
+  if (hello.number != kProtocolVersion) {
+    if (!process.introduced) process.connection.send({Record::Type::kHello, {}, {}, kProtocolVersion, token_});
+    process.connection.flush();  // so that the other side can say it, too
     return reject(
         fmt::format("it has version {} of the protocol, this program version {}", hello.number, kProtocolVersion));
+  }
   const std::string token(hello.text);
   if (!is_token(token)) return reject("its token is none");
   if (process.ours && !process.own && token != process.door.token) return reject("it is not the process of its socket");
   const auto door = process.own ? folder_->own_door() : folder_->door_of(token, process.connection.peer());
+  if (!door && door.error().code == ErrorCode::kNotFound) return end(process), Result<void>();  // it has ended since
   if (!door) return fail(door.error());
   if (!process.ours && is_twice(process, token)) return end(process), Result<void>();
   process.door = *door;
   process.greeted = true;
   later_.erase(process.door);
+  if (options_.judge && !process.own) return ask_name(process), Result<void>();
   if (!process.introduced) introduce(process);
   return {};
+}
+
+/// Until its user has a name nothing more is read of it: rules that deny by name or group would let it pass.
+void HostEcology::ask_name(Process& process) {
+  process.connection.hold();
+  folder_->name_of(process.connection.peer(), lifetime_.guard([this, token = process.door.token](const auto& name) {
+    const auto found = std::find_if(processes_.begin(), processes_.end(), [&](const auto& one) {
+      return !one->ended && one->connection.is_held() && one->door.token == token;
+    });
+    if (found != processes_.end()) take_name(**found, name);
+  }));
+}
+
+void HostEcology::take_name(Process& process, const Result<transport::UserName>& name) {
+  if (!name) return refuse(process, name.error().text);
+  process.user = member_of(*name);
+  if (!process.introduced) introduce(process);
+  process.connection.release();
 }
 
 /// Two processes that came at once reached each other twice: the connection of the one with the higher token stays.
@@ -86,6 +121,9 @@ Result<void> HostEcology::on_up(Process& process, const Record& up) {
   if (process.components.size() >= Process::kMaxComponents)
     return fail(ErrorCode::kRefused, fmt::format("it has more than {} components", Process::kMaxComponents));
   if (up.content.size() > kMaxSummary) return fail(ErrorCode::kRefused, "its summary is too long");
+  if (number(up.id) < kFirstFreeId && !process.door.islands)
+    return fail(ErrorCode::kRefused,
+                fmt::format("it says that it is island {}, but islands run as the service here", number(up.id)));
   process.components[up.id] = {up.number, std::string(up.text), std::string(base::as_text(up.content)), {}};
   const auto fits = count(process, 0, up.content.size());
   review(up.id, PeerEvent::kLost);
@@ -172,18 +210,30 @@ const HostEcology::Present* HostEcology::present(OwnerId id) const {
   return found == present_.end() ? nullptr : &found->second;
 }
 
-/// Of several with one id: the component itself and no stand-in, an island of the service, then the one that was first.
+/// Of several with one id: the component itself and no stand-in, then that of this process, then the one that is known
+/// already. What they say of their starts decides only about those that come at once: nobody takes an id from another.
 Process* HostEcology::best(OwnerId id) const {
   Process* found = nullptr;
-  const auto rank = [id](const Process& one) {
+  const auto* known = present(id);
+  const auto rank = [id, known](const Process& one) {
     const auto& component = one.components.at(id);
-    return std::tuple(is_stand_in(component), number(id) < kFirstFreeId && !one.door.islands, component.incarnation);
+    return std::tuple(is_stand_in(component), !one.own, !known || known->at != &one, component.incarnation);
   };
   for (const auto& one : processes_) {
     if (one->ended || one->silent || !one->components.contains(id)) continue;
     if (!found || rank(*one) < rank(*found)) found = one.get();
   }
   return found;
+}
+
+PeerIdentity HostEcology::identity(const Process& process, OwnerId id) const {
+  const auto& component = process.components.at(id);
+  PeerIdentity who{id, component.incarnation, component.host, nullptr, process.own, true};
+  if (!options_.judge || process.own) return who;
+  auto member = process.user;
+  member.ids = {{number(id), number(id)}};
+  who.member = std::make_shared<const Member>(std::move(member));
+  return who;
 }
 
 /// Reports to the own components what changed of that id.
@@ -201,9 +251,7 @@ void HostEcology::review(OwnerId id, PeerEvent how) {
     now = best(id);  // a call may have changed it
   }
   if (!now) return;
-  const auto& component = now->components.at(id);
-  PeerIdentity who{id, component.incarnation, component.host, nullptr, now->own};
-  const Present news{now, std::move(who)};
+  const Present news{now, identity(*now, id)};
   present_[id] = news;
   if (auto* link = find_link(id); link && link->attached() && !now->own) link->displace();
   each_link([&](HostLink& link) { link.peer_up(news); });

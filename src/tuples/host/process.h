@@ -25,6 +25,7 @@ struct Process {
   Door door{};              ///< without a token: not known yet
   bool own = false;         ///< this process
   bool ours = false;        ///< this process connected, not the other
+  Member user{};            ///< `user:ann`, with `user:1000` and groups as roles; empty where nobody judges
   bool introduced = false;  ///< it was told what components are here
   bool greeted = false;     ///< its hello came
   bool ready = false;       ///< it told all its components

@@ -7,8 +7,9 @@
 
 namespace rubicon::tuples::joined {
 
-JoinedEcology::JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log)
-    : engines_(std::move(engines)), scheduler_(scheduler), log_(log) {
+JoinedEcology::JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log,
+                             std::string own_host)
+    : engines_(std::move(engines)), own_host_(std::move(own_host)), scheduler_(scheduler), log_(log) {
   RUBICON_ASSERT(!engines_.empty() && engines_.size() <= kMaxEngines);
 }
 
@@ -23,7 +24,7 @@ Result<std::unique_ptr<Link>> JoinedEcology::join(OwnerId id) {
     }
     links.push_back({engine.name, std::move(*link)});
   }
-  return std::make_unique<JoinedLink>(id, std::move(links), scheduler_, log_);
+  return std::make_unique<JoinedLink>(id, std::move(links), scheduler_, log_, own_host_);
 }
 
 }  // namespace rubicon::tuples::joined

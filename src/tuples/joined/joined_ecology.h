@@ -19,8 +19,9 @@ class JoinedEcology final : public Ecology {
     Ecology& ecology;
   };
 
-  /// At least one engine, at most kMaxEngines.
-  JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log);
+  /// At least one engine, at most kMaxEngines. `own_host`: PeerIdentity::host of this one, if its components have a
+  /// proof of that, engine `host`: what DDS brings in its name is ignored then.
+  JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log, std::string own_host = {});
 
   static constexpr std::size_t kMaxEngines = 8;
 
@@ -29,6 +30,7 @@ class JoinedEcology final : public Ecology {
 
  private:
   std::vector<Engine> engines_;
+  std::string own_host_;
   Scheduler& scheduler_;
   base::LogSink& log_;
 };

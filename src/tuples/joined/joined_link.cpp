@@ -13,6 +13,8 @@ namespace {
 
 /// Conflicts remembered, so that each is logged once.
 constexpr std::size_t kMaxLogged = 1000;
+/// The engine by which components of this host do not come.
+constexpr const char* kUnproven = "dds";
 
 }  // namespace
 
@@ -52,10 +54,12 @@ class JoinedLink::Port final : public LinkListener {
   std::size_t number_;
 };
 
-JoinedLink::JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log)
+JoinedLink::JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log,
+                       std::string own_host)
     : self_(self),
       scheduler_(scheduler),
       log_(Log(log, "tuples"), scheduler),
+      own_host_(std::move(own_host)),
       policy_([this](OwnerId peer) -> PeerPolicy* {
         if (peer == model::kNoOwner) return any_policy();
         const bool observes = peer == kLinkItself && !observers_.empty();
@@ -174,11 +178,30 @@ void JoinedLink::on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent 
 
 void JoinedLink::meet(std::size_t engine, const PeerIdentity& who) {
   auto& peer = peers_.try_emplace(who.id, ports_.size()).first->second;
-  const auto move = peer.meet(engine, who);
+  const bool barred = is_barred(engine, who);
+  const auto move = peer.meet(engine, who, barred);
+  if (barred)
+    peer.at(engine)->conflict = scheduler_.after(kContactTime, [this, id = who.id, engine] { log_barred(id, engine); });
   peer.at(engine)->since = scheduler_.now();
   if (held_.has(who.id) && search_end(who.id) == SteadyTime{}) next_held_.advance_to(scheduler_.now());
-  watch_conflict(peer, who.id, engine);
+  if (!barred) watch_conflict(peer, who.id, engine);
   report(who.id, move);
+}
+
+/// Components of this host come to its folder; kernels of PEIS have no other way. Who claims to be of this host by
+/// DDS may be anywhere.
+bool JoinedLink::is_barred(std::size_t engine, const PeerIdentity& who) const {
+  const bool is_proven = who.own_process || (who.member && !who.member->serial.empty());
+  return !own_host_.empty() && ports_[engine]->name == kUnproven && !is_proven && real_host(who.host) == own_host_;
+}
+
+void JoinedLink::log_barred(OwnerId id, std::size_t engine) {
+  const auto* peer = find(id);
+  if (!peer || !peer->at(engine) || peer->home()) return;
+  log_.warning(fmt::format("barred {}", number(id)),
+               fmt::format("component {} says by {} that it is of this host, but did not come to the folder of this "
+                           "host: ignored",
+                           number(id), ports_[engine]->name));
 }
 
 void JoinedLink::part(std::size_t engine, OwnerId id, PeerEvent how) {
@@ -333,12 +356,15 @@ void JoinedLink::on_remote_set(std::size_t engine, const RemoteSet& set) {
 
 /// It comes from a rival, or the engine does not prove what the one where the component lives does.
 void JoinedLink::refuse(std::size_t engine, const RemoteSet& set) {
-  const auto& peer = peers_.at(set.from);
+  auto& peer = peers_.at(set.from);
   const auto home = peer.home();
   const bool is_rival = !home || peer.at(engine)->identity.incarnation != peer.at(*home)->identity.incarnation;
-  const auto why = is_rival ? fmt::format("another component with id {} is present", number(set.from))
-                            : fmt::format("{} does not prove that it is component {}, which {} proves",
-                                          ports_[engine]->name, number(set.from), ports_[*home]->name);
+  const auto why =
+      peer.at(engine)->barred
+          ? fmt::format("component {} says that it is of this host, but did not come to its folder", number(set.from))
+      : is_rival ? fmt::format("another component with id {} is present", number(set.from))
+                 : fmt::format("{} does not prove that it is component {}, which {} proves", ports_[engine]->name,
+                               number(set.from), ports_[*home]->name);
   const Reply reply{set.from, set.request, Verdict::kRefused, ErrorCode::kDuplicate,
                     fmt::format("setting '{}': {}", set.key, why)};
   auto& link = *ports_[engine]->link;

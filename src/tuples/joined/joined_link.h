@@ -31,7 +31,8 @@ class JoinedLink final : public Link {
     std::string name;
     std::unique_ptr<Link> link;
   };
-  JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log);
+  JoinedLink(OwnerId self, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log,
+             std::string own_host = {});
   ~JoinedLink() override;
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override;
@@ -71,6 +72,8 @@ class JoinedLink final : public Link {
   void release(OwnerId owner);
   void release_due();
   void watch_conflict(MetPeer& peer, OwnerId id, std::size_t engine);
+  bool is_barred(std::size_t engine, const PeerIdentity& who) const;
+  void log_barred(OwnerId id, std::size_t engine);
   void log_conflict(OwnerId id, std::size_t engine);
   std::string described(OwnerId id, std::size_t engine) const;
 
@@ -84,6 +87,7 @@ class JoinedLink final : public Link {
   OwnerId self_;
   Scheduler& scheduler_;
   base::LimitedLog log_;
+  std::string own_host_;
   std::vector<std::unique_ptr<Port>> ports_;
   JoinedPolicy policy_;
   LinkListener* listener_ = nullptr;

@@ -9,15 +9,21 @@ namespace rubicon::tuples::joined {
 
 namespace {
 
-bool is_proven(const PeerIdentity& one) {
-  return one.own_process || (one.member && !one.member->serial.empty());
+/// Who vouches for a meeting; a higher one counts more. Of a stand-in nobody knows whether its carrier is right.
+enum class Proof : std::uint8_t { kOwnWord, kCertificate, kKernel, kOwnProcess };
+
+Proof proof_of(const PeerIdentity& one) {
+  if (one.own_process) return Proof::kOwnProcess;
+  if (one.by_kernel && !is_stand_in(one)) return Proof::kKernel;
+  return one.member && !one.member->serial.empty() ? Proof::kCertificate : Proof::kOwnWord;
 }
 
 /// Whether `one` is, for all that engines prove, what `other` is.
 bool proves(const PeerIdentity& one, const PeerIdentity& other) {
-  if (!is_proven(other)) return true;
-  if (one.own_process || other.own_process) return one.own_process == other.own_process;
-  return is_proven(one) && one.member->name == other.member->name;
+  const auto proof = proof_of(other);
+  if (proof == Proof::kOwnWord) return true;
+  if (proof_of(one) != proof) return false;
+  return proof != Proof::kCertificate || one.member->name == other.member->name;
 }
 
 /// Whether `one` is the component `other`, as another engine sees it.
@@ -31,11 +37,13 @@ bool is_restart(const PeerIdentity& before, const PeerIdentity& news) {
   return !news.host.empty() && news.host == before.host && news.incarnation > before.incarnation;
 }
 
-MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity) {
+MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity, bool barred) {
   for (auto& other : meetings_) {
     if (other && other->identity.incarnation == identity.incarnation) other->left = false;
   }
   meetings_[engine].emplace().identity = identity;
+  meetings_[engine]->barred = barred;
+  if (barred) return {};
   if (!home_) return live_at(engine);
   const auto& resident = meetings_[*home_]->identity;
   if (!comes_before(engine, identity)) return {};
@@ -47,7 +55,7 @@ MetPeer::Move MetPeer::meet(std::size_t engine, const PeerIdentity& identity) {
 /// Whether the component is to live on this engine, and no longer where it lives.
 bool MetPeer::comes_before(std::size_t engine, const PeerIdentity& news) const {
   const auto& resident = meetings_[*home_]->identity;
-  if (is_proven(news) != is_proven(resident)) return is_proven(news);
+  if (proof_of(news) != proof_of(resident)) return proof_of(news) > proof_of(resident);
   if (is_stand_in(news)) return false;
   if (is_stand_in(resident)) return true;
   return resident.incarnation == news.incarnation ? engine < *home_ : is_restart(resident, news);
@@ -66,16 +74,16 @@ MetPeer::Move MetPeer::part(std::size_t engine, PeerEvent how) {
   return move;
 }
 
-/// One that is proven first; then the same component before its stand-in, that before a rival, then by the order of the
-/// engines.
+/// That with the best proof first; then the same component before its stand-in, that before a rival, then by the order
+/// of the engines.
 std::optional<std::size_t> MetPeer::next_home(std::uint64_t incarnation) const {
   const auto rank = [incarnation](const PeerIdentity& one) {
-    return std::pair(is_proven(one), one.incarnation == incarnation ? 2 : is_stand_in(one) ? 1 : 0);
+    return std::pair(proof_of(one), one.incarnation == incarnation ? 2 : is_stand_in(one) ? 1 : 0);
   };
   std::optional<std::size_t> next;
   for (std::size_t engine = 0; engine < meetings_.size(); ++engine) {
     const auto* meeting = at(engine);
-    if (!meeting || meeting->left) continue;
+    if (!meeting || meeting->left || meeting->barred) continue;
     if (!next || rank(meeting->identity) > rank(meetings_[*next]->identity)) next = engine;
   }
   return next;
@@ -88,7 +96,7 @@ MetPeer::Move MetPeer::live_at(std::optional<std::size_t> engine) {
 }
 
 bool MetPeer::is_resident(std::size_t engine) const {
-  return home_ && meetings_[engine] && !meetings_[engine]->left &&
+  return home_ && meetings_[engine] && !meetings_[engine]->left && !meetings_[engine]->barred &&
          is_same(meetings_[engine]->identity, meetings_[*home_]->identity);
 }
 
@@ -98,10 +106,10 @@ bool MetPeer::is_forgotten() const {
 
 std::optional<std::size_t> MetPeer::rival_of(std::size_t engine) const {
   const auto* meeting = at(engine);
-  if (!meeting || meeting->left || is_stand_in(meeting->identity)) return {};
+  if (!meeting || meeting->left || meeting->barred || is_stand_in(meeting->identity)) return {};
   for (std::size_t other = 0; other < meetings_.size(); ++other) {
     const auto* rival = at(other);
-    if (!rival || rival->left || is_stand_in(rival->identity)) continue;
+    if (!rival || rival->left || rival->barred || is_stand_in(rival->identity)) continue;
     if (rival->identity.incarnation != meeting->identity.incarnation) return other;
   }
   return {};

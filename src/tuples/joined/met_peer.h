@@ -17,8 +17,9 @@ struct Meeting {
   SteadyTime since{};
   std::string summary;
   std::map<std::uint32_t, SubscriptionSpec> subscriptions;
-  bool left = false;  ///< the component left on the engine where it lived; this engine has not noticed yet
-  Timer conflict;     ///< until the conflict with another component of this id is logged
+  bool left = false;    ///< the component left on the engine where it lived; this engine has not noticed yet
+  bool barred = false;  ///< it is not believed to be of this host: it lives nowhere
+  Timer conflict;       ///< until the conflict with another component of this id is logged
 };
 
 /// What the engines of a joined link see of one id, and the engine where the component with that id lives: messages to
@@ -36,7 +37,7 @@ class MetPeer {
     bool was_rival = false;         ///< what it sent so far was dropped
   };
   /// An engine met the component; that engine had no meeting before.
-  Move meet(std::size_t engine, const PeerIdentity& identity);
+  Move meet(std::size_t engine, const PeerIdentity& identity, bool barred = false);
   /// An engine that has a meeting lost the component or saw it leave.
   Move part(std::size_t engine, PeerEvent how);
 

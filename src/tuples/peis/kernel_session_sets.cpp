@@ -101,7 +101,9 @@ void KernelSession::answer(std::uint64_t request, Outcome outcome, std::uint64_t
     if (sequence == 0) reply.text = kArrived;
   } else {
     const bool is_gone = outcome == Outcome::kHostGone;
-    reply.verdict = is_gone ? Verdict::kNoSuchOwner : Verdict::kExpired;
+    reply.verdict = is_gone                        ? Verdict::kNoSuchOwner
+                    : outcome == Outcome::kNotSent ? Verdict::kExpired
+                                                   : Verdict::kTimedOut;
     reply.code = is_gone ? ErrorCode::kNotFound : ErrorCode::kExpired;
     reply.text = is_gone ? name() + " is gone; the request may have arrived"
                          : std::string(outcome == Outcome::kNotSent ? kNotSent : kNotAcknowledged);

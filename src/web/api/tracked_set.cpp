@@ -33,8 +33,8 @@ Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
     case tuples::Verdict::kApplied: return {};
     case tuples::Verdict::kRefused: return fail(reply.code, reply.text);
     case tuples::Verdict::kExpired:
-      return fail(ErrorCode::kExpired,
-                  fmt::format("component {} did not answer within the time to live", number(owner)));
+    case tuples::Verdict::kTimedOut:
+      return fail(ErrorCode::kExpired, fmt::format("component {}: {}", number(owner), reply.text));
     case tuples::Verdict::kNoSuchOwner: break;
   }
   return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(owner)));

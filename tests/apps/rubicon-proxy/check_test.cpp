@@ -91,13 +91,16 @@ TEST_F(CheckOfAFile, TheStartSaysWhoMayCommandAnIslandWithoutTrust) {
   if (!alone.entered()) GTEST_SKIP() << alone.reason();
   const auto file = write("home.yaml", "island: {id: 12, name: school}\nnetworks: {dummy-1: {type: dummy}}\n");
   for (const auto& [engine, said] : std::vector<std::pair<std::string, std::string>>{
-           {"tuples.domain=0", "is up: 1 network; without trust: anybody on this host may command it"},
+           {"tuples.engine=dds", "is up: 1 network; without trust: anybody on this host may command it"},
+           {"tuples.host=yes", "is up: 1 network; whoever may enter " + alone.folder() + " may command it"},
            {"tuples.engine=memory", "is up: 1 network\n"}}) {
     Process island({kDaemon, "run", file, "--set", "tuples.trust=no", "--set", engine, "--shell"});
     island.write("quit\n");
     EXPECT_EQ(island.exit_code(), 0) << island.errors();
     EXPECT_THAT(island.errors(), HasSubstr(said));
   }
+  EXPECT_THAT(run_to_end({kDaemon, "check", file}).output,
+              HasSubstr("whoever may enter " + alone.folder() + " may command it"));
 }
 
 }  // namespace

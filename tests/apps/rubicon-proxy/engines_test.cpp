@@ -81,8 +81,8 @@ class IslandsOnEngines : public testing::Test {
 };
 
 TEST_F(IslandsOnEngines, TwoOnBothShowEachOtherOnceAndBothToOneOnPeis) {
-  const auto first = island(1, "engine: [dds, peis]"), second = island(2, "engine: [dds, peis]"),
-             third = island(3, "engine: peis");
+  const auto first = island(1, "host: no, engine: [dds, peis]"), second = island(2, "host: no, engine: [dds, peis]"),
+             third = island(3, "host: no, engine: peis");
   EXPECT_TRUE(shows(*first, {2, 3}));
   EXPECT_TRUE(shows(*second, {1, 3}));
   EXPECT_TRUE(shows(*third, {1, 2}));
@@ -92,9 +92,24 @@ TEST_F(IslandsOnEngines, TwoOnBothShowEachOtherOnceAndBothToOneOnPeis) {
   for (const auto* daemon : {&third, &second, &first}) expect_quiet(**daemon);
 }
 
+/// Each pair of wires; on a host its folder counts.
+TEST_F(IslandsOnEngines, OfOneHostMeetInItsFolderWhateverElseTheyHave) {
+  const auto first = island(1, "engine: [dds, peis]"), second = island(2, "engine: dds"),
+             third = island(3, "engine: peis"), fourth = island(4, "engine: host");
+  EXPECT_TRUE(shows(*first, {2, 3, 4}));
+  EXPECT_TRUE(shows(*second, {1, 3, 4}));
+  EXPECT_TRUE(shows(*third, {1, 2, 4}));
+  EXPECT_TRUE(shows(*fourth, {1, 2, 3}));
+  expect_reads_and_commands(*fourth, 1, *first);
+  expect_reads_and_commands(*first, 2, *second);
+  expect_reads_and_commands(*second, 3, *third);
+  expect_reads_and_commands(*third, 4, *fourth);
+  for (const auto* daemon : {&fourth, &third, &second, &first}) expect_quiet(**daemon);
+}
+
 TEST_F(IslandsOnEngines, OneCarriesBetweenOneOnDdsAndOneOnPeis) {
-  const auto native = island(1, "engine: dds"), kernel = island(3, "engine: peis");
-  auto carrier = island(2, "engine: [dds, peis], peis: {carry: [1, 3]}");
+  const auto native = island(1, "host: no, engine: dds"), kernel = island(3, "host: no, engine: peis");
+  auto carrier = island(2, "host: no, engine: [dds, peis], peis: {carry: [1, 3]}");
   EXPECT_TRUE(shows(*native, {2, 3}));
   EXPECT_TRUE(shows(*kernel, {1, 2}));
   EXPECT_TRUE(shows(*carrier, {1, 3})) << "each once: it does not see its own stand-ins";
@@ -103,7 +118,7 @@ TEST_F(IslandsOnEngines, OneCarriesBetweenOneOnDdsAndOneOnPeis) {
   carrier->signal(SIGKILL);
   EXPECT_TRUE(shows(*native, {}));
   EXPECT_TRUE(shows(*kernel, {})) << "stand-ins end with their carrier";
-  carrier = island(2, "engine: [dds, peis], peis: {carry: [1, 3]}");
+  carrier = island(2, "host: no, engine: [dds, peis], peis: {carry: [1, 3]}");
   EXPECT_TRUE(shows(*kernel, {1, 2}));
   expect_reads_and_commands(*kernel, 1, *native);
   expect_quiet(*carrier);

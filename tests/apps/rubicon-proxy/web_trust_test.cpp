@@ -108,8 +108,8 @@ TEST_F(PageWithTrust, ACallerOfThisHostNeedsATokenAndIsAuditedUnderItsName) {
 TEST_F(PageWithTrust, WithoutTokensThereIsNoPage) {
   start("");
   const auto errors = program_->errors();
-  EXPECT_THAT(errors, AllOf(HasSubstr("with trust each caller needs a token"), HasSubstr("goes on without its page"),
-                            Not(HasSubstr("open http"))));
+  EXPECT_THAT(errors, AllOf(HasSubstr("with trust or rights each caller needs a token"),
+                            HasSubstr("goes on without its page"), Not(HasSubstr("open http"))));
 }
 
 TEST_F(PageWithTrust, ATokenWhoseNameMeansOthersIsRefusedInTheConfiguration) {

@@ -3,6 +3,8 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <csignal>
 #include <vector>
 
 #include "apps/rubicon/island_look.h"
@@ -36,7 +38,13 @@ class Doctor : public testing::Test {
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
   }
+  /// By DDS too.
   static Told ask(std::vector<std::string> more = {}) {
+    if (std::find(more.begin(), more.end(), "--interfaces") == more.end())
+      more.insert(more.end(), {"--interfaces", "lo"});
+    return ask_host(std::move(more));
+  }
+  static Told ask_host(std::vector<std::string> more = {}) {
     more.insert(more.begin(), {"doctor", "--json"});
     const auto outcome = rubicon(std::move(more));
     return {outcome.code, lines_of(outcome), outcome.output + outcome.errors};
@@ -55,7 +63,7 @@ TEST_F(Doctor, FindsNothingWrongWhereAllIsWell) {
   const auto told = ask();
   EXPECT_EQ(told.code, 0) << told.everything;
   EXPECT_THAT(told.everything, HasSubstr("island 5"));
-  const auto text = rubicon({"doctor"});
+  const auto text = rubicon({"doctor", "--interfaces", "lo"});
   EXPECT_EQ(text.code, 0);
   EXPECT_THAT(text.output, HasSubstr("good     firewall"));
   EXPECT_THAT(text.output, HasSubstr("nothing is wrong"));
@@ -98,7 +106,23 @@ TEST_F(Doctor, KnowsWhatAnIslandHadLostBefore) {
 TEST_F(Doctor, NamesTheAbsenceOfIslands) {
   const auto told = ask();
   EXPECT_EQ(told.code, 1);
-  EXPECT_THAT(told.problem(), HasSubstr("islands: no island in domain 0 on lo (start one"));
+  EXPECT_THAT(told.problem(), testing::ContainsRegex("islands: no island in folder .* and domain 0 on lo .start one"));
+  const auto here = ask_host();
+  EXPECT_EQ(here.code, 1);
+  EXPECT_THAT(here.problem(), testing::ContainsRegex("islands: no island in folder [^ ]* .start one"));
+}
+
+TEST_F(Doctor, OnAHostNamesWhoHangsAndWhoUsesDds) {
+  const auto hung = started(folder_.write("a.yaml", small_island(5)));
+  hung->signal(SIGSTOP);
+  const auto told = ask_host();
+  EXPECT_EQ(told.code, 1);
+  EXPECT_THAT(told.problem(), HasSubstr("folder: pid " + std::to_string(hung->pid()) + " of uid"));
+  hung->signal(SIGCONT);
+  const auto distant = started(folder_.write("b.yaml", small_island(6, "{engine: dds, host: no}")));
+  hung->signal(SIGKILL);
+  const auto lonely = ask_host();
+  EXPECT_THAT(lonely.everything, HasSubstr("1 program of this host use DDS in domain 0"));
 }
 
 TEST_F(Doctor, NamesAnInterfaceWithoutMulticast) {
@@ -113,7 +137,7 @@ TEST_F(Doctor, NamesAnInterfaceWithoutMulticast) {
 }
 
 TEST_F(Doctor, NamesTheDomainInWhichTheIslandsAre) {
-  const auto island = started(folder_.write("a.yaml", small_island(5, "{engine: dds, domain: 17}")));
+  const auto island = started(folder_.write("a.yaml", small_island(5, "{engine: dds, host: no, domain: 17}")));
   const auto told = ask();
   EXPECT_EQ(told.code, 1);
   EXPECT_THAT(told.problem(), HasSubstr("other-domain: island 5"));

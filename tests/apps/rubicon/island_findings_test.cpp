@@ -289,6 +289,12 @@ TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   options.interfaces = {"eth0"};
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` only prevents mistakes"));
   EXPECT_THAT(check_access(island(), options).fix, HasSubstr("sudo rubicon trust init"));
+  auto seen = island();
+  EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
+            "whoever may enter /run/rubicon may read and command island 6541");
+  seen.numbers = {{"rights-refused", 0}};
+  EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
+            "island 6541 asks its rights who of this host may do what");
 }
 
 /// As GitHub makes it of a heading.

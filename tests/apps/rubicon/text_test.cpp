@@ -190,19 +190,26 @@ TEST(CliRates, GroupsByDeviceNetworkAndIsland) {
 
 TEST(CliSettings, SaysWhereItLooks) {
   client::Options options;
-  EXPECT_EQ(place_text(options), "domain 0 on lo");
-  EXPECT_EQ(place_options(options), "--domain 0 --interfaces lo");
+  options.folder = "/srv/meet";
+  EXPECT_EQ(place_text(options), "folder /srv/meet");
+  EXPECT_EQ(place_options(options), "--folder /srv/meet");
   options.domain = 3;
-  options.interfaces = {"eth0", "eth1"};
   options.tag = "home";
+  EXPECT_EQ(place_text(options), "folder /srv/meet, space d3-home");
+  options.interfaces = {"eth0", "eth1"};
   options.peers = {"10.0.0.2"};
-  EXPECT_EQ(place_text(options), "domain 3 on eth0, eth1, tag home, peers 10.0.0.2");
+  EXPECT_EQ(place_text(options), "folder /srv/meet and domain 3 on eth0, eth1, tag home, peers 10.0.0.2");
   options.tcp = true;
-  EXPECT_EQ(place_options(options), "--domain 3 --interfaces eth0,eth1 --tcp --tag home --peers 10.0.0.2");
-  options.engines.push_back(client::Engine::kPeis);
+  EXPECT_EQ(place_options(options),
+            "--folder /srv/meet --domain 3 --interfaces eth0,eth1 --tcp --tag home --peers 10.0.0.2");
+  options.folder.clear();
+  options.engines = {client::Engine::kDds, client::Engine::kPeis};
   options.peis = {"lab", 8000, {"tcp://robot:8000"}, false};
   EXPECT_EQ(place_text(options),
             "domain 3 and PEIS network lab on eth0, eth1 over TCP, tag home, peers 10.0.0.2, connect tcp://robot:8000");
+  EXPECT_EQ(place_options(options),
+            "--engine dds,peis --peis-network lab --peis-connect tcp://robot:8000 --peis-multicast no --domain 3 "
+            "--interfaces eth0,eth1 --tcp --tag home --peers 10.0.0.2");
   options.engines = {client::Engine::kPeis};
   EXPECT_EQ(place_text(options), "PEIS network lab on eth0, eth1, connect tcp://robot:8000");
   EXPECT_EQ(
@@ -224,7 +231,7 @@ std::string wrong_with(std::vector<const char*> arguments) {
 TEST(CliSettings, AnOptionThatWouldDoNothingIsRefused) {
   using testing::HasSubstr;
   EXPECT_THAT(wrong_with({"--engine", "peis", "--domain", "3"}),
-              HasSubstr("--domain: only engine dds has this option, expected --engine dds or dds,peis"));
+              HasSubstr("--domain: only engine dds has this option, expected --engine with dds"));
   EXPECT_THAT(wrong_with({"--engine=dds", "--peis-network=x"}), HasSubstr("--peis-network: only engine peis"));
   EXPECT_THAT(wrong_with({"--peis-multicast", "no"}), HasSubstr("--peis-multicast: only engine peis"));
   EXPECT_THAT(wrong_with({"--engine", "peis", "--tcp"}), HasSubstr("--tcp: only engine dds"));

@@ -96,9 +96,10 @@ TEST_F(TrustAudit, NamesTheLogsOfSeveralIslands) {
   const auto none = rubicon(words);
   EXPECT_EQ(none.code, 2);
   EXPECT_THAT(none.errors, HasSubstr("expected --file FILE or --config FILE"));
-  folder_.write("home.yaml", small_island(1) + "state: {file: home.state}\naudit: {file: home.audit}\n");
+  folder_.write("home.yaml",
+                small_island(1, "{engine: dds}") + "state: {file: home.state}\naudit: {file: home.audit}\n");
   EXPECT_THAT(rubicon(words).output, HasSubstr("desk set proxy.a = on: accepted")) << "that of the only island";
-  folder_.write("lab.yaml", small_island(2) + "state: {file: lab.state}\n");
+  folder_.write("lab.yaml", small_island(2, "{engine: dds}") + "state: {file: lab.state}\n");
   const auto several = rubicon(words);
   EXPECT_EQ(several.code, 2);
   EXPECT_THAT(several.errors, AllOf(HasSubstr(audit_), HasSubstr(folder_.file("lab.state.audit"))));

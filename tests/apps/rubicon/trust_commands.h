@@ -32,7 +32,7 @@ class TrustCommands : public testing::Test {
  protected:
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
-    folder_.write("home.yaml", small_island(6541));
+    folder_.write("home.yaml", small_island(6541, "{engine: dds}"));
   }
   std::string trust() const { return folder_.file("trust"); }
   Outcome trust(std::vector<std::string> words, const std::string& input = {}) const {

@@ -50,7 +50,7 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
       {"/usr/lib/rubicon/librubicon-guard.so: cannot load the guard: no such file",
        "install the package rubicon again"},
       {"/usr/lib/rubicon/librubicon-guard.so: is of another version of Rubicon (guard 2, expected 1)",
-       "sudo apt install rubicon librubicon0"},
+       "sudo apt install rubicon librubicon1"},
       {"/x: has no realm, but islands of this host started with Rubicon 5f1c", "put the folder back from your copy"},
       {"/x: has no realm: expected a folder that `rubicon trust init` or `rubicon trust join` made",
        "rubicon trust init"},

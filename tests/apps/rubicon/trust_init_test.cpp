@@ -38,7 +38,7 @@ TEST_F(TrustCommands, InitAgainChangesNothingButAddsIslandsThatAreNew) {
   const auto again = trust({"init"});
   EXPECT_EQ(again.code, 0) << again.errors;
   EXPECT_THAT(again.output, HasSubstr("has this realm already; nothing was changed"));
-  folder_.write("lab.yaml", small_island(7));
+  folder_.write("lab.yaml", small_island(7, "{engine: dds}"));
   EXPECT_THAT(trust({"init"}).output, HasSubstr("certificates were added for island 7"));
   EXPECT_EQ(member("island-7", trust())["has-key"], true);
   EXPECT_EQ(text_in(trust() + "/members/island-6541/certificate.pem"), before);
@@ -47,7 +47,7 @@ TEST_F(TrustCommands, InitAgainChangesNothingButAddsIslandsThatAreNew) {
 TEST_F(TrustCommands, InitGoesOnWhenOneMemberCannotBeMade) {
   init();
   ASSERT_EQ(trust({"revoke", "island-6541"}).code, 0);
-  folder_.write("lab.yaml", small_island(7));
+  folder_.write("lab.yaml", small_island(7, "{engine: dds}"));
   const std::vector<std::string> start{"init", "--for", folder_.file("lab.yaml")};
   const auto again = trust(start);
   EXPECT_EQ(again.code, 0) << "units need it";
@@ -133,7 +133,7 @@ TEST_F(TrustCommands, TheStartOfAnIslandSaysOnlyWhatChanged) {
   folder_.write("other.yaml", small_island(8, "{trust: no}"));
   const auto again = trust(start);
   EXPECT_EQ(again.output + again.errors, "") << "nothing changed, and island 8 needs no certificate";
-  folder_.write("other.yaml", small_island(8));
+  folder_.write("other.yaml", small_island(8, "{engine: dds}"));
   EXPECT_THAT(trust(start).output, HasSubstr("for island 8"));
 }
 
@@ -156,10 +156,11 @@ TEST_F(TrustCommands, TheFirstStartOfAnIslandThatNamesThisFolderMakesTheRealm) {
 
 TEST_F(TrustCommands, AnIslandWhoseFileLiesElsewhereGetsItsCertificateBeforeItStarts) {
   fs::create_directory(folder_.file("opt"));
-  const std::vector<std::string> start{"init", "--for", folder_.write("opt/lab.yaml", small_island(7))};
+  const std::vector<std::string> start{"init", "--for",
+                                       folder_.write("opt/lab.yaml", small_island(7, "{engine: dds}"))};
   EXPECT_THAT(trust(start).output, HasSubstr("for island 6541, 7"));
   EXPECT_EQ(trust(start).output, "");
-  folder_.write("opt/lab.yaml", small_island(8));
+  folder_.write("opt/lab.yaml", small_island(8, "{engine: dds}"));
   EXPECT_THAT(trust(start).output, HasSubstr("for island 8"));
   EXPECT_EQ(member("island-8", trust())["has-key"], true);
   folder_.write("opt/lab.yaml", small_island(9, "{trust: ./own}"));
@@ -236,7 +237,7 @@ TEST_F(TrustCommands, AnIslandOfAHostThatJoinedMakesNoRealmOfItsOwnEither) {
   init();
   const auto [file, phrase] = added("lab");
   fs::create_directory(folder_.file("other"));
-  folder_.write("other/lab.yaml", small_island(7));
+  folder_.write("other/lab.yaml", small_island(7, "{engine: dds}"));
   const auto other = folder_.file("other/trust");
   ASSERT_EQ(with(other, {"join", file, "--yes"}, phrase + "\n").code, 0);
   const std::vector<std::string> start{"init", "--for", folder_.file("other/lab.yaml")};

@@ -20,7 +20,7 @@ class TrustMay : public testing::Test {
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
     configuration_ =
-        folder_.write("home.yaml", small_island(6541) +
+        folder_.write("home.yaml", small_island(6541, "{engine: dds}") +
                                        "rights:\n"
                                        "  - {who: admin, may: all}\n"
                                        "  - {who: robot, may: set, keys: [\"proxy.*.*.actuator.*.command\"], "
@@ -103,7 +103,7 @@ TEST_F(TrustMay, WhatIsNoQuestionIsAnError) {
   const auto absent = rubicon({"trust", "may", "robot", "read", kLamp, "--config", folder_.file("absent.yaml")});
   EXPECT_EQ(absent.code, 2);
   EXPECT_THAT(absent.errors, HasSubstr("absent.yaml"));
-  folder_.write("home.yaml", small_island(6541) + "rights:\n  - {who: robot, may: open}\n");
+  folder_.write("home.yaml", small_island(6541, "{engine: dds}") + "rights:\n  - {who: robot, may: open}\n");
   const auto broken = may({"robot", "read", kLamp});
   EXPECT_EQ(broken.code, 2);
   EXPECT_THAT(broken.errors, HasSubstr(configuration_ + ":6:")) << "the place of the rule";

@@ -30,7 +30,7 @@ TEST_F(TrustCommands, WhoHoldsTheFolderIsNamedByItsLock) {
   EXPECT_EQ(mode_of(lock), "600");
   const auto held = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
-  folder_.write("lab.yaml", small_island(7));
+  folder_.write("lab.yaml", small_island(7, "{engine: dds}"));
   const auto busy = trust({"init"});
   EXPECT_THAT(busy.errors, AllOf(HasSubstr("no certificate for island 7"), HasSubstr(lock)));
   ::close(held);

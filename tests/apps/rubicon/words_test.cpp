@@ -59,7 +59,7 @@ TEST_F(Words, AWrongWordIsAnsweredWithTheNearest) {
 TEST_F(Words, WatchSaysWhyItSawNothing) {
   const auto nothing = rubicon({"watch", "--for", "1s", "nothing.there-1"});
   EXPECT_EQ(nothing.code, 8);
-  EXPECT_THAT(nothing.errors, HasSubstr("nothing fits *.*.nothing.*.there-1.value yet (looked in domain 0 on lo"));
+  EXPECT_THAT(nothing.errors, HasSubstr("nothing fits *.*.nothing.*.there-1.value yet (looked in folder "));
 }
 
 TEST_F(Words, AStarWithinAPartWakesOnlyWhatFits) {
@@ -89,10 +89,10 @@ TEST_F(Words, AStarWithinAPartWakesThousands) {
   constexpr std::size_t kRooms = 3000, kMostLines = 20 * kRooms;
   const auto file = world_->folder.write(
       "many.yaml",
-      "island: {id: 6542, name: hotel}\ntuples: {engine: dds, domain: 3}\nnetworks:\n  dummy-many:\n    type: dummy\n"
+      "island: {id: 6542, name: hotel}\ntuples: {space: hotel}\nnetworks:\n  dummy-many:\n    type: dummy\n"
       "    simulate: {\"suite-{1..3000}\": {sensors: {temperature-1: {}}}}\n");
   const auto hotel = started(file);
-  Process watch({kProgram, "watch", "proxy.*.*.sensor.temp*-1.value", "--domain", "3", "--json"});
+  Process watch({kProgram, "watch", "proxy.*.*.sensor.temp*-1.value", "--space", "hotel", "--json"});
   std::set<std::string> woken;
   for (std::size_t i = 0; i < kMostLines && woken.size() < kRooms; ++i) {
     const auto line = json::parse(watch.line().value_or(""), nullptr, false);

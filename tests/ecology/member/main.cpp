@@ -157,6 +157,7 @@ bool read_lines(std::string& pending, std::vector<Words>& lines) {
 int main(int count, char** arguments) {
   client::Options options;
   if (count > 1) options.id = owner_of(arguments[1]);
+  if (count > 2 && std::string_view(arguments[2]) == "dds") options.engines = {client::Engine::kDds};
   options.lease = 1s;
   auto client = Client::open(options);
   if (!client) {

@@ -69,6 +69,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   Scheduler& scheduler;
   std::map<std::string, Standing> doors;
   std::map<OwnerId, pid_t> locks;
+  std::map<uid_t, std::string> names;
   std::vector<std::shared_ptr<End>> ends;
   std::set<pid_t> stopped;
   std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
@@ -124,6 +125,13 @@ class MemoryFolder final : public Folder {
                                                          transport::LocalAccept accept) override {
     state_->doors[token] = {process_, user_, islands_, std::move(accept), ++state_->doors_made};
     return std::make_unique<Listener>(state_, token, state_->doors_made);
+  }
+  void name_of(const transport::LocalPeer& who, transport::UserNames::Call call) override {
+    const auto number = std::to_string(who.user);
+    const auto found = state_->names.find(who.user);
+    transport::UserName name{found == state_->names.end() ? number : found->second, number, {}};
+    for (const auto group : who.groups) name.groups.push_back(std::to_string(group));
+    state_->scheduler.post([name, call = std::move(call)] { call(name); });
   }
   bool is_open() const override { return state_->doors.contains(token_); }
   Result<Door> own_door() const override { return Door{token_, path(), islands_}; }
@@ -226,6 +234,10 @@ void MemoryHost::kill(pid_t process) {
 
 void MemoryHost::meanwhile(std::function<void()> call) {
   state_->meanwhile = std::move(call);
+}
+
+void MemoryHost::name(uid_t user, std::string name) {
+  state_->names[user] = std::move(name);
 }
 
 void MemoryHost::clean() {

@@ -15,8 +15,9 @@
 
 #include "rubicon/tuple_space.hpp"
 #include "support/collecting_log.h"
-#include "transport/asio_local.h"
 #include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+#include "transport/poll_sockets.h"
 #include "tuples/component.h"
 #include "tuples/host/host_ecology.h"
 
@@ -29,26 +30,44 @@ using testing::HasSubstr;
 
 constexpr OwnerId kHome{6541}, kAtHand{70001};
 
-struct FolderOnDisk : testing::Test {
-  Sockets sockets() {
-    const auto executor = loop.context().get_executor();
-    return {[executor](const std::string& path, transport::LocalAccept accept) {
-              return transport::listen_asio_local(executor, path, std::move(accept));
-            },
-            [executor](const std::string& path, transport::LocalCalls calls) {
-              return transport::connect_asio_local(executor, path, std::move(calls));
-            }};
+/// One of the two loops with the sockets of the machine.
+struct AnyLoop {
+  virtual ~AnyLoop() = default;
+  virtual Scheduler& scheduler() = 0;
+  virtual transport::Transports& transports() = 0;
+  virtual void turn() = 0;
+};
+
+struct LoopOfDaemon final : AnyLoop {
+  Scheduler& scheduler() override { return loop.scheduler(); }
+  transport::Transports& transports() override { return local; }
+  void turn() override { loop.context().run_one_for(10ms); }
+  transport::Loop loop;
+  transport::LocalTransports local{loop};
+};
+
+struct LoopOfClient final : AnyLoop {
+  Scheduler& scheduler() override { return *loop; }
+  transport::Transports& transports() override { return sockets; }
+  void turn() override {
+    loop->wait(10ms);
+    loop->poll();
   }
+  std::unique_ptr<transport::PollLoop> loop = std::move(*transport::PollLoop::make());
+  transport::PollSockets sockets{*loop};
+};
+
+struct FolderOnDisk : testing::TestWithParam<bool> {
   Result<std::unique_ptr<Folder>> open(const std::string& space = "default") {
-    return open_disk_folder({path, false}, space, sockets());
+    return open_disk_folder({path, false}, space, loop->scheduler(), loop->transports());
   }
   std::unique_ptr<HostEcology> enter() {
-    return std::move(*HostEcology::open(std::move(*open()), {}, loop.scheduler(), log));
+    return std::move(*HostEcology::open(std::move(*open()), {}, loop->scheduler(), log));
   }
   /// Runs the loop until that is so; 30 s are a failure.
   bool until(const std::function<bool()>& reached) {
     const auto end = std::chrono::steady_clock::now() + 30s;
-    while (!reached() && std::chrono::steady_clock::now() < end) loop.context().run_one_for(10ms);
+    while (!reached() && std::chrono::steady_clock::now() < end) loop->turn();
     return reached();
   }
   static mode_t mode_of(const std::string& file) {
@@ -63,10 +82,13 @@ struct FolderOnDisk : testing::Test {
   const std::filesystem::path around = std::filesystem::temp_directory_path() / fmt::format("rh{}", ::getpid());
   std::string path = around / "meet";
   support::CollectingLog log;
-  transport::Loop loop;
+  std::unique_ptr<AnyLoop> loop =
+      GetParam() ? std::unique_ptr<AnyLoop>(std::make_unique<LoopOfClient>()) : std::make_unique<LoopOfDaemon>();
 };
+INSTANTIATE_TEST_SUITE_P(On, FolderOnDisk, testing::Bool(),
+                         [](const auto& of) { return of.param ? "TheLoopOfAClient" : "TheLoopOfADaemon"; });
 
-TEST_F(FolderOnDisk, IsMadeForItsUserAloneWhateverTheUmask) {
+TEST_P(FolderOnDisk, IsMadeForItsUserAloneWhateverTheUmask) {
   const auto before = ::umask(0);
   auto folder = std::move(*open());
   const auto listener = std::move(*folder->open("00000000000000aa", [](auto) { return transport::LocalCalls{}; }));
@@ -78,7 +100,7 @@ TEST_F(FolderOnDisk, IsMadeForItsUserAloneWhateverTheUmask) {
   EXPECT_THAT(*folder->doors(), ElementsAre(Door{"00000000000000aa", path + "/default", true}));
 }
 
-TEST_F(FolderOnDisk, RefusesAFolderThatOthersMayWriteToOrThatIsALinkOrAFile) {
+TEST_P(FolderOnDisk, RefusesAFolderThatOthersMayWriteToOrThatIsALinkOrAFile) {
   std::filesystem::create_directory(path);
   ::chmod(path.c_str(), 0777);
   EXPECT_THAT(open().error().text, HasSubstr("has permissions 777, expected 700"));
@@ -93,8 +115,9 @@ TEST_F(FolderOnDisk, RefusesAFolderThatOthersMayWriteToOrThatIsALinkOrAFile) {
   EXPECT_THAT(open().error().text, HasSubstr("is no folder"));
 }
 
-TEST_F(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
-  EXPECT_THAT(open("../x").error().text, HasSubstr("space '../x': expected 1 to 40 characters of A-Z a-z 0-9 _ -"));
+TEST_P(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
+  EXPECT_THAT(open("../x").error().text,
+              HasSubstr("'../x' is no space, expected 1 to 40 characters of A-Z a-z 0-9 . _ -, the first no dot"));
   EXPECT_FALSE(open(""));
   path = around / std::string(100, 'd');
   auto folder = std::move(*open());
@@ -103,7 +126,7 @@ TEST_F(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
   EXPECT_THAT(listener.error().text, HasSubstr("the path of a socket has at most 107 bytes"));
 }
 
-TEST_F(FolderOnDisk, AnIdIsLockedOnceAndTheErrorNamesWhoHasIt) {
+TEST_P(FolderOnDisk, AnIdIsLockedOnceAndTheErrorNamesWhoHasIt) {
   auto one = std::move(*open()), other = std::move(*open());
   auto lock = std::move(*one->lock(kHome));
   const auto second = other->lock(kHome);
@@ -114,7 +137,7 @@ TEST_F(FolderOnDisk, AnIdIsLockedOnceAndTheErrorNamesWhoHasIt) {
   EXPECT_TRUE(other->lock(kHome));
 }
 
-TEST_F(FolderOnDisk, ALockThatIsALinkIsRefusedAndOneThatWasRemovedLocksNothing) {
+TEST_P(FolderOnDisk, ALockThatIsALinkIsRefusedAndOneThatWasRemovedLocksNothing) {
   auto folder = std::move(*open());
   std::ofstream(around / "victim") << "x";
   std::filesystem::create_symlink(around / "victim", path + "/default/70001.lock");
@@ -125,7 +148,7 @@ TEST_F(FolderOnDisk, ALockThatIsALinkIsRefusedAndOneThatWasRemovedLocksNothing) 
   EXPECT_EQ(folder->lock(kHome).error().code, ErrorCode::kDuplicate) << "the new file is locked";
 }
 
-TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
+TEST_P(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
   auto folder = std::move(*open());
   std::ofstream(path + "/default/00000000000000bb.sock") << "x";
   const auto left = path + "/default/00000000000000cc.sock";
@@ -137,22 +160,22 @@ TEST_F(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
   ::close(dead);
   auto ecology = enter();
   const auto link = std::move(*ecology->join(kAtHand));
-  const TupleSpace space(kAtHand, loop.scheduler(), *link);
+  const TupleSpace space(kAtHand, loop->scheduler(), *link);
   EXPECT_TRUE(until([&] { return ecology->knows_all(); }));
   EXPECT_THAT(space.peers(), testing::IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(left)) << "what a killed process left is removed";
   EXPECT_TRUE(log.lines.empty()) << log.lines.front();
 }
 
-TEST_F(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {
+TEST_P(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {
   auto one = enter(), other = enter();
   auto island = std::move(*one->join(kHome));
-  auto home = std::make_unique<TupleSpace>(kHome, loop.scheduler(), *island);
+  auto home = std::make_unique<TupleSpace>(kHome, loop->scheduler(), *island);
   ASSERT_TRUE(home->set("lamp", "on"));
   const std::string largest(std::size_t{1} << 20, 'x');
   ASSERT_TRUE(home->set("picture", largest));
   const auto tool = std::move(*other->join(kAtHand));
-  TupleSpace space(kAtHand, loop.scheduler(), *tool);
+  TupleSpace space(kAtHand, loop->scheduler(), *tool);
   const auto all = space.subscribe(pattern("**"), {}, [](const Event&) {});
   EXPECT_TRUE(until([&] { return space.get(kHome, "lamp") && space.get(kHome, "picture"); }));
   EXPECT_EQ(space.get(kHome, "picture")->value, largest);

@@ -142,7 +142,7 @@ TEST_F(LinkToAKernel, WithoutAcknowledgementTheOutcomeIsUnknown) {
   space->set_remote(kKernel, "act", "1", 60s, [&](const Reply& reply) { replies.push_back(reply); });
   world.run(20s);
   ASSERT_THAT(replies, SizeIs(1));
-  EXPECT_EQ(replies[0].verdict, Verdict::kExpired);
+  EXPECT_EQ(replies[0].verdict, Verdict::kTimedOut);
   EXPECT_THAT(replies[0].text, HasSubstr("may have arrived"));
 }
 

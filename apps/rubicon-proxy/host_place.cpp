@@ -1,0 +1,30 @@
+#include "apps/rubicon-proxy/host_place.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::daemon {
+
+Result<tuples::engines::HostSetup> host_setup(const config::EngineSetup& engine) {
+  auto place = tuples::host::choose_place(engine.folder, tuples::host::Surroundings::of_process());
+  if (!place) return fail(std::move(place.error()));
+  return tuples::engines::HostSetup{
+      std::move(*place), tuples::host::choose_space(engine.space), {.lease = engine.options.lease}};
+}
+
+bool is_closed(const island::IslandConfig& config) {
+  const auto host = config.engine.host ? host_setup(config.engine) : fail(ErrorCode::kNotFound, "");
+  return config.rights || !config.engine.trust_folder.empty() || (host && host->place.shared);
+}
+
+std::string who_may_command(const island::IslandConfig& config) {
+  const auto& engine = config.engine;
+  if (config.rights) return {};
+  const bool open_dds = engine.dds && config.engine.trust_folder.empty();
+  if ((open_dds && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan))
+    return "without trust: anybody who reaches its interfaces may command it";
+  if (open_dds || engine.peis) return "without trust: anybody on this host may command it";
+  const auto host = engine.host ? host_setup(engine) : fail(ErrorCode::kNotFound, "");
+  return host ? fmt::format("whoever may enter {} may command it", host->place.path) : std::string();
+}
+
+}  // namespace rubicon::daemon

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "transport/descriptor_watch.h"
+
+namespace rubicon::transport {
+
+/// Watches descriptors in the io_context of the executor, which outlives the watches.
+WatchDescriptor asio_watch(boost::asio::any_io_executor executor);
+
+}  // namespace rubicon::transport

@@ -1,0 +1,119 @@
+#include "support/rights.h"
+#include "tuples/host/host_programs.h"
+#include "tuples/space_rights.h"
+
+namespace rubicon::tuples::host {
+namespace {
+
+using support::Right;
+using support::rule;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+constexpr uid_t kService = 990, kAnn = 1000, kBob = 1001, kNobody = 65534;
+
+/// An island of the service with rules, and programs of people.
+struct UsersOfAHost : HostEcologyInMemory {
+  UsersOfAHost() {
+    host.name(kAnn, "ann");
+    host.name(kBob, "bob");
+    options.judge = std::make_shared<trust::rights::RightsJudge>(
+        trust::rights::Rights({rule("user:ann", {Right::kRead, Right::kSet}, {"lamp"}),
+                               rule("user:1001", {Right::kRead}, {"**"}), rule("everybody", {Right::kRead}, {"clock"}),
+                               rule("group:4", {Right::kSet}, {"clock"})}),
+        audit, "proxy", std::vector<std::string>{"user:0", "user:" + std::to_string(kService)});
+    island = begin(options, kService);
+    home = &island->start(kIsland);
+    for (const auto* key : {"lamp", "clock", "secret"}) EXPECT_TRUE(home->set(key, "1"));
+    open = home->add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
+    time.run_ready();
+  }
+  /// What a program of that user reads, and what becomes of its set of `key`.
+  std::vector<std::string> keys_for(uid_t user) {
+    auto tool = begin({}, user, false);
+    auto& space = tool->start(kTool);
+    const auto all = read_all(space);
+    time.run_for(1ms);
+    std::vector<std::string> keys;
+    space.list({kIsland, "**"}, [&](const TupleView& tuple) { keys.emplace_back(tuple.key); });
+    return keys;
+  }
+  std::string set_by(uid_t user, const std::string& key) {
+    auto tool = begin({}, user, false);
+    auto& space = tool->start(kTool);
+    std::string answer = "none";
+    time.run_ready();
+    space.set_remote(kIsland, key, "2", 5s,
+                     [&](const Reply& reply) { answer = reply.verdict == Verdict::kApplied ? "applied" : reply.text; });
+    time.run_for(1ms);
+    return answer;
+  }
+
+  std::shared_ptr<support::CollectingAudit> audit = std::make_shared<support::CollectingAudit>();
+  HostOptions options;
+  std::unique_ptr<Program> island;
+  TupleSpace* home = nullptr;
+  Handle open;  ///< all may set, as far as the island itself is concerned
+};
+
+TEST_F(UsersOfAHost, GetWhatTheRulesGiveTheirNamesAndNumbers) {
+  EXPECT_THAT(keys_for(kAnn), UnorderedElementsAre("lamp", "clock"));
+  EXPECT_THAT(keys_for(kBob), UnorderedElementsAre("lamp", "clock", "secret"));
+  EXPECT_THAT(keys_for(1002), UnorderedElementsAre("clock")) << "of everybody";
+  EXPECT_EQ(set_by(kAnn, "lamp"), "applied");
+  EXPECT_EQ(set_by(kAnn, "secret"), "user:ann may not set secret: no rule allows it");
+  EXPECT_EQ(set_by(kBob, "lamp"), "user:bob may not set lamp: no rule allows it");
+  EXPECT_EQ(set_by(1002, "lamp"), "user:1002 may not set lamp: no rule allows it");
+  EXPECT_EQ(home->get(kIsland, "lamp")->value, "2");
+}
+
+TEST_F(UsersOfAHost, RootAndTheUserOfTheIslandDoWhatTheyLikeAndTheAuditNamesThem) {
+  EXPECT_THAT(keys_for(0), UnorderedElementsAre("lamp", "clock", "secret"));
+  EXPECT_EQ(set_by(0, "secret"), "applied");
+  EXPECT_EQ(set_by(kService, "secret"), "applied");
+  EXPECT_EQ(set_by(kBob, "secret"), "user:bob may not set secret: no rule allows it");
+  EXPECT_THAT(audit->lines, ElementsAre("user:0 set secret: accepted", "user:990 set secret: accepted",
+                                        "user:bob set secret: refused"));
+}
+
+/// Of another user namespace: the same number is many people.
+TEST_F(UsersOfAHost, AUserWithoutANumberHereIsOneOfEverybodyOnly) {
+  EXPECT_THAT(keys_for(kNobody), UnorderedElementsAre("clock"));
+  EXPECT_EQ(set_by(kNobody, "clock"), "user:unmapped may not set clock: no rule allows it");
+}
+
+TEST_F(UsersOfAHost, AProgramSetsAtOnceAfterItCame) {
+  auto tool = begin({}, kAnn, false);
+  auto& space = tool->start(kTool);
+  bool asked = false;
+  std::string answer;
+  const auto watch = space.watch_peers([&](OwnerId, PeerEvent) {
+    if (!std::exchange(asked, true))
+      space.set_remote(kIsland, "lamp", "3", 5s, [&](const Reply& reply) { answer = to_string(reply.verdict); });
+  });
+  time.run_ready();
+  EXPECT_EQ(answer, "applied") << "what comes before the name of its user is known waits for it";
+}
+
+TEST_F(UsersOfAHost, NobodyIsAnIslandOutsideTheFolderOfTheService) {
+  auto thief = begin({}, kBob, false);
+  thief->start(OwnerId(7));
+  time.run_for(10ms);
+  EXPECT_THAT(home->peers(), testing::IsEmpty());
+  EXPECT_THAT(island->log.lines, ElementsAre(HasSubstr("it says that it is island 7, but islands run as the service")));
+}
+
+TEST_F(UsersOfAHost, AnIslandOfTheServiceIsKnownAsThatIsland) {
+  auto other = begin({}, kService);
+  other->start(OwnerId(2));
+  time.run_for(10ms);
+  const auto* who = SpaceRights::member_of(*home, OwnerId(2));
+  ASSERT_NE(who, nullptr);
+  EXPECT_EQ(who->name, "user:990");
+  EXPECT_TRUE(who->may_use(OwnerId(2)));
+  EXPECT_FALSE(who->may_use(OwnerId(3)));
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::host
