@@ -83,7 +83,7 @@ Child start_role(const std::string& role, const Meeting& meeting, const Json& op
   auto command = prefix;
   command.insert(command.end(), {std::filesystem::read_symlink("/proc/self/exe").string(), "--role", role, "--domain",
                                  std::to_string(meeting.domain), "--tag", meeting.tag, "--trust-folder", meeting.trust,
-                                 "--options", options.dump()});
+                                 "--of-engine", meeting.engine, "--options", options.dump()});
   return {command, {}};
 }
 

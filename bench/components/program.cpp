@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <map>
 
 #include "components/roles.h"
 #include "frame/program.h"
@@ -20,9 +21,9 @@ namespace {
 
 struct Options {
   std::uint32_t domain = 199;
-  std::vector<std::string> only;
+  std::vector<std::string> only, engines;
   bool quick = false, json = false, trust = false;
-  std::string role, tag, trust_folder, role_options = "{}";
+  std::string role, tag, trust_folder, engine, role_options = "{}";
 };
 
 std::vector<std::string> names_of(const ComponentProgram& program) {
@@ -43,6 +44,10 @@ void describe(CLI::App& app, const ComponentProgram& program, Options& options) 
   app.add_option("--only", options.only, "only this measurement (may be repeated)")
       ->check(CLI::IsMember(names_of(program)))
       ->allow_extra_args(false);
+  app.add_option("--engine", options.engines, "measure this engine; several alternate, and each has its figures")
+      ->check(CLI::IsMember(program.engines))
+      ->allow_extra_args(false)
+      ->group(program.engines.empty() ? "" : "Options");
   app.add_flag("--trust", options.trust, "without and with trust, side by side")
       ->group(program.of_trust.empty() ? "" : "Options");
   app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
@@ -50,6 +55,7 @@ void describe(CLI::App& app, const ComponentProgram& program, Options& options) 
   app.add_option("--role", options.role)->group("");
   app.add_option("--tag", options.tag)->group("");
   app.add_option("--trust-folder", options.trust_folder)->group("");
+  app.add_option("--of-engine", options.engine)->group("");
   app.add_option("--options", options.role_options)->group("");
 }
 
@@ -65,8 +71,9 @@ Role role_of(const ComponentProgram& program, const std::string& name) {
 int play(const ComponentProgram& program, const Options& options) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // so that an aborted measurement leaves no process behind
   const auto role = role_of(program, options.role);
-  fmt::print("{}\n",
-             role({options.domain, options.tag, options.trust_folder}, Json::parse(options.role_options)).dump());
+  fmt::print("{}\n", role({options.domain, options.tag, options.engine, options.trust_folder},
+                          Json::parse(options.role_options))
+                         .dump());
   return 0;
 }
 
@@ -82,15 +89,25 @@ int measure(const ComponentProgram& program, const Options& options) {
   plan.domain = options.domain;
   plan.is_quick = options.quick;
   if (options.quick) plan.rounds = 1, plan.seconds = 1;
-  Report report;
-  report.detail("private_network", enter_private_network());
+  const bool is_private = enter_private_network();
+  auto engines = options.engines;
+  if (engines.empty()) engines = {program.engines.empty() ? "" : program.engines.front()};
+  std::map<std::string, Report> reports;
   for (const auto& [name, measure] : options.trust ? program.of_trust : program.measurements) {
     const auto& only = options.only;
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
-    if (!options.json) fmt::print(stderr, "measuring {} ...\n", name);
-    measure(plan, report);
+    for (const auto& engine : engines) {
+      if (!options.json) fmt::print(stderr, "measuring {} {}...\n", name, engine.empty() ? "" : "on " + engine + " ");
+      plan.engine = engine;
+      measure(plan, reports[engine]);
+    }
   }
-  fmt::print("{}\n", report.json().dump(2));
+  Json all = Json::object();
+  for (auto& [engine, report] : reports) {
+    report.detail("private_network", is_private);
+    all[engine] = report.json();
+  }
+  fmt::print("{}\n", (engines.size() == 1 && !all.empty() ? all.front() : all).dump(2));
   return 0;
 }
 

@@ -22,6 +22,8 @@ struct ComponentProgram {
   std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> of_trust{};
   /// Of its own; those of roles.h are known.
   std::map<std::string, Role> roles{};
+  /// Between which `--engine` chooses; the first is the default.
+  std::vector<std::string> engines{};
   std::uint32_t highest_domain = 0;  ///< of DDS; 0 = the engine has no domains
 };
 

@@ -23,7 +23,7 @@ std::string processor() {
 
 Meeting Plan::new_meeting() const {
   static int count = 0;
-  return {domain, fmt::format("bench-{}-{}", ::getpid(), ++count)};
+  return {domain, fmt::format("bench-{}-{}", ::getpid(), ++count), engine};
 }
 
 Json Report::json() const {

@@ -11,6 +11,7 @@ namespace rubicon::bench {
 /// How much is measured.
 struct Plan {
   std::uint32_t domain = 0;
+  std::string engine{};   ///< Meeting::engine
   int rounds = 5;         ///< of each measurement; medians are reported
   double seconds = 3;     ///< of each round that is measured by time
   bool is_quick = false;  ///< smaller sizes: a test of the program, not a measurement

@@ -7,7 +7,8 @@
 
 namespace rubicon::bench {
 
-std::shared_ptr<tuples::Ecology> open_dds(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
+/// The engine that the meeting names.
+std::shared_ptr<tuples::Ecology> open_one(const Meeting& meeting, transport::Loop& loop, base::LogSink& log);
 tuples::dds::DdsOptions options_of(const Meeting& meeting);
 
 // What processes do in single measurements.
@@ -15,6 +16,10 @@ Json holder(const Meeting& meeting, const Json& options);
 Json taker(const Meeting& meeting, const Json& options);
 Json keeper(const Meeting& meeting, const Json& options);
 Json visitors(const Meeting& meeting, const Json& options);
+
+/// Half round trips of a Unix stream between two processes, the floor of engine host.
+Json bare_ping(const Meeting& meeting, const Json& options);
+Json bare_pong(const Meeting& meeting, const Json& options);
 
 // The measurements, each in a file of its own.
 void measure_latency(const Plan& plan, Report& report);
