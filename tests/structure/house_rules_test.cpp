@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <regex>
 #include <set>
 
@@ -34,6 +37,19 @@ TEST(HouseRules, NoTypeIsCalledManagerHandlerHelperUtilBaseDataOrInfo) {
       ADD_FAILURE() << file.path << " names a type " << (*it)[1];
     }
   }
+}
+
+/// A test that meets an island of the host, or of another test, fails for no reason of its own.
+TEST(HouseRules, EachTestProgramMeetsOthersInAFolderOfItsOwn) {
+  const auto* const folder = std::getenv("RUBICON_FOLDER");
+  ASSERT_NE(folder, nullptr) << "of this program";
+  EXPECT_TRUE(fs::is_directory(folder));
+  std::ifstream file(RUBICON_SOURCE_DIR "/cmake/rubicon.cmake");
+  const std::string rules{std::istreambuf_iterator<char>(file), {}};
+  const auto made = rules.find("add_executable(${target} ${sources}", rules.find("function(rubicon_test "));
+  ASSERT_NE(made, rules.npos);
+  const auto line = rules.substr(made, rules.find('\n', made) - made);
+  EXPECT_NE(line.find("/tests/support/every_program/own_folder.cpp)"), line.npos) << line;
 }
 
 TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {

@@ -93,7 +93,7 @@ export class Island {
     this.#beside("rubicon-proxy", ["run", configuration]);
   }
 
-  /** The island of the examples with an hour of its history, in a domain of its own; the address of its page. */
+  /** The island of the examples with an hour of its history, in a space of its own; the address of its page. */
   async startExample() {
     const url = `http://${example}/`;
     const history = join(this.folder, "example.history");
@@ -103,7 +103,7 @@ export class Island {
     const script = join(examples, "salad.script");
     this.#beside("salad-simulator", [file, "--bind", "127.0.0.1", "--script", script, "--log-level", "error"]);
     const web = `web={listen: "${example}"${files ? `, files: "${files}"` : ""}}`;
-    const words = ["--set", web, "--set", "tuples={domain: 9}", "--set", `history={file: "${history}"}`];
+    const words = ["--set", web, "--set", "tuples={space: past}", "--set", `history={file: "${history}"}`];
     this.#beside("rubicon-proxy", ["run", file, ...words]);
     while (!(await answers(url))) await pause();
     return url;
@@ -143,10 +143,10 @@ export class Island {
     return { tokens, url, endSessions };
   }
 
-  /** A page of a domain without islands; its address. */
+  /** A page of a space without islands; its address. */
   async startAlone() {
     const url = `http://${alone}/`;
-    this.#beside("rubicon", ["web", "--domain", "7", "--listen", alone, ...(files ? ["--files", files] : [])]);
+    this.#beside("rubicon", ["web", "--space", "empty", "--listen", alone, ...(files ? ["--files", files] : [])]);
     while (!(await answers(url))) await pause();
     return url;
   }

@@ -26,8 +26,9 @@ async function noIsland({ page, island }) {
   for (const view of ["overview", "devices"]) {
     await page.goto(`${url}#/${view}`);
     await page.getByRole("heading", { name: "No island found." }).waitFor();
-    await page.getByText("The server looks in domain 7 on lo.").waitFor();
-    await page.getByText("rubicon doctor --domain 7 --interfaces lo", { exact: true }).waitFor();
+    const folder = process.env.RUBICON_FOLDER;
+    await page.getByText(`The server looks in folder ${folder}, space empty.`).waitFor();
+    await page.getByText(`rubicon doctor --folder ${folder} --space empty`, { exact: true }).waitFor();
   }
 }
 
