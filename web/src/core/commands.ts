@@ -82,7 +82,7 @@ export function toneOf(state: string): Tone {
 /** The outcome so far after one more answer to the `set`. */
 export function advance(before: Outcome, answer: Answer, now: number): Outcome {
   if (answer.ok === false) {
-    const lost = answer.error?.code === "unreachable";
+    const lost = ["unreachable", "expired"].includes(answer.error?.code ?? "");
     return { ...before, state: lost ? "unknown" : "refused", reason: answer.error?.text ?? "", since: now, until: 0, final: true };
   }
   const state = answer.state ?? (answer.verdict === "applied" ? "queued" : (answer.verdict ?? before.state));
