@@ -21,7 +21,7 @@ constexpr Duration kGrace = 500ms;
 void run_for_a_step(transport::Loop& loop) {
   bool over = false;
   const auto step = loop.scheduler().after(kStep, [&over] { over = true; });
-  while (!over) loop.context().run_one();
+  while (!over && loop.context().run_one() > 0) continue;  // none runs once the loop is stopped
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<void> await_alone(transport::Loop& loop, const tuples::dds::DdsEcology& d
   Duration searched{0}, seen{0};
   while (true) {
     run_for_a_step(loop);
-    if (given_up()) return fail(ErrorCode::kIo, "ended before the island was up");
+    if (given_up() || loop.context().stopped()) return fail(ErrorCode::kIo, "ended before the island was up");
     searched += kStep;
     const auto starts = dds.component_starts();
     const bool is_there =

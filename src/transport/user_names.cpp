@@ -14,12 +14,12 @@ namespace {
 /// Names that are kept; beyond them all are asked for again.
 constexpr std::size_t kMaxKept = 1000;
 /// A group has a list of its members in there.
-constexpr std::size_t kMostText = std::size_t{4} << 20;
+constexpr std::size_t kMaxText = std::size_t{4} << 20;
 
 /// Calls `ask` with more and more room. nullopt: the system cannot tell; an empty text: it knows none.
 template <class Entry, class Ask>
 std::optional<std::string> ask_system(const Ask& ask, char* Entry::*name) {
-  for (std::size_t room = 4096; room <= kMostText; room *= 4) {
+  for (std::size_t room = 4096; room <= kMaxText; room *= 4) {
     std::vector<char> text(room);
     Entry entry{};
     Entry* found = nullptr;

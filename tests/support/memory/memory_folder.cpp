@@ -68,7 +68,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
 
   Scheduler& scheduler;
   std::map<std::string, Standing> doors;
-  std::map<OwnerId, pid_t> locks;
+  std::map<std::pair<OwnerId, uid_t>, pid_t> locks;  ///< each user has a folder
   std::map<uid_t, std::string> names;
   std::vector<std::shared_ptr<End>> ends;
   std::set<pid_t> stopped;
@@ -116,10 +116,10 @@ class MemoryFolder final : public Folder {
   std::string path() const override { return "/memory"; }
   std::string make_token() const override { return token_; }
   Result<std::unique_ptr<IdLock>> lock(OwnerId id) override {
-    const auto [held, fresh] = state_->locks.try_emplace(id, process_);
+    const auto [held, fresh] = state_->locks.try_emplace({id, user_}, process_);
     if (!fresh)
       return fail(ErrorCode::kDuplicate, fmt::format("component {} runs already: pid {}", number(id), held->second));
-    return std::make_unique<Lock>(state_, id, process_);
+    return std::make_unique<Lock>(state_, std::pair(id, user_), process_);
   }
   Result<std::unique_ptr<transport::LocalListener>> open(const std::string& token,
                                                          transport::LocalAccept accept) override {
@@ -173,13 +173,14 @@ class MemoryFolder final : public Folder {
 
  private:
   struct Lock final : IdLock {
-    Lock(std::shared_ptr<MemoryHost::State> s, OwnerId i, pid_t p) : state(std::move(s)), id(i), process(p) {}
+    Lock(std::shared_ptr<MemoryHost::State> s, std::pair<OwnerId, uid_t> i, pid_t p)
+        : state(std::move(s)), id(i), process(p) {}
     ~Lock() override {
       const auto found = state->locks.find(id);
       if (found != state->locks.end() && found->second == process) state->locks.erase(found);
     }
     std::shared_ptr<MemoryHost::State> state;
-    OwnerId id;
+    std::pair<OwnerId, uid_t> id;
     pid_t process;
   };
   struct Listener final : transport::LocalListener {

@@ -104,6 +104,42 @@ TEST_F(UsersOfAHost, NobodyIsAnIslandOutsideTheFolderOfTheService) {
   EXPECT_THAT(island->log.lines, ElementsAre(HasSubstr("it says that it is island 7, but islands run as the service")));
 }
 
+/// Hears nothing, and says what it likes of its start.
+struct Liar final : LinkListener {
+  void on_changes(OwnerId, std::span<const Change>) override {}
+  void on_subscribe(OwnerId, const SubscriptionSpec&) override {}
+  void on_unsubscribe(OwnerId, std::uint32_t) override {}
+  void on_remote_set(const RemoteSet&) override {}
+  bool on_reply(OwnerId, const Reply&) override { return true; }
+  void on_peer(const PeerIdentity&, PeerEvent) override {}
+  void on_summary(OwnerId, std::string_view) override {}
+};
+
+/// The island has a console with a free id; a reader has its copies.
+TEST_F(UsersOfAHost, NobodyTakesAnIdFromAnotherByAnEarlierStart) {
+  auto& console = island->start(kTool);
+  ASSERT_TRUE(console.set("clock", "true"));
+  std::vector<OwnerId> displaced;
+  island->ecology->watch_displaced([&](OwnerId id) { displaced.push_back(id); });
+  auto reader = begin({}, kBob, false);
+  auto& space = reader->start(kOther);
+  const auto all = read_all(space);
+  time.run_for(1ms);
+  ASSERT_EQ(value(space, kTool, "clock"), "true");
+  reader->take();
+  auto thief = begin({}, kAnn, false);
+  const auto link = std::move(*thief->ecology->join(kTool));
+  Liar liar;
+  link->attach(liar, 946'684'800'000'001);
+  time.run_for(10s);
+  EXPECT_THAT(displaced, testing::IsEmpty());
+  EXPECT_THAT(reader->take(), testing::IsEmpty()) << "it saw nobody go or come";
+  EXPECT_TRUE(console.set("clock", "still true"));
+  time.run_for(1ms);
+  EXPECT_EQ(value(space, kTool, "clock"), "still true");
+  link->detach();
+}
+
 TEST_F(UsersOfAHost, AnIslandOfTheServiceIsKnownAsThatIsland) {
   auto other = begin({}, kService);
   other->start(OwnerId(2));
