@@ -129,6 +129,14 @@ TEST_F(SharedFolder, TheServiceNeedsNoRightToSetTheGroupOfFolders) {
   EXPECT_EQ(made.st_gid, kService);
 }
 
+/// Loopback is no folder: all users of the host reach it.
+TEST_F(SharedFolder, ThePageOfAnIslandNeedsTokens) {
+  Process one(of(kService, {support::kDaemon, "run", file(1, "web: {}\n"), "--shell", "--log-level", "warning"}));
+  one.write("stats\nquit\n");
+  EXPECT_EQ(one.exit_code(), 0);
+  EXPECT_THAT(one.errors(), HasSubstr("where several users have the folder of the host, each caller needs a token"));
+}
+
 /// Nobody uses what another user made in their name.
 TEST_F(SharedFolder, AFolderThatAnotherUserMadeIsRefused) {
   ASSERT_EQ(as(kBob, {"mkdir", place("people/") + std::to_string(kAnn)}).code, 0);

@@ -1,4 +1,5 @@
 #include "tuples/host/host_programs.h"
+#include "tuples/host/records.h"
 
 namespace rubicon::tuples::host {
 namespace {
@@ -265,6 +266,39 @@ TEST_F(HostEcologyInMemory, TheLargestValueArrivesAndAReaderThatReadsNothingIsBo
   host.go_on(tool->number);
   time.run_for(1s);
   EXPECT_EQ(value(space, kIsland, "picture").size(), 1499U);
+}
+
+/// A program that is none of ours.
+TEST_F(HostEcologyInMemory, WhoAsksWithoutEndAndReadsNothingTakesNoMemory) {
+  auto island = begin();
+  island->start(kIsland);
+  const auto folder = host.enter();
+  const auto number = ++programs;
+  const auto token = folder->make_token();
+  const auto listener = std::move(*folder->open(token, [](auto) { return transport::LocalCalls{}; }));
+  std::size_t received = 0;
+  std::unique_ptr<transport::LocalStream> stream;
+  const auto doors = *folder->doors();
+  for (const auto& door : doors) {
+    if (door.token != token)
+      stream = std::move(*folder->connect(door, {[&](ByteView bytes) { received += bytes.size(); }, nullptr, nullptr}));
+  }
+  ASSERT_TRUE(stream);
+  Bytes hello, asks;
+  append(hello, {Record::Type::kHello, {}, {}, kProtocolVersion, token});
+  for (int i = 0; i < 1000; ++i) append(asks, {Record::Type::kAsk});
+  ASSERT_TRUE(stream->write(hello));
+  time.run_for(1ms);
+  EXPECT_GT(received, 0U);
+  host.stop(number);
+  std::size_t asked = 0;
+  while (asked < std::size_t{4} << 20) {
+    asked += stream->write(asks).value_or(0);
+    time.run_ready();
+  }
+  host.go_on(number);
+  time.run_for(1ms);
+  EXPECT_LT(received, 2 * MemoryHost::kRoom) << "what waits is an answer, too";
 }
 
 }  // namespace
