@@ -11,12 +11,12 @@ namespace rubicon::daemon {
 /// file. kInvalid: the folder is no absolute path.
 Result<tuples::engines::HostSetup> host_setup(const config::EngineSetup& engine);
 
-/// Whether users of the host, or others, may not do what they like: by trust, by rights, or because other users have
-/// the folder too. What listens on loopback without asking is open to all users.
+/// Whether some users of the host may not do everything: the island has trust or rights, or other users share its
+/// folder. What listens on loopback must ask for a proof then, because all users of the host reach it.
 bool is_closed(const island::IslandConfig& config);
 
-/// `whoever may enter /run/rubicon may command it`; empty where rights, or trust, say who may, and where nobody else
-/// reaches the island.
+/// Who may command the island, for people: `whoever may enter /run/rubicon may command it`. Empty if rights or trust
+/// decide, and if no other process reaches the island.
 std::string who_may_command(const island::IslandConfig& config);
 
 }  // namespace rubicon::daemon
