@@ -44,8 +44,9 @@ std::unique_ptr<Session> Session::open(const Settings& settings, std::string_vie
   if (!options.warn) options.warn = [](std::string_view text) { print_error(text); };
   auto client = Client::open(std::move(options));
   if (!client) {
-    print_error(
-        fmt::format("{} ({}); run `rubicon doctor` to diagnose", client.error().text, place_text(settings.options)));
+    const auto place = place_text(settings.options);
+    print_error(fmt::format("{}{}; run `rubicon doctor` to diagnose", client.error().text,
+                            place.empty() ? "" : " (" + place + ")"));
     return nullptr;
   }
   session->client_ = std::move(*client);
