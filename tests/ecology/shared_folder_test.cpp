@@ -24,7 +24,7 @@ using testing::Not;
 
 const std::string kTool = RUBICON_BINARY_DIR "/bin/rubicon";
 constexpr const char* kCommand = "1:proxy.dummy-1.den.actuator.switch-1.command";
-constexpr const char* kValue = "1:proxy.dummy-1.den.actuator.switch-1.value";
+constexpr const char* kDenSwitch = "1:proxy.dummy-1.den.actuator.switch-1.value";
 /// The service has the user and group `daemon`, whose group stands for `rubicon`.
 constexpr unsigned kService = 1, kAnn = 65001, kBob = 65002;
 
@@ -79,9 +79,9 @@ TEST_F(SharedFolder, WhoeverHasTheGroupReachesTheIslandsAndNobodyElse) {
   EXPECT_EQ(listed.code, 0) << listed.errors;
   EXPECT_THAT(listed.output, AllOf(HasSubstr("\n1   "), HasSubstr("\n2   ")));
   EXPECT_EQ(as(kAnn, {kTool, "set", kCommand, "on"}).code, 0);
-  EXPECT_EQ(as(kBob, {kTool, "get", kValue}).output, "on\n");
-  EXPECT_EQ(support::run_to_end({kTool, "get", kValue}).output, "on\n") << "root";
-  const auto stranger = as(kBob, {kTool, "get", kValue}, false);
+  EXPECT_EQ(as(kBob, {kTool, "get", kDenSwitch}).output, "on\n");
+  EXPECT_EQ(support::run_to_end({kTool, "get", kDenSwitch}).output, "on\n") << "root";
+  const auto stranger = as(kBob, {kTool, "get", kDenSwitch}, false);
   EXPECT_EQ(stranger.code, 1);
   EXPECT_THAT(stranger.errors, HasSubstr("Permission denied"));
   EXPECT_EQ(one->errors() + two->errors(), "");
@@ -100,13 +100,13 @@ TEST_F(SharedFolder, RulesKnowThePeopleByNumberGroupAndRoot) {
                           "rights:\n  - {who: \"user:65001\", may: all}\n"
                           "  - {who: \"group:daemon\", may: read, keys: [\"proxy.**\"]}\n");
   EXPECT_EQ(as(kAnn, {kTool, "set", kCommand, "on"}).code, 0);
-  EXPECT_EQ(as(kBob, {kTool, "get", kValue}).output, "on\n") << "of the group";
+  EXPECT_EQ(as(kBob, {kTool, "get", kDenSwitch}).output, "on\n") << "of the group";
   const auto refused = as(kBob, {kTool, "set", kCommand, "off"});
   EXPECT_EQ(refused.code, 3);
   EXPECT_THAT(refused.output + refused.errors,
               HasSubstr("user:65002 may not set proxy.dummy-1.den.actuator.switch-1.command"));
   EXPECT_EQ(support::run_to_end({kTool, "set", kCommand, "off"}).code, 0) << "root";
-  EXPECT_EQ(as(kAnn, {kTool, "get", kValue}).output, "off\n");
+  EXPECT_EQ(as(kAnn, {kTool, "get", kDenSwitch}).output, "off\n");
 }
 
 /// Nobody is root's guest, and root nobody's: in a folder of another user it would follow what that user puts there.
