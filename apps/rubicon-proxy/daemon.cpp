@@ -102,7 +102,7 @@ class Session {
     if (auto opened = open_ecology(config, lines_); !opened) return opened;
     await_signal();
     if (auto joined = join_console(); !joined) return joined;
-    if (auto alone = await_alone_by_dds(config); !alone) return alone;
+    if (auto alone = be_alone(config); !alone) return alone;
     auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
     base::ConfigErrors errors;
@@ -217,11 +217,12 @@ class Session {
   }
 
   /// A second start opens no line and publishes nothing. On the host the lock of the id decides.
-  Result<void> await_alone_by_dds(const island::IslandConfig& config) {
-    const auto* dds = engines_ ? engines_->dds() : nullptr;
-    auto alone = engines_ ? engines_->check_free(config.id) : Result<void>();
-    if (alone && dds)
-      alone = await_alone(loop_, *dds, config.id, config.engine.options.lease, [this] { return finishing_; });
+  Result<void> be_alone(const island::IslandConfig& config) {
+    if (!engines_) return {};
+    auto alone = engines_->check_free(config.id);
+    if (alone)
+      alone =
+          await_alone(loop_, *engines_, *space_, config.id, config.engine.options.lease, [this] { return finishing_; });
     if (!alone && alone.error().code == ErrorCode::kDuplicate) alone.error().text += way_out(config.id);
     return alone;
   }

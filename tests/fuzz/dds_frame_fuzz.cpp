@@ -17,6 +17,7 @@ struct Copy final : distant::FrameReader {
   void on_set(RemoteSet&& set) override { frame.add(set); }
   void on_reply(Reply&& reply) override { frame.add(reply); }
   void on_identity_check(const distant::IdentityCheck& check) override { frame.add(check); }
+  void on_times(const distant::FrameTimes& times) override { frame.add(times); }
 
   distant::FrameWriter frame;
 };

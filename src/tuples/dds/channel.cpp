@@ -64,6 +64,11 @@ void Channel::add(const distant::IdentityCheck& check) {
   add(entry.take());
 }
 
+void Channel::add_times(bool asks) {
+  times_due_ = true;
+  asks_ |= asks;
+}
+
 /// Whether the destination is there and all readers are its own. Asks DDS at each call only if readers are checked: one
 /// may come at any time.
 bool Channel::has_readers() {
@@ -93,12 +98,14 @@ bool Channel::all_may_read() const {
 }
 
 /// Encodes the first entries into the frame and returns their number. Leaves out remote sets whose time to live ended.
-std::size_t Channel::fill(SteadyTime now) {
+std::size_t Channel::fill(SteadyTime now, const Times& times) {
   frame_.clear();
+  if (times) frame_.add(times(asks_));
+  const auto begin = frame_.size();
   std::size_t count = 0;
   for (; count < entries_.size(); ++count) {
     const auto& [entry, size] = entries_[count];
-    if (frame_.size() > 0 && frame_.size() + size > kFrameBytes) break;
+    if (frame_.size() > begin && frame_.size() + size > kFrameBytes) break;
     if (const auto* changes = std::get_if<Bytes>(&entry)) {
       frame_.add(ByteView(*changes));
     } else if (const auto* reply = std::get_if<Reply>(&entry)) {
@@ -124,12 +131,13 @@ bool Channel::write() {
   return dds_write(writer_.get(), &frame) == DDS_RETCODE_OK;
 }
 
-Channel::State Channel::flush(SteadyTime now) {
-  if (entries_.empty()) return State::kEmpty;
+Channel::State Channel::flush(SteadyTime now, const Times& times) {
+  if (entries_.empty() && !times_due_) return State::kEmpty;
   if (!has_readers()) return State::kFull;
   for (int frames = 0; frames < kFramesPerTurn; ++frames) {
-    const auto count = fill(now);
+    const auto count = fill(now, times);
     if (frame_.size() > 0 && !write()) return State::kFull;
+    times_due_ = asks_ = false;
     for (std::size_t i = 0; i < count; ++i) {
       waiting_ -= entries_.front().second;
       entries_.pop_front();

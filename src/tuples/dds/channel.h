@@ -6,7 +6,7 @@
 
 #include "tuples/dds/dds_trust.h"
 #include "tuples/dds/entity.h"
-#include "tuples/distant/frame_codec.h"
+#include "tuples/distant/frame_ages.h"
 
 namespace rubicon::tuples::dds {
 
@@ -32,11 +32,15 @@ class Channel {
   void add(RemoteSet set, SteadyTime now);
   void add(Reply reply);
   void add(const distant::IdentityCheck& check);
+  /// Sends the times with the next frame, which may have nothing else. `asks`: for those of the destination.
+  void add_times(bool asks);
 
   enum class State : std::uint8_t { kEmpty, kMore, kFull };
+  /// With what a frame begins, before each one is written: `asks` as for add_times(). Empty: without times.
+  using Times = std::function<distant::FrameTimes(bool asks)>;
   /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
   /// now, or a reader is there that may not read this: nothing is written until it has gone.
-  State flush(SteadyTime now);
+  State flush(SteadyTime now, const Times& times = {});
 
   /// Approximate number of bytes that wait.
   std::size_t waiting() const { return waiting_; }
@@ -55,7 +59,7 @@ class Channel {
       : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)), may_read_(std::move(may_read)) {}
   bool has_readers();
   bool all_may_read() const;
-  std::size_t fill(SteadyTime now);
+  std::size_t fill(SteadyTime now, const Times& times);
   bool write();
   void push(Entry entry, std::size_t size);
 
@@ -66,6 +70,7 @@ class Channel {
   std::uint32_t readers_checked_ = 0;  ///< of all that were ever matched
   std::deque<std::pair<Entry, std::size_t>> entries_;
   std::size_t waiting_ = 0;
+  bool times_due_ = false, asks_ = false;
   distant::FrameWriter frame_;
 };
 

@@ -12,7 +12,7 @@
 namespace rubicon::tuples::dds {
 
 /// Version of frames, interests and presence (docs/ecology.md). Components with another one are seen but ignored.
-inline constexpr std::uint16_t kProtocolVersion = 2;
+inline constexpr std::uint16_t kProtocolVersion = 3;
 
 /// One start (incarnation) of a component, from its presence.
 struct ComponentStart {

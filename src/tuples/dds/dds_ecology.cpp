@@ -23,8 +23,10 @@
 namespace rubicon::tuples::dds {
 
 struct DdsEcology::Impl {
-  Impl(DdsOptions options, Scheduler& scheduler, Post post, base::LogSink& sink)
-      : shared{std::move(options), scheduler, std::move(post), sink}, log(sink, "dds"), limited_log(log, scheduler) {
+  Impl(DdsOptions options, Scheduler& scheduler, Post post, base::LogSink& sink, std::function<Duration()> since_boot)
+      : shared{std::move(options), scheduler, std::move(post), sink, std::move(since_boot)},
+        log(sink, "dds"),
+        limited_log(log, scheduler) {
     if (!shared.options.trust) return;
     shield.emplace(shared.options.trust);
     if (!Shield::is_first())
@@ -299,7 +301,7 @@ DdsEcology::DdsEcology(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
-                                                     base::LogSink& log) {
+                                                     base::LogSink& log, std::function<Duration()> since_boot) {
   if (auto good = check_interfaces(options, transport::interfaces()); !good) return fail(std::move(good.error()));
   auto cyclone_log = std::make_unique<CycloneLog>(scheduler, post, log, options.trust != nullptr);
   std::vector<std::string> unknown;
@@ -312,7 +314,7 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
                              peer));
   }
   if (auto good = HostPolicy::check_clock(scheduler.wall_now()); !good) Log(log, "dds").warning(good.error().text);
-  auto impl = std::make_unique<Impl>(std::move(options), scheduler, std::move(post), log);
+  auto impl = std::make_unique<Impl>(std::move(options), scheduler, std::move(post), log, std::move(since_boot));
   impl->cyclone_log = std::move(cyclone_log);
   if (auto entered = impl->enter(); !entered) return fail(std::move(entered.error()));
   impl->watch_end();

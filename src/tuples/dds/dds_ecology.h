@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 
+#include "base/boot_time.h"
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "tuples/dds/component_starts.h"
@@ -20,9 +21,10 @@ class DdsEcology final : public StandInEcology {
 
   /// kBusy: this process has one in that domain; kIo: the network cannot be used as configured;
   /// the text has the reason from DDS. With trust also the errors of DdsTrust::documents(), and kIo with the reason if
-  /// the domain does not accept them.
+  /// the domain does not accept them. `since_boot`: the age of frames counts by it.
   static Result<std::unique_ptr<DdsEcology>> open(DdsOptions options, Scheduler& scheduler, Post post,
-                                                  base::LogSink& log);
+                                                  base::LogSink& log,
+                                                  std::function<Duration()> since_boot = base::since_boot);
   ~DdsEcology() override;
 
   /// The component is seen by others from the link's attach() on. kIo as for open(). kRefused: the certificate of this

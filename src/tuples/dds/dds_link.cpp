@@ -282,9 +282,13 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
+Channel::State DdsLink::write_frames(Peer& peer) {
+  return peer.channel->flush(scheduler_.now(), [&](bool asks) { return peer.ages.next(shared_.since_boot(), asks); });
+}
+
 /// To be called by publish(), which brings all changes of a turn at once.
 void DdsLink::flush(Peer& peer) {
-  const auto state = peer.channel->flush(scheduler_.now());
+  const auto state = write_frames(peer);
   if (state == Channel::State::kFull) retry_flush();
   if (state == Channel::State::kMore) flush_soon_.request();
 }
@@ -373,13 +377,12 @@ void DdsLink::retry_flush() {
 
 void DdsLink::flush() {
   if (!listener_ || !participant_) return;
-  const auto now = scheduler_.now();
   bool full = (revoked_unwritten_ && !write_revoked()), more = false;
   full |= !flush_slots();
   if (presence_unwritten_) full |= !write_presence();
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;
-    const auto state = peer.channel->flush(now);
+    const auto state = write_frames(peer);
     full |= state == Channel::State::kFull;
     more |= state == Channel::State::kMore;
   }

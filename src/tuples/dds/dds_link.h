@@ -32,6 +32,7 @@ class DdsLink final : public Link, private distant::FrameReader {
     Scheduler& scheduler;
     DdsEcology::Post post;
     base::LogSink& log;
+    std::function<Duration()> since_boot = base::since_boot;
     std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
     std::shared_ptr<Identities> identities = nullptr;  ///< null: without trust
     std::shared_ptr<CatchUp> catch_up = nullptr;       ///< the same
@@ -88,6 +89,7 @@ class DdsLink final : public Link, private distant::FrameReader {
   void on_changes(std::span<const Change> changes) override;
   void on_set(RemoteSet&& set) override;
   void on_reply(Reply&& reply) override;
+  void on_times(const distant::FrameTimes& times) override;
   void on_identity_check(const distant::IdentityCheck&) override {}  // between processes with one id only
 
   Result<void> make_entities();
@@ -142,10 +144,14 @@ class DdsLink final : public Link, private distant::FrameReader {
   void deliver(OwnerId id, ByteView content);
 
   // -- remote sets of others (dds_link_sets.cpp)
-  void take_set(Peer& peer, RemoteSet&& set);
-  bool is_early();
-  void hold_early(const Peer& peer, RemoteSet&& set);
+  void take_set(Peer& peer, EarlySets::One&& one);
+  bool is_early(const Peer& peer, const EarlySets::One& one);
+  bool waits_for_times(const Peer& peer, const EarlySets::One& one) const;
+  void hold_early(Peer& peer, EarlySets::One&& one);
+  void take_early_after(Duration pause);
   void take_early();
+  Duration left_of(const Peer& peer, const EarlySets::One& one) const;
+  void send_times(OwnerId id, Peer& peer, bool asks);
 
   // -- trust (dds_link_trust.cpp)
   /// The slot of the interests that has the signed list.
@@ -177,6 +183,7 @@ class DdsLink final : public Link, private distant::FrameReader {
   void retry_flush();
   void flush();
   void flush(Peer& peer);
+  Channel::State write_frames(Peer& peer);
   bool flush_slots();
   /// All owners send the snapshots of all subscriptions again.
   void repeat_interests();
@@ -226,6 +233,7 @@ class DdsLink final : public Link, private distant::FrameReader {
   Timer early_timer_, early_sets_timer_, waiting_timer_;
   IdConflicts id_conflicts_;
   OwnerId reading_from_{};
+  std::optional<Duration> reading_sent_;  ///< when the present frame was sent, by the clock of its sender
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};  ///< so that the changes of a turn are sent together
   /// Paced, because somebody who comes and goes would make all owners send all they have.
   base::PacedCall repeat_soon_{scheduler_, std::chrono::seconds(1), [this] { repeat_interests(); }};

@@ -266,6 +266,7 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
     replies_.forget(id);
   }
   peer.summary.clear();
+  peer.ages = {};
   // It may not have noticed that it was lost here, or that another start was followed: it sends its snapshots again if
   // it is asked.
   if (incarnation <= peer.latest) repeat_soon_.request();

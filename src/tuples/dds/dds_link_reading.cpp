@@ -148,6 +148,7 @@ void DdsLink::drop_expired_frames() {
 
 void DdsLink::deliver(OwnerId id, ByteView content) {
   reading_from_ = id;
+  reading_sent_.reset();
   if (auto read = distant::read_frame(content, id, self_, *this); !read)
     warn(fmt::format("frame {}", number(id)), read.error().text);
 }

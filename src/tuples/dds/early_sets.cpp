@@ -1,6 +1,5 @@
 #include "tuples/dds/early_sets.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -19,15 +18,8 @@ bool EarlySets::add(One one) {
   return true;
 }
 
-std::deque<EarlySets::One> EarlySets::take(SteadyTime now) {
-  auto taken = std::exchange(*this, {}).all_;
-  std::erase_if(taken, [now](One& one) {
-    auto& left = one.set.time_to_live;
-    if (left == Duration(0)) return false;
-    left -= std::min(left, now - one.since);
-    return left == Duration(0);
-  });
-  return taken;
+std::deque<EarlySets::One> EarlySets::take() {
+  return std::exchange(*this, {}).all_;
 }
 
 }  // namespace rubicon::tuples::dds

@@ -2,30 +2,32 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 
 #include "tuples/dds/writers.h"
 
 namespace rubicon::tuples::dds {
 
-/// Remote sets that arrived while this process catches up (catch_up.h), in order; bounded for each component and in
-/// all.
+/// Remote sets that arrived while this process catches up (catch_up.h), or whose age is not known yet, in order;
+/// bounded for each component and in all.
 class EarlySets {
  public:
-  static constexpr std::size_t kMaxOfOne = 2UL << 20, kMaxOfAll = 16UL << 20;
+  static constexpr std::size_t kMaxOfOne = 32UL << 20, kMaxOfAll = 64UL << 20;
 
   struct One {
     RemoteSet set;
     Participant sender{};
-    std::uint64_t incarnation = 0;  ///< of its sender
-    SteadyTime since{};
+    std::uint64_t incarnation = 0;   ///< of its sender
+    std::optional<Duration> sent{};  ///< by the clock of its sender (FrameTimes)
+    SteadyTime since{};              ///< when it was received
   };
 
   /// False: the bound is reached. Then nothing of that component is added until all are taken, so that what remains is
   /// what was sent first.
   bool add(One one);
-  /// All of them; those whose time to live ended are left out, of the others the rest of it remains.
-  std::deque<One> take(SteadyTime now);
+  std::deque<One> take();
   bool empty() const { return all_.empty(); }
+  bool has(OwnerId from) const { return bytes_of_.contains(from); }
   void clear() { *this = {}; }
 
  private:

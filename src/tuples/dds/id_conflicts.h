@@ -52,6 +52,7 @@ class IdConflicts final : private distant::FrameReader {
   void on_set(RemoteSet&&) override {}
   void on_reply(Reply&&) override {}
   void on_identity_check(const distant::IdentityCheck& check) override;
+  void on_times(const distant::FrameTimes&) override {}
 
   bool make_room(const Participant& who);
   void ask_rivals();

@@ -37,6 +37,7 @@ struct Peer {
   std::string host, summary;      ///< reported to the listener
   std::shared_ptr<const Member> member;
 
+  distant::FrameAges ages;
   std::unique_ptr<Channel> channel;  ///< made when there is something to send
   std::uint64_t last_request = 0;    ///< highest number of its remote sets; repetitions are dropped
   std::uint64_t requests_of = 0;     ///< the incarnation that sent them

@@ -9,10 +9,14 @@ namespace rubicon::tuples::distant {
 
 namespace {
 
-enum class Entry : std::uint8_t { kSet, kDeleted, kExpired, kRemoteSet, kReply, kQuestion, kAnswer };
+enum class Entry : std::uint8_t { kSet, kDeleted, kExpired, kRemoteSet, kReply, kQuestion, kAnswer, kTimes };
 
 // Bits of a remote set.
 constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
+// Bits of times.
+constexpr std::uint8_t kHasEcho = 1, kAsks = 2;
+/// No host runs longer.
+constexpr std::uint64_t kMaxMicros = std::chrono::microseconds(std::chrono::years(50)).count();
 // Bits of a subscription.
 constexpr std::uint8_t kOneOwner = 1, kPassive = 2;
 
@@ -80,6 +84,23 @@ Reply read_reply(FieldReader& in, OwnerId to) {
   return reply;
 }
 
+Duration read_micros(FieldReader& in) {
+  const auto micros = in.number();
+  if (micros > kMaxMicros) return Duration(in.fail_read());
+  return std::chrono::microseconds(micros);
+}
+
+FrameTimes read_times(FieldReader& in) {
+  FrameTimes times;
+  const auto bits = in.byte();
+  times.asks = (bits & kAsks) != 0;
+  times.sent = read_micros(in);
+  if ((bits & kHasEcho) == 0) return times;
+  times.echo = read_micros(in);
+  times.held = read_micros(in);
+  return times;
+}
+
 }  // namespace
 
 void FrameWriter::add(const Change& change) {
@@ -139,6 +160,18 @@ void FrameWriter::add(const IdentityCheck& check) {
   fields_.number(check.number);
 }
 
+void FrameWriter::add(const FrameTimes& times) {
+  const auto micros = [](Duration time) {
+    return static_cast<std::uint64_t>(std::chrono::floor<std::chrono::microseconds>(time).count());
+  };
+  fields_.byte(static_cast<std::uint8_t>(Entry::kTimes));
+  fields_.byte(static_cast<std::uint8_t>((times.echo ? kHasEcho : 0) | (times.asks ? kAsks : 0)));
+  fields_.number(micros(times.sent));
+  if (!times.echo) return;
+  fields_.number(micros(*times.echo));
+  fields_.number(micros(times.held));
+}
+
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader) {
   FieldReader in(frame);
   std::vector<Change> changes;
@@ -164,6 +197,10 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
       const IdentityCheck check{entry == static_cast<std::uint8_t>(Entry::kAnswer), in.number()};
       pass_changes();
       if (in.ok()) reader.on_identity_check(check);
+    } else if (entry == static_cast<std::uint8_t>(Entry::kTimes)) {
+      const auto times = read_times(in);
+      pass_changes();
+      if (in.ok()) reader.on_times(times);
     } else {
       in.fail_read();
     }

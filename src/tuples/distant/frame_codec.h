@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -14,6 +15,15 @@ struct IdentityCheck {
   std::uint64_t number = 0;  ///< random number of the question; the answer repeats it
 };
 
+/// When a frame was sent, and when the last one before was that came the other way. By clocks that count since the
+/// start of their hosts and go on while they sleep; whole microseconds.
+struct FrameTimes {
+  Duration sent{};               ///< by the clock of the sender
+  std::optional<Duration> echo;  ///< what `sent` said in the last frame that the sender received from the receiver
+  Duration held{};               ///< how long ago the sender received it
+  bool asks = false;             ///< the receiver should send its times at once
+};
+
 /// Encodes what one component sends to another as entries of a frame (docs/ecology.md).
 class FrameWriter {
  public:
@@ -21,6 +31,8 @@ class FrameWriter {
   void add(const RemoteSet& set);
   void add(const Reply& reply);
   void add(const IdentityCheck& check);
+  /// As the first entry: it holds for all that follow.
+  void add(const FrameTimes& times);
   /// The content of an Interest, not of a frame.
   void add(const SubscriptionSpec& spec);
   /// Entries that are encoded already.
@@ -45,6 +57,7 @@ class FrameReader {
   virtual void on_set(RemoteSet&& set) = 0;
   virtual void on_reply(Reply&& reply) = 0;
   virtual void on_identity_check(const IdentityCheck& check) = 0;
+  virtual void on_times(const FrameTimes& times) = 0;
 };
 
 /// Passes the entries of a frame from `from` to `to` to the reader. kInvalid names the offset of the first invalid

@@ -12,9 +12,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
+#include "base/boot_time.h"
 #include "base/own_file.h"
 #include "transport/host_name.h"
 #include "tuples/host/records.h"
@@ -163,11 +163,7 @@ class DiskFolder final : public Folder {
   void name_of(const transport::LocalPeer& who, transport::UserNames::Call call) override {
     names_.look_up(who, std::move(call));
   }
-  Duration since_boot() const override {
-    timespec now{};
-    ::clock_gettime(CLOCK_BOOTTIME, &now);
-    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-  }
+  Duration since_boot() const override { return base::since_boot(); }
 
   Result<void> make();
 

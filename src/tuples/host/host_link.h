@@ -56,6 +56,7 @@ class HostLink final : public Link, private distant::FrameReader {
   void on_set(RemoteSet&& set) override;
   void on_reply(Reply&& reply) override;
   void on_identity_check(const distant::IdentityCheck&) override {}
+  void on_times(const distant::FrameTimes&) override {}  // deadlines need none
 
   void introduce();
   Record shown() const { return {Record::Type::kUp, who_.id, {}, incarnation_, who_.host, base::as_bytes(summary_)}; }

@@ -26,7 +26,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kValue = "1:proxy.dummy-1.hall.sensor.temperature-1.value";
 
-/// Daemons in processes of their own that reach each other by their folder, or by DDS on loopback.
+/// Daemons in processes of their own that reach each other by their folder, by DDS on loopback, or in a PEIS
+/// network there.
 class TwoIslands : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
@@ -38,15 +39,16 @@ class TwoIslands : public testing::TestWithParam<const char*> {
 
   std::string island(int id, const std::string& more = "") const {
     const auto file = (directory_ / (std::to_string(id) + ".yaml")).string();
-    std::ofstream(file, std::ios::binary) << "island: {id: " << id << ", name: island}\ntuples: {"
-                                          << (on_host() ? "" : "engine: dds, host: no, ") << "lease: 1s}\n"
-                                          << "networks:\n  dummy-1: {type: dummy" << more
-                                          << ", simulate: {hall: {sensors: {temperature-1: {wave: sine, "
-                                             "low: 10, high: "
-                                             "30, period: 5s}}, actuators: {switch-1: {}}}}}\n";
+    std::ofstream(file, std::ios::binary)
+        << "island: {id: " << id << ", name: island}\ntuples: {"
+        << (is_on("host") ? "" : std::string("host: no, engine: ") + GetParam() + ", ") << "lease: 1s}\n"
+        << "networks:\n  dummy-1: {type: dummy" << more
+        << ", simulate: {hall: {sensors: {temperature-1: {wave: sine, "
+           "low: 10, high: "
+           "30, period: 5s}}, actuators: {switch-1: {}}}}}\n";
     return file;
   }
-  static bool on_host() { return std::string_view(GetParam()) == "host"; }
+  static bool is_on(std::string_view engine) { return GetParam() == engine; }
   template <class Holds>
   static testing::AssertionResult until(Process& shell, const std::string& command, Holds holds,
                                         Clock::duration patience = 60s) {
@@ -60,7 +62,8 @@ class TwoIslands : public testing::TestWithParam<const char*> {
   std::filesystem::path directory_;
 };
 
-INSTANTIATE_TEST_SUITE_P(On, TwoIslands, testing::Values("host", "dds"), [](const auto& of) { return of.param; });
+INSTANTIATE_TEST_SUITE_P(On, TwoIslands, testing::Values("host", "dds", "peis"),
+                         [](const auto& of) { return of.param; });
 
 TEST_P(TwoIslands, OneReadsAndCommandsTheOther) {
   Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
@@ -99,8 +102,9 @@ TEST_P(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
   ASSERT_TRUE(ask(first, "get proxy.networks").value("ok", false));
   Process second({kDaemon, "run", island(1), "--shell"});
   EXPECT_EQ(second.exit_code(), 1);
-  const auto* who = on_host() ? "component 1 runs already: rubicon-proxy, pid [0-9]+ of .* since 20[-0-9: ]+"
-                              : "component id 1 is in use by another process, pid [0-9]+ of .* on .*";
+  const auto* who = is_on("host")  ? "component 1 runs already: rubicon-proxy, pid [0-9]+ of .* since 20[-0-9: ]+"
+                    : is_on("dds") ? "component id 1 is in use by another process, pid [0-9]+ of .* on .*"
+                                   : "component id 1 is in use by another process";
   EXPECT_THAT(second.errors(),
               testing::ContainsRegex(std::string(who) + ": stop that one, or give this island another id .`island.id`, "
                                                         "or --set island.id=2."));
@@ -109,7 +113,7 @@ TEST_P(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
 }
 
 TEST_P(TwoIslands, OneStartsAtOnceWhileOthersStillSeeAnOldOneThatSaysNothingMore) {
-  if (on_host()) GTEST_SKIP() << "there the kernel knows that the old one lives";
+  if (!is_on("dds")) GTEST_SKIP() << "the kernel knows that the old one lives";
   Process other({kDaemon, "run", island(2), "--shell", "--log-level", "error"});
   ASSERT_TRUE(ask(other, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
   const auto is_there = [](const json& tuple) { return tuple.value("ok", false) && !tuple.value("value", "").empty(); };

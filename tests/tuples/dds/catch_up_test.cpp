@@ -52,25 +52,23 @@ TEST(CatchUp, LastsAWhileAfterTheHostSlept) {
   EXPECT_EQ(catch_up.left(), Duration(CatchUp::kAfterSleep));
 }
 
-TEST(EarlySets, ComeInOrderWithTheRestOfTheirTime) {
+TEST(EarlySets, ComeInOrder) {
   EarlySets sets;
-  const SteadyTime begin{};
-  for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_TRUE(sets.add({set_of(1, i, i == 2 ? 1s : 5s), {}, 7, begin}));
-  EXPECT_TRUE(sets.add({set_of(2, 1, 0s), {}, 7, begin}));
-  const auto taken = sets.take(begin + 2s);
-  ASSERT_EQ(taken.size(), 3U) << "the time of one ended";
-  EXPECT_EQ(taken[0].set.request, 1U);
-  EXPECT_EQ(taken[1].set.request, 3U);
-  EXPECT_EQ(taken[1].set.time_to_live, Duration(3s));
-  EXPECT_EQ(taken[2].set.time_to_live, Duration(0s)) << "it has none";
+  for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_TRUE(sets.add({set_of(i == 2 ? 2 : 1, i, 5s), {}, 7, {}, {}}));
+  EXPECT_TRUE(sets.has(OwnerId(1)));
+  EXPECT_FALSE(sets.has(OwnerId(3)));
+  const auto taken = sets.take();
+  ASSERT_EQ(taken.size(), 3U);
+  for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_EQ(taken[i - 1].set.request, i);
   EXPECT_TRUE(sets.empty());
+  EXPECT_FALSE(sets.has(OwnerId(1)));
 }
 
 TEST(EarlySets, CountAllThatASetHas) {
   EarlySets sets;
   auto set = set_of(1, 1, 0s);
   set.media_type.assign(EarlySets::kMaxOfOne, 'a');
-  EXPECT_FALSE(sets.add({set, {}, 7, {}}));
+  EXPECT_FALSE(sets.add({set, {}, 7, {}, {}}));
 }
 
 TEST(CatchUp, LastsAWhileAfterTheProcessWasOutside) {
@@ -84,12 +82,12 @@ TEST(CatchUp, LastsAWhileAfterTheProcessWasOutside) {
 TEST(EarlySets, OfOneComponentTakeNotTheRoomOfAnother) {
   EarlySets sets;
   std::uint64_t count = 0;
-  while (count < 1000 && sets.add({set_of(1, count, 0s, 100'000), {}, 7, {}})) ++count;
-  EXPECT_EQ(count, EarlySets::kMaxOfOne / 100'000);
-  EXPECT_FALSE(sets.add({set_of(1, count, 0s), {}, 7, {}})) << "a small one does not overtake it";
-  EXPECT_TRUE(sets.add({set_of(2, 1, 0s, 100'000), {}, 7, {}}));
-  EXPECT_EQ(sets.take({}).size(), count + 1);
-  EXPECT_TRUE(sets.add({set_of(1, 1, 0s, 100'000), {}, 7, {}})) << "the room is free again";
+  while (count < 1000 && sets.add({set_of(1, count, 0s, 100'000), {}, 7, {}, {}})) ++count;
+  EXPECT_EQ(count, EarlySets::kMaxOfOne / 100'000 - 1) << "with their numbers";
+  EXPECT_FALSE(sets.add({set_of(1, count, 0s), {}, 7, {}, {}})) << "a small one does not overtake it";
+  EXPECT_TRUE(sets.add({set_of(2, 1, 0s, 100'000), {}, 7, {}, {}}));
+  EXPECT_EQ(sets.take().size(), count + 1);
+  EXPECT_TRUE(sets.add({set_of(1, 1, 0s, 100'000), {}, 7, {}, {}})) << "the room is free again";
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ class DdsTestEcology {
     DdsOptions options;
     options.tag = "test-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
     auto opened = DdsEcology::open(
-        options, time, [this](std::function<void()> call) { post(std::move(call)); }, log_);
+        options, time, [this](std::function<void()> call) { post(std::move(call)); }, log_,
+        [this] { return time_.now().time_since_epoch(); });
     if (!opened) throw std::runtime_error(opened.error().text);
     ecology_ = std::move(*opened);
     ecology_->watch_displaced([this](OwnerId id) { displaced.push_back(id); });

@@ -61,7 +61,6 @@ struct Rogues : testing::Test, TwoComponentsOf<dds::DdsTestEcology> {
     set.request = request;
     set.key = "cmd";
     set.value = std::move(value);
-    set.time_to_live = 60s;
     distant::FrameWriter writer;
     writer.add(set);
     return writer.take();

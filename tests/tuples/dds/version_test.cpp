@@ -34,11 +34,11 @@ TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
   Component island(ecology, time, 1);
   dds::Rogue first(2, 1);
   const auto says_so = [&] {
-    return ecology.log().contains("component 2 has version 1 of the protocol, this program version 2: ignored");
+    return ecology.log().contains("component 2 has version 1 of the protocol, this program version 3: ignored");
   };
   for (int i = 0; i < 200 && !says_so(); ++i) time.run_for(10ms);
   EXPECT_TRUE(says_so());
-  EXPECT_EQ(first.shown_by(1, "").version, 2U);
+  EXPECT_EQ(first.shown_by(1, "").version, 3U);
   const auto seen = ecology.component_starts();
   EXPECT_TRUE(std::any_of(seen.begin(), seen.end(), [](const auto& one) { return one.present && one.version == 1; }));
 }

@@ -16,11 +16,13 @@ struct Entries final : FrameReader {
   void on_set(RemoteSet&& set) override { sets.push_back(std::move(set)); }
   void on_reply(Reply&& reply) override { replies.push_back(std::move(reply)); }
   void on_identity_check(const IdentityCheck& check) override { checks.push_back(check); }
+  void on_times(const FrameTimes& some) override { times.push_back(some); }
 
   std::vector<Change> changes;
   std::vector<RemoteSet> sets;
   std::vector<Reply> replies;
   std::vector<IdentityCheck> checks;
+  std::vector<FrameTimes> times;
 };
 
 TupleSet lamp() {
@@ -99,6 +101,30 @@ TEST(Frame, CarriesControlMessagesAsSetsWithAnEmptyKey) {
   EXPECT_EQ(std::get<SnapshotEnd>(read.changes[0]).subscription, 5U);
   EXPECT_EQ(std::get<Restart>(read.changes[1]).since, WallTime{}) << "as earlier releases send it";
   EXPECT_EQ(std::get<Restart>(read.changes[2]).since, WallTime(std::chrono::microseconds(7)));
+}
+
+TEST(Frame, BringsTimesInMicroseconds) {
+  FrameWriter frame;
+  frame.add(FrameTimes{std::chrono::nanoseconds(300'999), {}, {}, true});
+  frame.add(
+      FrameTimes{std::chrono::microseconds(7), std::chrono::microseconds(0), std::chrono::microseconds(9), false});
+  EXPECT_EQ(base::to_hex(frame.view()), "0702ac020701070009");
+  Entries read;
+  ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
+  ASSERT_EQ(read.times.size(), 2U);
+  EXPECT_EQ(read.times[0].sent, std::chrono::microseconds(300));
+  EXPECT_TRUE(read.times[0].asks);
+  EXPECT_FALSE(read.times[0].echo);
+  EXPECT_EQ(read.times[1].echo, Duration(0));
+  EXPECT_EQ(read.times[1].held, std::chrono::microseconds(9));
+}
+
+TEST(Frame, OfAHostThatRunsForACenturyIsInvalid) {
+  FrameWriter frame;
+  frame.add(FrameTimes{std::chrono::years(100), {}, {}, false});
+  Entries read;
+  EXPECT_FALSE(read_frame(frame.view(), kIsland, kSender, read));
+  EXPECT_TRUE(read.times.empty());
 }
 
 TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
