@@ -104,6 +104,30 @@ TEST_F(UsersOfAHost, NobodyIsAnIslandOutsideTheFolderOfTheService) {
   EXPECT_THAT(island->log.lines, ElementsAre(HasSubstr("it says that it is island 7, but islands run as the service")));
 }
 
+/// What an island says of roaming devices, and what it relays, counts by its id: nobody has that id meanwhile.
+TEST_F(UsersOfAHost, NobodyIsAnIslandWhileItStartsAgain) {
+  constexpr OwnerId kHall{2};
+  const auto* claim = "ROAMING.lab.7";
+  std::vector<std::string> claims;
+  const auto followed = home->subscribe(pattern("ROAMING.lab.*"), {}, [&](const Event& event) {
+    if (event.kind == EventKind::kSet) claims.push_back(std::string(event.tuple.value));
+  });
+  auto hall = begin({}, kService);
+  ASSERT_TRUE(hall->start(kHall).set(claim, "of the hall"));
+  time.run_for(1ms);
+  hall.reset();
+  auto thief = begin({}, kBob, false);
+  ASSERT_TRUE(thief->start(kHall).set(claim, "of a thief"));
+  time.run_for(5s);
+  EXPECT_THAT(home->peers(), testing::IsEmpty());
+  hall = begin({}, kService);
+  ASSERT_TRUE(hall->start(kHall).set(claim, "of the hall again"));
+  time.run_for(5s);
+  EXPECT_THAT(claims, ElementsAre("of the hall", "of the hall again"));
+  EXPECT_THAT(home->peers(), ElementsAre(kHall));
+  EXPECT_TRUE(SpaceRights::member_of(*home, kHall)->may_use(kHall));
+}
+
 /// Hears nothing, and says what it likes of its start.
 struct Liar final : LinkListener {
   void on_changes(OwnerId, std::span<const Change>) override {}
