@@ -141,7 +141,7 @@ int play_publisher(int devices, std::uint16_t port) {
   options.host = "127.0.0.1";
   options.port = port;
   transport::MqttCalls calls;
-  calls.connected = [&loop] { loop.stop(); };
+  calls.connected = [&loop](const transport::MqttConnack&) { loop.stop(); };
   calls.received = [](const transport::MqttMessage&) {};
   calls.refused = [](std::string_view, const Error&) {};
   calls.failed = [](const Error& why) { throw std::runtime_error(why.text); };

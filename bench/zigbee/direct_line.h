@@ -22,7 +22,7 @@ class DirectTransports final : public transport::Transports {
   Result<std::unique_ptr<transport::MqttLine>> open_mqtt(const transport::MqttOptions&,
                                                          transport::MqttCalls calls) override {
     calls_ = std::move(calls);
-    scheduler_.post([this] { calls_.connected(); });
+    scheduler_.post([this] { calls_.connected({}); });
     return std::make_unique<Line>();
   }
 

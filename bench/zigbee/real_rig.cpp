@@ -44,7 +44,7 @@ std::unique_ptr<transport::MqttLine> RealRig::connect(std::function<void(const t
   options.port = kPort;
   bool connected = false;
   transport::MqttCalls calls;
-  calls.connected = [&connected] { connected = true; };
+  calls.connected = [&connected](const transport::MqttConnack&) { connected = true; };
   calls.received = std::move(received);
   calls.too_long = std::move(too_long);
   calls.refused = [](std::string_view, const Error&) {};

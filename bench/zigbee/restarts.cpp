@@ -48,7 +48,7 @@ class Bridge {
     options.port = kPort;
     options.will = transport::MqttWill{"zigbee2mqtt/bridge/state", R"({"state":"offline"})"};
     transport::MqttCalls calls;
-    calls.connected = [this] {
+    calls.connected = [this](const transport::MqttConnack&) {
       connected_ = true;
       for (const auto* filter : {"zigbee2mqtt/+/set", "zigbee2mqtt/+/get", "zigbee2mqtt/bridge/request/#"})
         must(line_->subscribe(filter));

@@ -1,17 +1,12 @@
 #include "transport/mosquitto_client.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
 #include <netdb.h>
-#include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <map>
@@ -20,6 +15,8 @@
 #include <utility>
 
 #include "base/printable.h"
+#include "transport/mosquitto_properties.h"
+#include "transport/mosquitto_socket.h"
 #include "transport/mqtt_checks.h"
 #include "transport/mqtt_tls.h"
 
@@ -41,35 +38,6 @@ constexpr std::size_t kFiltersAtOnce = std::size_t{8} * 1024;
 /// For what waits, once the line was destroyed.
 constexpr auto kLeavingTime = seconds(1);
 constexpr int kNoReason = -1, kBadVersion5 = 0x84;
-
-/// The library closes its socket right after the DISCONNECT. If bytes of the broker were not read by then, the system
-/// resets the connection, and the broker never sees the DISCONNECT. With a second descriptor the connection stays until
-/// the broker closes it.
-class OwnSocket {
- public:
-  explicit OwnSocket(int descriptor) : descriptor_(descriptor) {}
-  ~OwnSocket() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  OwnSocket(const OwnSocket&) = delete;
-  OwnSocket& operator=(const OwnSocket&) = delete;
-
-  void await_end(Clock::time_point latest) const {
-    if (descriptor_ < 0) return;
-    ::shutdown(descriptor_, SHUT_WR);
-    std::array<char, 65536> bytes;
-    for (auto left = latest - Clock::now(); left > Clock::duration::zero(); left = latest - Clock::now()) {
-      pollfd ready{descriptor_, POLLIN, 0};
-      const auto patience = std::chrono::ceil<milliseconds>(left).count();
-      if (::poll(&ready, 1, static_cast<int>(patience)) <= 0) continue;
-      const auto count = ::recv(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT);
-      if (count == 0 || (count < 0 && errno != EAGAIN && errno != EINTR)) return;
-    }
-  }
-
- private:
-  int descriptor_;
-};
 
 /// One connection with one version of the protocol.
 class MosquittoClient {
@@ -95,6 +63,11 @@ class MosquittoClient {
   }
 
  private:
+  struct Unacknowledged {
+    std::string topic;
+    std::uint64_t number = 0;
+  };
+
   static MosquittoClient& self(void* user) { return *static_cast<MosquittoClient*>(user); }
 
   Result<void> begin() {
@@ -108,7 +81,7 @@ class MosquittoClient {
                                   options_.password.empty() ? nullptr : options_.password.c_str());
     if (const auto& will = options_.will)
       ::mosquitto_will_set(client_, will->topic.c_str(), static_cast<int>(will->payload.size()), will->payload.data(),
-                           1, will->retain);
+                           will->qos, will->retain);
     set_calls();
     if (auto right = begin_tls(); !right) return right;
     return connect();
@@ -145,16 +118,12 @@ class MosquittoClient {
 
   /// Blocks: looks the name up and connects.
   Result<void> connect() {
-    mosquitto_property* properties = nullptr;
-    if (version_5_)
-      ::mosquitto_property_add_int32(&properties, MQTT_PROP_MAXIMUM_PACKET_SIZE,
-                                     static_cast<std::uint32_t>(options_.largest_packet));
+    const auto properties = version_5_ ? connect_properties(options_) : nullptr;
     // The library sends a PINGREQ after this time, and waits as long for the answer.
-    const auto quiet = std::chrono::duration_cast<seconds>(options_.keep_alive / 2).count();
+    const auto quiet = std::chrono::floor<seconds>(options_.keep_alive).count();
     const int result = ::mosquitto_connect_bind_v5(client_, options_.host.c_str(), options_.port,
-                                                   static_cast<int>(quiet), nullptr, properties);
+                                                   static_cast<int>(quiet), nullptr, properties.get());
     const int error = errno;
-    ::mosquitto_property_free_all(&properties);
     if (result == MOSQ_ERR_SUCCESS) {
       exchange_.answered = true;
       return {};
@@ -215,7 +184,8 @@ class MosquittoClient {
 
   /// Until nothing comes, or the loop has enough to do.
   void read() {
-    if (!accepted_ && is_closed()) return check(MOSQ_ERR_CONN_LOST);
+    // The library takes the end of a connection during the TLS handshake for nothing, again and again.
+    if (!accepted_ && is_ended(::mosquitto_socket(client_))) return check(MOSQ_ERR_CONN_LOST);
     std::size_t bytes = 0;
     for (int i = 0; i < kReadsPerTurn && bytes < kBytesPerTurn && !over_; ++i) {
       heard_ = 0;
@@ -223,20 +193,7 @@ class MosquittoClient {
       if (heard_ == 0) break;
       bytes += heard_;
     }
-    acknowledge_now();
-  }
-
-  /// mosquitto leaves Nagle's algorithm on: it holds a small message back until the one before is acknowledged, and the
-  /// system delays that by 40 ms on a connection that also sends.
-  void acknowledge_now() const {
-    const int yes = 1;
-    ::setsockopt(::mosquitto_socket(client_), IPPROTO_TCP, TCP_QUICKACK, &yes, sizeof yes);
-  }
-
-  /// The library takes the end of a connection during the TLS handshake for nothing, again and again.
-  bool is_closed() const {
-    char byte = 0;
-    return ::recv(::mosquitto_socket(client_), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+    acknowledge_now(::mosquitto_socket(client_));
   }
 
   void send() {
@@ -254,21 +211,23 @@ class MosquittoClient {
 
   void publish(const MqttPublication& message) {
     int id = 0;
+    const auto properties = version_5_ ? publish_properties(message) : nullptr;
     const int result =
-        ::mosquitto_publish(client_, &id, message.topic.c_str(), static_cast<int>(message.payload.size()),
-                            message.payload.data(), message.qos, message.retain);
+        ::mosquitto_publish_v5(client_, &id, message.topic.c_str(), static_cast<int>(message.payload.size()),
+                               message.payload.data(), message.qos, message.retain, properties.get());
     if (is_end(result)) return check(result);
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
     if (message.qos == 0) return;
     if (result == MOSQ_ERR_SUCCESS)
-      unacknowledged_[id] = message.topic;
+      unacknowledged_[id] = {message.topic, message.number};
     else
-      not_taken(message.topic, {ErrorCode::kInvalid, fmt::format("{}: cannot publish to {}: {}", name_, message.topic,
-                                                                 ::mosquitto_strerror(result))});
+      not_taken({message.topic, message.number}, MqttReason::kUnspecified,
+                {ErrorCode::kInvalid,
+                 fmt::format("{}: cannot publish to {}: {}", name_, message.topic, ::mosquitto_strerror(result))});
   }
 
-  void not_taken(const std::string& topic, Error why) {
-    events_.push_back({MqttEvent::Kind::kNotTaken, topic, {}, false, std::move(why), 0});
+  void not_taken(const Unacknowledged& what, MqttReason reason, Error why) {
+    events_.push_back({MqttEvent::Kind::kNotTaken, what.topic, {}, false, reason, what.number, std::move(why)});
   }
 
   /// Results of a request to the library that mean the end of the connection; all others concern the request.
@@ -304,11 +263,13 @@ class MosquittoClient {
                            ? ::mosquitto_subscribe_multiple(client_, &id, count, filters.data(), first.qos, 0, nullptr)
                            : ::mosquitto_unsubscribe_multiple(client_, &id, count, filters.data(), nullptr);
     if (result == MOSQ_ERR_SUCCESS || is_end(result)) {
-      if (first.wanted)
-        for (auto& ask : asks) asked_[id].push_back(std::move(ask.filter));
+      for (auto& ask : asks) first.wanted ? asked_[id].push_back(std::move(ask)) : exchange_.answered_ask(ask);
       return check(result);
     }
-    if (asks.size() == 1) return refuse(first, ::mosquitto_strerror(result));
+    if (asks.size() == 1) {
+      exchange_.answered_ask(first);
+      return refuse(first, ::mosquitto_strerror(result));
+    }
     for (auto& ask : asks) send_together({&ask, 1});
   }
 
@@ -316,7 +277,7 @@ class MosquittoClient {
     if (!ask.wanted) return;
     Error error{ErrorCode::kRefused,
                 fmt::format("{}: cannot subscribe to {}: {}", name_, base::one_line(ask.filter.substr(0, 100)), why)};
-    events_.push_back({MqttEvent::Kind::kRefused, ask.filter, {}, false, std::move(error), 0});
+    events_.push_back({.kind = MqttEvent::Kind::kRefused, .topic = ask.filter, .why = std::move(error)});
   }
 
   void begin_leaving() {
@@ -327,7 +288,7 @@ class MosquittoClient {
   /// When everything is sent, or its time is over.
   void leave(bool drained) {
     if (!drained && Clock::now() < *leave_at_) return;
-    const OwnSocket kept(::fcntl(::mosquitto_socket(client_), F_DUPFD_CLOEXEC, 0));
+    const KeptSocket kept(::mosquitto_socket(client_));
     ::mosquitto_disconnect(client_);
     over_ = true;
     kept.await_end(*leave_at_);
@@ -342,18 +303,14 @@ class MosquittoClient {
     }
     accepted_ = true;
     exchange_.home().connected(true);
-    std::uint32_t largest = 0;
-    auto at_once = static_cast<std::uint16_t>(kMaxUnacknowledged);
-    ::mosquitto_property_read_int16(properties, MQTT_PROP_RECEIVE_MAXIMUM, &at_once, false);
-    most_unacknowledged_ = std::min<std::size_t>(at_once, kMaxUnacknowledged);
-    ::mosquitto_property_read_int32(properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, &largest, false);
+    most_unacknowledged_ = std::min(read_receive_maximum(properties), kMaxUnacknowledged);
     MqttEvent event;
     event.kind = MqttEvent::Kind::kConnected;
-    event.bytes = largest;
+    event.connack = std::make_unique<MqttConnack>(read_connack(properties, version_5_, options_.keep_alive));
+    const auto largest = event.connack->largest_packet;
     constexpr std::size_t kHeader = 1 + 4, kPacketId = 2, kProperties = 1;
     if (largest > 0)
-      filters_at_once_ =
-          std::min(kFiltersAtOnce, largest - std::min<std::size_t>(largest, kHeader + kPacketId + kProperties));
+      filters_at_once_ = std::min(kFiltersAtOnce, largest - std::min(largest, kHeader + kPacketId + kProperties));
     events_.push_back(std::move(event));
   }
 
@@ -365,10 +322,10 @@ class MosquittoClient {
     if (packet_size(topic, payload) > options_.largest_packet) {
       ++exchange_.too_long;
       const auto size = packet_size(topic, payload);
-      events_.push_back({MqttEvent::Kind::kTooLong, std::string(topic), {}, message.retain, {}, size});
+      events_.push_back({.kind = MqttEvent::Kind::kTooLong, .topic = std::string(topic), .number = size});
       return;
     }
-    events_.push_back({MqttEvent::Kind::kReceived, std::string(topic), std::string(payload), message.retain, {}, 0});
+    events_.push_back({MqttEvent::Kind::kReceived, std::string(topic), std::string(payload), message.retain});
   }
 
   void on_suback(int id, int count, const int* granted) {
@@ -376,12 +333,20 @@ class MosquittoClient {
     const auto asked = asked_.extract(id);
     if (asked.empty()) return;
     for (int i = 0; i < count && i < static_cast<int>(asked.mapped().size()); ++i) {
-      const auto& filter = asked.mapped()[static_cast<std::size_t>(i)];
-      if (granted[i] < 0x80) continue;
-      Error why{ErrorCode::kRefused, fmt::format("{}: the broker refuses to send {} (reason {:#04x})", name_, filter,
-                                                 static_cast<unsigned>(granted[i]))};
-      events_.push_back({MqttEvent::Kind::kRefused, filter, {}, false, std::move(why), 0});
+      const auto& ask = asked.mapped()[static_cast<std::size_t>(i)];
+      exchange_.answered_ask(ask);
+      granted[i] < 0x80 ? subscribed(ask.filter) : refused(ask.filter, granted[i]);
     }
+  }
+
+  void subscribed(const std::string& filter) {
+    events_.push_back({.kind = MqttEvent::Kind::kSubscribed, .topic = filter});
+  }
+
+  void refused(const std::string& filter, int reason) {
+    Error why{ErrorCode::kRefused, fmt::format("{}: the broker refuses to send {} (reason {:#04x})", name_, filter,
+                                               static_cast<unsigned>(reason))};
+    events_.push_back({.kind = MqttEvent::Kind::kRefused, .topic = filter, .why = std::move(why)});
   }
 
   /// Also of QoS 0, when it is written.
@@ -390,9 +355,10 @@ class MosquittoClient {
     const auto published = unacknowledged_.extract(id);
     if (reason >= 0x80) ++exchange_.not_taken;
     if (published.empty()) return;
-    const auto& topic = published.mapped();
-    if (reason >= 0x80) return not_taken(topic, publication_error(reason, name_, topic));
-    events_.push_back({MqttEvent::Kind::kTaken, topic, {}, false, {}, 0});
+    const auto& what = published.mapped();
+    const auto told = static_cast<MqttReason>(reason);
+    if (reason >= 0x80) return not_taken(what, told, publication_error(reason, name_, what.topic));
+    events_.push_back({MqttEvent::Kind::kTaken, what.topic, {}, false, told, what.number});
   }
 
   /// The library also calls this with its own codes after a reason of the broker.
@@ -457,9 +423,9 @@ class MosquittoClient {
   std::string name_;
   std::unique_ptr<MqttTlsContext> tls_;
   mosquitto* client_ = nullptr;
-  std::map<int, std::vector<std::string>> asked_;  ///< filters by the number of their SUBSCRIBE
+  std::map<int, std::vector<MqttAsk>> asked_;  ///< by the number of their SUBSCRIBE
   std::vector<MqttEvent> events_;
-  std::map<int, std::string> unacknowledged_;  ///< topics of publications of QoS 1 by their numbers
+  std::map<int, Unacknowledged> unacknowledged_;  ///< publications of QoS 1 by their packet identifiers
   /// What waits beyond it in the library would be overtaken by QoS 0.
   std::size_t most_unacknowledged_ = kMaxUnacknowledged;
   std::size_t filters_at_once_ = kFiltersAtOnce;  ///< bytes of filters that the broker takes in one SUBSCRIBE

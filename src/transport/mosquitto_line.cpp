@@ -68,13 +68,11 @@ class MosquittoLine final : public MqttLine {
 
   Result<void> subscribe(std::string_view filter, std::uint8_t qos) override {
     if (auto right = check_filter(filter, qos, name_); !right) return right;
-    exchange_->ask({std::string(filter), qos, true});
-    return {};
+    return exchange_->ask({std::string(filter), qos, true});
   }
   Result<void> unsubscribe(std::string_view filter) override {
     if (auto right = check_filter(filter, 0, name_); !right) return right;
-    exchange_->ask({std::string(filter), 0, false});
-    return {};
+    return exchange_->ask({std::string(filter), 0, false});
   }
   Result<void> publish(MqttPublication publication) override {
     if (!connected_) return fail(ErrorCode::kUnreachable, name_ + ": cannot publish: not connected");
@@ -105,33 +103,37 @@ class MosquittoLine final : public MqttLine {
   void handle(const MqttEvent& event) {
     const auto calls = calls_;
     switch (event.kind) {
-      case MqttEvent::Kind::kConnected: return become_connected(event.bytes);
+      case MqttEvent::Kind::kConnected: return become_connected(*event.connack);
       case MqttEvent::Kind::kReceived:
         ++received_;
         if (calls->received) calls->received({event.topic, event.payload, event.retained});
         return;
       case MqttEvent::Kind::kTooLong:
-        if (calls->too_long) calls->too_long(event.topic, event.bytes);
+        if (calls->too_long) calls->too_long(event.topic, event.number);
+        return;
+      case MqttEvent::Kind::kSubscribed:
+        if (calls->subscribed) calls->subscribed(event.topic);
         return;
       case MqttEvent::Kind::kRefused:
         if (calls->refused) calls->refused(event.topic, event.why);
         return;
       case MqttEvent::Kind::kTaken:
-        if (calls->taken) calls->taken(event.topic);
+        if (calls->taken) calls->taken({event.topic, event.number, event.reason});
         return;
       case MqttEvent::Kind::kNotTaken:
-        if (calls->not_taken) calls->not_taken(event.topic, event.why);
+        if (calls->not_taken) calls->not_taken({event.topic, event.number, event.reason}, event.why);
         return;
       case MqttEvent::Kind::kFailed: return end(event.why);
     }
   }
 
-  void become_connected(std::size_t largest) {
+  void become_connected(MqttConnack& connack) {
     connected_ = true;
-    if (largest > 0) broker_takes_ = largest;
+    if (connack.largest_packet > 0) broker_takes_ = connack.largest_packet;
+    connack.client_id = options_.client_id;
     patience_.clear();
     const auto calls = calls_;
-    if (calls->connected) calls->connected();
+    if (calls->connected) calls->connected(connack);
   }
 
   void give_up() {

@@ -23,10 +23,12 @@ struct MqttTls {
   std::string server_name;                 ///< expected in the broker's certificate; empty = the host
 };
 
-/// What the broker publishes for us if the connection is lost (MQTT 5, section 3.1.2.5).
+/// What the broker publishes for us if the connection is lost (MQTT 5, section 3.1.2.5). With an empty payload and
+/// `retain` it removes what is retained at the topic, and tells the subscribers so.
 struct MqttWill {
   std::string topic, payload;
   bool retain = true;
+  std::uint8_t qos = 1;  ///< 0 or 1
 };
 
 struct MqttOptions {
@@ -37,11 +39,25 @@ struct MqttOptions {
   std::optional<MqttTls> tls{};
   MqttVersion version = MqttVersion::kAny;
   std::optional<MqttWill> will{};
-  Duration keep_alive = std::chrono::seconds(30);  ///< a broker that says nothing for this long is lost; at least 10 s
+  /// Of the CONNECT (MQTT 5, section 3.1.2.10), in whole seconds; 5 s to 65535 s, or what the broker wants instead
+  /// (MqttConnack). The line pings when it sent nothing, or heard nothing, for this long; a broker that does not answer
+  /// within the same time again is lost: after one to two of these times. A broker publishes the will of a line that it
+  /// does not hear for one and a half of them; mosquitto 2.0 looks each 5 s, so up to 5 s later.
+  Duration keep_alive = std::chrono::seconds(15);
   Duration connect_time = std::chrono::seconds(10);  ///< without CONNACK after this time the line has failed
   /// Longest packet that is accepted, in bytes. A longer one is dropped and counted; a broker of version 5 does not
   /// send it.
   std::size_t largest_packet = std::size_t{16} * 1024 * 1024;
+};
+
+/// What the broker said when it accepted the connection (CONNACK; MQTT 5, section 3.2.2.3). One of version 3.1.1 says
+/// nothing more: all but `version` are then as below, or our own.
+struct MqttConnack {
+  MqttVersion version = MqttVersion::k5;  ///< that is spoken: k5 or k311
+  std::size_t largest_packet = 0;         ///< that it takes, in bytes; 0 = not told. It may have a limit all the same.
+  bool retains = true;                    ///< if false, it keeps no retained messages: those are sent on as all others
+  Duration keep_alive{};                  ///< in force: the broker's if it has one (Server Keep Alive), else ours
+  std::string_view client_id;             ///< that of MqttOptions, or the one that the line made; valid during the call
 };
 
 /// A received message; valid during the call.
@@ -51,24 +67,47 @@ struct MqttMessage {
   bool retained = false;  ///< a stored copy, sent because of a new subscription
 };
 
+/// Reason codes of a PUBACK that a caller may want to tell apart (MQTT 5, section 3.4.2.1); others come as their
+/// number. Those of 0x80 and above mean that the message was not taken.
+enum class MqttReason : std::uint8_t {
+  kSuccess = 0x00,
+  kNoSubscribers = 0x10,  ///< taken, and nobody subscribes to the topic
+  kUnspecified = 0x80,    ///< also: the library did not take it
+  kNotAuthorised = 0x87,
+  kQuotaExceeded = 0x97,
+  kTooLarge = 0x95,  ///< mosquitto's `message_size_limit`, which its CONNACK does not tell
+};
+
+/// What became of a publication of QoS 1; valid during the call.
+struct MqttOutcome {
+  std::string_view topic;
+  std::uint64_t number = 0;                  ///< MqttPublication::number
+  MqttReason reason = MqttReason::kSuccess;  ///< always that of success if a broker of version 3.1.1 took it
+};
+
 /// Called from the loop, never inside a call to the line. Each may destroy the line.
 struct MqttCalls {
-  /// The broker accepted the connection.
-  std::function<void()> connected;
+  /// The broker accepted the connection. Called once.
+  std::function<void(const MqttConnack& connack)> connected;
   std::function<void(const MqttMessage& message)> received;
   /// A packet beyond MqttOptions::largest_packet was dropped; with its length in bytes. Only in version 3.1.1: a broker
   /// of version 5 does not send it and reports nothing.
   std::function<void(std::string_view topic, std::size_t bytes)> too_long;
+  /// The broker granted a subscription (its SUBACK). For each call of subscribe() either this or `refused` is called,
+  /// in the order of these calls, unless the connection fails before. Neither a right to the messages (mosquitto's
+  /// `acl_file` grants all and then stays silent), nor the end of the retained ones, which follow.
+  std::function<void(std::string_view filter)> subscribed;
   /// The broker refused a subscription (an access list), or does not take a packet with this filter.
   std::function<void(std::string_view filter, Error why)> refused;
-  /// The broker took a publication of QoS 1 (its PUBACK). One of version 3.1.1 says so of what it drops too. For each
+  /// The broker took a publication of QoS 1 (its PUBACK). This does not mean that anybody gets it: a broker drops it
+  /// silently for a subscriber whose queue is full, and one of version 3.1.1 says so of what it drops for all. For each
   /// publication either this or `not_taken` is called, in the order of publications (MQTT 5, section 4.6), unless the
-  /// connection fails before.
-  std::function<void(std::string_view topic)> taken;
-  /// The broker, or the library, did not take a publication of QoS 1: a reason code of 0x80 or above in its PUBACK
-  /// (MQTT 5, section 3.4.2.1). Brokers of version 3.1.1 have no such answer. kRefused: an access list forbids to
-  /// publish there.
-  std::function<void(std::string_view topic, Error why)> not_taken;
+  /// connection fails before, or a later one took its place (MqttQueue::kLatest).
+  std::function<void(const MqttOutcome& outcome)> taken;
+  /// The broker, or the library, did not take a publication of QoS 1: a reason code of 0x80 or above in its PUBACK.
+  /// Brokers of version 3.1.1 have no such answer. kRefused: an access list forbids to publish there; kOutOfRange: it
+  /// is too large.
+  std::function<void(const MqttOutcome& outcome, Error why)> not_taken;
   /// The connection failed or was lost; the line should be destroyed. kRefused: the broker is there and does not accept
   /// us (user, password, version, client id). Called once.
   std::function<void(Error why)> failed;
@@ -85,6 +124,12 @@ struct MqttPublication {
   bool retain = false;
   std::uint8_t qos = 0;  ///< 0 or 1
   MqttQueue queue = MqttQueue::kInOrder;
+  /// How long the broker keeps it, for new subscribers if it is retained, and at QoS 1 for those that do not read
+  /// (Message Expiry Interval; MQTT 5, section 3.3.2.3.3). From its arrival there on; rounded up to seconds, at most
+  /// 136 years; zero = without end. A broker of version 3.1.1 does not learn it. Not how old a message may arrive:
+  /// mosquitto delivers what waits at QoS 0 all the same.
+  Duration expiry{};
+  std::uint64_t number = 0;  ///< the caller's; comes back in MqttOutcome
 };
 
 struct MqttCounters {
@@ -104,15 +149,25 @@ struct MqttCounters {
 
 /// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. It does not reconnect. Destroying
 /// it closes it with a DISCONNECT, so that the broker does not publish the will; what waits is sent before, if the
-/// broker takes it within a second.
+/// broker takes it within a second. Small messages are not held back (TCP_NODELAY).
+///
+/// Received messages come in the order in which the broker sends them. A loop that takes them more slowly than they
+/// come makes the line stop reading at kMaxUndelivered; from then on the broker must wait, and it drops what is beyond
+/// its own limits (mosquitto: the newest, silently, at QoS 1 too). A loop that stands still with that much for longer
+/// than two keep-alive times loses the connection, because the answers to pings are not read either.
 class MqttLine {
  public:
-  /// Bounds of what waits for a busy line.
+  /// Bounds of what waits for a busy line: publications, and their bytes.
   static constexpr std::size_t kMaxQueued = 10'000, kMaxQueuedBytes = std::size_t{8} * 1024 * 1024;
+  /// Of filters that wait to be asked for, or for their answer, in bytes.
+  static constexpr std::size_t kMaxAskedBytes = std::size_t{4} * 1024 * 1024;
+  /// Bytes of events on their way to the loop, beyond which the line stops reading. Up to 256 KiB, or one message, more
+  /// may come.
+  static constexpr std::size_t kMaxUndelivered = std::size_t{4} * 1024 * 1024;
 
   virtual ~MqttLine() = default;
-  /// Asks for the messages of a filter, with this QoS at most. May be called before `connected`. kInvalid for a wrong
-  /// filter.
+  /// Asks for the messages of a filter, with this QoS at most; once more for its retained messages. May be called
+  /// before `connected`. kInvalid for a wrong filter, kBusy beyond kMaxAskedBytes.
   virtual Result<void> subscribe(std::string_view filter, std::uint8_t qos = 0) = 0;
   virtual Result<void> unsubscribe(std::string_view filter) = 0;
   /// Sends the message, or queues it. kUnreachable if not connected, kBusy beyond the bounds of the queue, kInvalid for

@@ -26,11 +26,12 @@ const char* fault_of(const MqttOptions& options) {
   if (!is_client_id(options.client_id)) return "the client id must have at most 23 letters and digits";
   if (!options.user.empty() && !is_mqtt_text(options.user)) return "the user has characters that MQTT does not allow";
   if (!options.password.empty() && options.user.empty()) return "a password needs a user";
-  if (options.keep_alive < seconds(10) || options.keep_alive > seconds(65535))
-    return "keep-alive must be 10 s to 65535 s";
+  if (options.keep_alive < seconds(5) || options.keep_alive > seconds(65535))
+    return "keep-alive must be 5 s to 65535 s";
   if (options.largest_packet < 1024 || options.largest_packet > 268'435'460)
     return "the largest packet must have 1 KiB to 256 MiB";
   if (options.will && !is_mqtt_topic(options.will->topic)) return "the will has no topic";
+  if (options.will && options.will->qos > 1) return "the QoS of the will must be 0 or 1";
   if (options.tls && options.tls->certificate_file.empty() != options.tls->key_file.empty())
     return "a client certificate needs its key";
   return nullptr;
@@ -64,6 +65,7 @@ constexpr Reason kReasons[] = {
     {0x93, ErrorCode::kBusy, "got more messages at a time than it takes"},
     {0x95, ErrorCode::kOutOfRange, "got a packet that is too large for it"},
     {0x97, ErrorCode::kBusy, "says that a quota is exceeded"},
+    {0x9a, ErrorCode::kUnsupported, "keeps no retained messages, as our will is one"},
     {0x98, ErrorCode::kUnreachable, "closes the connection by administrative action"},
     {0x9c, ErrorCode::kRefused, "wants us to use another server"},
     {0x9d, ErrorCode::kRefused, "has moved to another server"},
@@ -76,6 +78,7 @@ constexpr Reason kPublicationReasons[] = {
     {0x87, ErrorCode::kRefused, "not authorised (its access list)"},
     {0x90, ErrorCode::kInvalid, "it does not accept the topic"},
     {0x91, ErrorCode::kUnreachable, "packet identifier in use"},
+    {0x95, ErrorCode::kOutOfRange, "larger than it takes"},
     {0x97, ErrorCode::kBusy, "quota exceeded"},
     {0x99, ErrorCode::kInvalid, "the payload is not in the format that was announced"},
 };
@@ -105,7 +108,10 @@ Result<void> check_publication(const MqttPublication& publication, std::size_t l
                 fmt::format("{}: no topic to publish to: {}", line, short_text(publication.topic)));
   if (publication.qos > 1)
     return fail(ErrorCode::kInvalid, fmt::format("{}: QoS {}, expected 0 or 1", line, publication.qos));
-  if (const auto size = packet_size(publication.topic, publication.payload); size > largest)
+  constexpr std::size_t kExpiry = 5;
+  const auto size =
+      packet_size(publication.topic, publication.payload) + (publication.expiry > Duration::zero() ? kExpiry : 0);
+  if (size > largest)
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("{}: cannot publish {} bytes: the broker takes packets of {} bytes", line, size, largest));
   return {};

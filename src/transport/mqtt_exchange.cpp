@@ -80,10 +80,15 @@ Result<void> MqttExchange::publish(MqttPublication publication) {
   return {};
 }
 
-void MqttExchange::ask(MqttAsk ask) {
+Result<void> MqttExchange::ask(MqttAsk ask) {
   const std::scoped_lock lock(mutex_);
+  if (asked_bytes_ + cost(ask) > MqttLine::kMaxAskedBytes)
+    return fail(ErrorCode::kBusy,
+                fmt::format("{}: cannot subscribe: filters with {} bytes wait for the broker", line_, +asked_bytes_));
+  asked_bytes_ += cost(ask);
   asks_.push_back(std::move(ask));
   wake();
+  return {};
 }
 
 void MqttExchange::dismiss() {
@@ -98,7 +103,7 @@ std::vector<MqttEvent> MqttExchange::take() {
 
 void MqttExchange::delivered(std::size_t bytes) {
   const auto before = in_flight_.fetch_sub(bytes);
-  if (before >= kMaxInFlight && before - bytes < kMaxInFlight) wake();
+  if (before >= MqttLine::kMaxUndelivered && before - bytes < MqttLine::kMaxUndelivered) wake();
 }
 
 MqttWork MqttExchange::take_work(bool publication) {

@@ -47,13 +47,16 @@ class MqttHome {
 
 /// What the thread of an MQTT line tells the loop.
 struct MqttEvent {
-  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kTaken, kNotTaken, kFailed };
+  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kSubscribed, kRefused, kTaken, kNotTaken, kFailed };
 
   Kind kind = Kind::kReceived;
-  std::string topic, payload;  ///< of a message; kTooLong has no payload; kRefused: the filter is the topic
+  std::string topic,
+      payload{};  ///< of a message; kTooLong has no payload; kSubscribed, kRefused: the filter is the topic
   bool retained = false;
-  Error why{};
-  std::size_t bytes = 0;  ///< kConnected: longest packet that the broker takes; kTooLong: length of the packet
+  MqttReason reason = MqttReason::kSuccess;  ///< kTaken, kNotTaken
+  std::uint64_t number = 0;                  ///< kTaken, kNotTaken: of the publication; kTooLong: bytes of the packet
+  Error why{};                               ///< kRefused, kNotTaken, kFailed
+  std::unique_ptr<MqttConnack> connack{};    ///< kConnected
 };
 
 /// A filter to subscribe to, or to unsubscribe from.
@@ -73,9 +76,6 @@ struct MqttWork {
 /// MqttOutQueue, events by may_read().
 class MqttExchange {
  public:
-  /// Bytes on their way to the loop beyond which the thread stops reading, so that the broker has to wait.
-  static constexpr std::size_t kMaxInFlight = std::size_t{4} * 1024 * 1024;
-
   /// `line` names it in errors: mqtt_name(). `on_events` is called on the loop when there is something to take().
   /// nullptr if the system has no descriptors.
   static std::shared_ptr<MqttExchange> make(std::shared_ptr<MqttHome> home, std::string line,
@@ -87,7 +87,8 @@ class MqttExchange {
 
   // The loop.
   Result<void> publish(MqttPublication publication);
-  void ask(MqttAsk ask);
+  /// kBusy beyond MqttLine::kMaxAskedBytes.
+  Result<void> ask(MqttAsk ask);
   /// Makes the thread close its connection and end.
   void dismiss();
   std::vector<MqttEvent> take();
@@ -99,14 +100,17 @@ class MqttExchange {
   int wake_descriptor() const { return wake_; }
   void clear_wake() const;
   bool dismissed() const { return dismissed_; }
-  bool may_read() const { return in_flight_ < kMaxInFlight; }
+  bool may_read() const { return in_flight_ < MqttLine::kMaxUndelivered; }
   /// All that is asked for, and if wanted the next publication, which was made after it.
   MqttWork take_work(bool publication);
+  /// The broker answered it, or will not.
+  void answered_ask(const MqttAsk& ask) { asked_bytes_ -= cost(ask); }
   void tell(std::vector<MqttEvent> events);
   MqttHome& home() { return *home_; }
   const std::string& line() const { return line_; }
 
   static std::size_t cost(const MqttEvent& event);
+  static std::size_t cost(const MqttAsk& ask) { return sizeof ask + ask.filter.size(); }
 
   std::atomic<std::uint64_t> sent{0}, too_long{0}, not_taken{0};
   std::atomic<bool> answered{false};  ///< the host accepted a connection
@@ -119,7 +123,7 @@ class MqttExchange {
   std::function<void()> on_events_;
   int wake_ = -1;
   std::atomic<bool> dismissed_{false};
-  std::atomic<std::size_t> in_flight_{0};
+  std::atomic<std::size_t> in_flight_{0}, asked_bytes_{0};
   std::mutex mutex_;
   MqttOutQueue out_;
   std::vector<MqttAsk> asks_;

@@ -237,9 +237,7 @@ TEST(MuteNameServer, StopsNeitherTheLoopNorTheEndOfTheProcess) {
 
 class Exchange : public ::testing::Test {
  protected:
-  static MqttEvent event(std::size_t size) {
-    return {MqttEvent::Kind::kReceived, "t", std::string(size, 'x'), false, {}, 0};
-  }
+  static MqttEvent event(std::size_t size) { return {MqttEvent::Kind::kReceived, "t", std::string(size, 'x')}; }
 
   VirtualScheduler time;
   std::shared_ptr<MqttHome> home = std::make_shared<MqttHome>(time);
@@ -248,7 +246,7 @@ class Exchange : public ::testing::Test {
 };
 
 TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
-  const auto quarter = MqttExchange::kMaxInFlight / 4;
+  const auto quarter = MqttLine::kMaxUndelivered / 4;
   for (int i = 0; i < 4; ++i) {
     EXPECT_TRUE(exchange->may_read()) << i;
     std::vector<MqttEvent> one;
@@ -267,7 +265,7 @@ TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
 
 TEST_F(Exchange, FiltersGoBeforeThePublicationsThatFollowThem) {
   ASSERT_TRUE(exchange->publish({"a", "1"}));
-  exchange->ask({"a", 0, true});
+  ASSERT_TRUE(exchange->ask({"a", 0, true}));
   EXPECT_THAT(exchange->take_work(false).asks, SizeIs(1));
   const auto work = exchange->take_work(true);
   EXPECT_THAT(work.asks, IsEmpty());

@@ -220,7 +220,7 @@ TEST_F(MemoryBroker, ALineMayBeDestroyedInEachOfItsCalls) {
       if (call == in) line.reset();
     };
     MqttCalls calls;
-    calls.connected = [&] { end("connected"); };
+    calls.connected = [&](const auto&) { end("connected"); };
     calls.received = [&](const auto&) { end("received"); };
     calls.refused = [&](auto, const auto&) { end("refused"); };
     calls.failed = [&](const auto&) { end("failed"); };

@@ -15,13 +15,21 @@ struct MqttClient {
   std::unique_ptr<MqttLine> line;
   int connected = 0;
   std::vector<std::string> received;  ///< `topic payload`, with `*` if retained
-  std::vector<std::string> refused, taken, not_taken;
+  MqttConnack connack;                ///< without its client id
+  std::vector<std::string> subscribed, refused, taken, not_taken;
+  std::vector<std::string> outcomes;  ///< `number reason`, of both kinds
   std::vector<std::string> too_long;  ///< `topic bytes`
   std::vector<Error> failures;
 
+  static std::string text_of(const MqttOutcome& outcome) {
+    return std::to_string(outcome.number) + ' ' + std::to_string(static_cast<int>(outcome.reason));
+  }
   void open(Transports& transports, const MqttOptions& options) {
     MqttCalls calls;
-    calls.connected = [this] { ++connected; };
+    calls.connected = [this](const MqttConnack& told) {
+      ++connected;
+      connack = told;
+    };
     calls.received = [this](const MqttMessage& message) {
       received.push_back(std::string(message.topic) + ' ' + std::string(message.payload) +
                          (message.retained ? "*" : ""));
@@ -30,9 +38,14 @@ struct MqttClient {
       too_long.push_back(std::string(topic) + ' ' + std::to_string(bytes));
     };
     calls.refused = [this](std::string_view filter, const Error&) { refused.emplace_back(filter); };
-    calls.taken = [this](std::string_view topic) { taken.emplace_back(topic); };
-    calls.not_taken = [this](std::string_view topic, const Error& why) {
-      not_taken.push_back(std::string(topic) + ' ' + why.text);
+    calls.subscribed = [this](std::string_view filter) { subscribed.emplace_back(filter); };
+    calls.taken = [this](const MqttOutcome& outcome) {
+      taken.emplace_back(outcome.topic);
+      outcomes.push_back(text_of(outcome));
+    };
+    calls.not_taken = [this](const MqttOutcome& outcome, const Error& why) {
+      not_taken.push_back(std::string(outcome.topic) + ' ' + why.text);
+      outcomes.push_back(text_of(outcome));
     };
     calls.failed = [this](Error why) { failures.push_back(std::move(why)); };
     auto opened = transports.open_mqtt(options, std::move(calls));

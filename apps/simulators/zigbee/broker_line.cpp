@@ -32,7 +32,7 @@ BrokerLine::~BrokerLine() {
 
 Result<void> BrokerLine::open() {
   transport::MqttCalls calls;
-  calls.connected = [this] { on_connected(); };
+  calls.connected = [this](const transport::MqttConnack&) { on_connected(); };
   calls.received = [this](const transport::MqttMessage& message) {
     if (!message.retained) world_.received(message.topic, message.payload);
   };

@@ -82,7 +82,7 @@ Replay::Replay(Options options, std::vector<RecordedMessage> messages, Scheduler
 
 Result<void> Replay::open() {
   transport::MqttCalls calls;
-  calls.connected = [this] {
+  calls.connected = [this](const transport::MqttConnack&) {
     connected_ = true;
     began_ = scheduler_.now();
     if (started) started();

@@ -11,7 +11,7 @@ BrokerLine::BrokerLine(network::NetworkHost& host, transport::MqttBrokerOptions 
 
 transport::MqttCalls BrokerLine::line_calls() {
   transport::MqttCalls calls;
-  calls.connected = [this] {
+  calls.connected = [this](const transport::MqttConnack&) {
     connected_ = true;
     refusal_.clear();
     calls_.connected();
@@ -19,8 +19,8 @@ transport::MqttCalls BrokerLine::line_calls() {
   calls.received = [this](const transport::MqttMessage& message) { calls_.received(message); };
   calls.too_long = [this](std::string_view topic, std::size_t bytes) { calls_.too_long(topic, bytes); };
   calls.refused = [this](std::string_view filter, Error why) { calls_.forbidden(filter, why); };
-  calls.taken = [this](std::string_view topic) { calls_.taken(topic); };
-  calls.not_taken = [this](std::string_view topic, Error why) { calls_.not_taken(topic, why); };
+  calls.taken = [this](const transport::MqttOutcome& outcome) { calls_.taken(outcome.topic); };
+  calls.not_taken = [this](const transport::MqttOutcome& outcome, Error why) { calls_.not_taken(outcome.topic, why); };
   calls.failed = [this](Error why) { failed(std::move(why)); };
   return calls;
 }

@@ -138,7 +138,7 @@ void MqttBroker::accept(const SessionPtr& session) {
     session->deadline.cancel();
     session->connected = true;
     take_in(session);
-    if (session->calls.connected) session->calls.connected();
+    if (session->calls.connected) session->calls.connected({});
   });
 }
 
@@ -187,13 +187,14 @@ void MqttBroker::acknowledge(const SessionPtr& session, const MqttPublication& p
   if (!acknowledges) return;
   const bool says_so = refused && session->version_5;
   if (says_so) ++session->counters.not_taken;
-  transit([session, topic = publication.topic, says_so] {
+  transit([session, topic = publication.topic, number = publication.number, says_so] {
     const auto& calls = session->calls;
     if (session->lost || !session->alive) return;
     if (says_so && calls.not_taken)
-      calls.not_taken(topic, publication_error(kNotAuthorised, session->name, topic));
+      calls.not_taken({topic, number, MqttReason::kNotAuthorised},
+                      publication_error(kNotAuthorised, session->name, topic));
     else if (!says_so && calls.taken)
-      calls.taken(topic);
+      calls.taken({topic, number, MqttReason::kSuccess});
   });
 }
 
