@@ -9,7 +9,18 @@ namespace rubicon::tuples::distant {
 
 namespace {
 
-enum class Entry : std::uint8_t { kSet, kDeleted, kExpired, kRemoteSet, kReply, kQuestion, kAnswer, kTimes };
+enum class Entry : std::uint8_t {
+  kSet,
+  kDeleted,
+  kExpired,
+  kRemoteSet,
+  kReply,
+  kQuestion,
+  kAnswer,
+  kTimes,
+  kSubscribe,
+  kUnsubscribe
+};
 
 // Bits of a remote set.
 constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
@@ -201,6 +212,16 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
       const auto times = read_times(in);
       pass_changes();
       if (in.ok()) reader.on_times(times);
+    } else if (entry == static_cast<std::uint8_t>(Entry::kSubscribe)) {
+      auto spec = read_subscription(base::as_bytes(in.text()));
+      pass_changes();
+      if (!spec) in.fail_read();
+      if (in.ok()) reader.on_subscription(std::move(*spec));
+    } else if (entry == static_cast<std::uint8_t>(Entry::kUnsubscribe)) {
+      const auto id = in.number();
+      pass_changes();
+      if (id > 0xffffffff) in.fail_read();
+      if (in.ok()) reader.on_unsubscription(static_cast<std::uint32_t>(id));
     } else {
       in.fail_read();
     }
@@ -221,6 +242,18 @@ void FrameWriter::add(const SubscriptionSpec& spec) {
   fields_.signed_number(spec.flow.minimum.count());
   fields_.signed_number(spec.flow.maximum.count());
   fields_.number(std::bit_cast<std::uint64_t>(spec.flow.dead_band));
+}
+
+void FrameWriter::add_subscription(const SubscriptionSpec& spec) {
+  FrameWriter content;
+  content.add(spec);
+  fields_.byte(static_cast<std::uint8_t>(Entry::kSubscribe));
+  fields_.text(base::as_text(content.view()));
+}
+
+void FrameWriter::add_unsubscription(std::uint32_t id) {
+  fields_.byte(static_cast<std::uint8_t>(Entry::kUnsubscribe));
+  fields_.number(id);
 }
 
 Result<SubscriptionSpec> read_subscription(ByteView content) {

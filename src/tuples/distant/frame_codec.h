@@ -35,6 +35,9 @@ class FrameWriter {
   void add(const FrameTimes& times);
   /// The content of an Interest, not of a frame.
   void add(const SubscriptionSpec& spec);
+  /// The same as an entry, where frames bring subscriptions.
+  void add_subscription(const SubscriptionSpec& spec);
+  void add_unsubscription(std::uint32_t id);
   /// Entries that are encoded already.
   void add(ByteView entries) { fields_.bytes(entries); }
 
@@ -58,6 +61,8 @@ class FrameReader {
   virtual void on_reply(Reply&& reply) = 0;
   virtual void on_identity_check(const IdentityCheck& check) = 0;
   virtual void on_times(const FrameTimes& times) = 0;
+  virtual void on_subscription(SubscriptionSpec&&) {}  // these two: where frames bring subscriptions
+  virtual void on_unsubscription(std::uint32_t) {}
 };
 
 /// Passes the entries of a frame from `from` to `to` to the reader. kInvalid names the offset of the first invalid

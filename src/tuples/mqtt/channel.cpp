@@ -1,0 +1,186 @@
+#include "tuples/mqtt/channel.h"
+
+#include <algorithm>
+
+namespace rubicon::tuples::mqtt {
+
+namespace {
+
+/// An acknowledgement rides on a frame; it goes alone after so many frames, or after that time.
+constexpr unsigned kAnswerFrames = 16;
+constexpr Duration kAnswerTime = std::chrono::milliseconds(50);
+/// Without an acknowledgement for so long, what is kept is sent again; then after twice the time, up to the longest.
+constexpr Duration kRepeat = std::chrono::seconds(1), kLongestRepeat = std::chrono::seconds(8);
+/// Approximate size of an entry besides its texts.
+constexpr std::size_t kOverhead = 64;
+
+}  // namespace
+
+Channel::Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Calls calls)
+    : scheduler_(scheduler),
+      ends_(ends),
+      calls_(std::move(calls)),
+      stream_(stream),
+      repeat_pause_(kRepeat),
+      answer_later_(scheduler, [this] { answer(); }),
+      repeat_(scheduler, [this] { send_again(); }) {}
+
+void Channel::push(Entry entry, std::size_t size) {
+  entries_.emplace_back(std::move(entry), size);
+  waiting_ += size;
+}
+
+void Channel::add(Bytes entries) {
+  const auto size = entries.size();
+  push(std::move(entries), size);
+}
+
+void Channel::add(RemoteSet set) {
+  const auto size = set.key.size() + set.value.size() + kOverhead;
+  push(TimedSet{std::move(set), scheduler_.now()}, size);
+}
+
+void Channel::add_times(bool asks) {
+  times_due_ = true;
+  asks_ |= asks;
+}
+
+/// Of a frame; those of sets whose time to live ended while they waited are left out.
+Bytes Channel::next_entries() {
+  distant::FrameWriter frame;
+  frame.add(ages_.next(calls_.since_boot(), asks_));
+  const auto begin = frame.size();
+  times_due_ = asks_ = false;
+  while (!entries_.empty()) {
+    const auto& [entry, size] = entries_.front();
+    if (frame.size() > begin && frame.size() + size > kFrameBytes) break;
+    if (const auto* bytes = std::get_if<Bytes>(&entry)) {
+      frame.add(ByteView(*bytes));
+    } else {
+      const auto& [set, since] = std::get<TimedSet>(entry);
+      auto left = set;
+      left.time_to_live -= scheduler_.now() - since;
+      if (set.time_to_live == Duration(0) || left.time_to_live > Duration(0)) frame.add(left);
+    }
+    waiting_ -= size;
+    entries_.pop_front();
+  }
+  return frame.take();
+}
+
+bool Channel::may_send() const {
+  return kept_.size() < credit_ && (kept_.empty() || kept_bytes_ < kMaxUnderWay);
+}
+
+void Channel::flush() {
+  if (unsent_ < next_ && !send_kept(unsent_)) return;
+  while ((!entries_.empty() || times_due_) && may_send()) {
+    if (kept_.empty()) oldest_since_ = scheduler_.now();
+    auto& frame = kept_.emplace_back(Kept{next_++, next_entries()});
+    kept_bytes_ += frame.entries.size();
+    if (!send(frame)) return;
+  }
+}
+
+FrameHead Channel::head() const {
+  FrameHead head;
+  head.source = ends_.self;
+  head.source_incarnation = ends_.self_incarnation;
+  head.target = ends_.peer;
+  head.target_incarnation = ends_.peer_incarnation;
+  head.stream = stream_;
+  head.heard_stream = heard_stream_;
+  head.heard = heard_;
+  head.credit = calls_.credit();
+  return head;
+}
+
+bool Channel::send(const Kept& frame) {
+  auto with = head();
+  with.number = frame.number;
+  with.first = kept_.front().number;
+  answer_later_.clear();
+  unanswered_ = 0;
+  if (!repeat_.is_set()) repeat_.set(repeat_pause_);
+  if (!calls_.send(with, frame.entries)) return false;
+  unsent_ = std::max(unsent_, frame.number + 1);
+  return true;
+}
+
+/// An acknowledgement by itself.
+void Channel::answer(bool again) {
+  answer_later_.clear();
+  unanswered_ = 0;
+  auto alone = head();
+  alone.again = again;
+  calls_.send(alone, {});
+}
+
+bool Channel::send_kept(std::uint64_t from) {
+  return std::all_of(kept_.begin(), kept_.end(), [&](const Kept& frame) { return frame.number < from || send(frame); });
+}
+
+/// Nothing was acknowledged for a while: the last frames may be lost, after which no gap shows.
+void Channel::send_again() {
+  if (kept_.empty()) return;
+  repeat_pause_ = std::min(2 * repeat_pause_, kLongestRepeat);
+  repeat_.set(repeat_pause_);
+  send_kept(0);
+}
+
+void Channel::reconnected() {
+  repeat_pause_ = kRepeat;
+  if (heard_ > 0) answer_later_.advance_to(scheduler_.now() + kAnswerTime);
+  if (send_kept(0)) flush();
+}
+
+void Channel::arrived(const FrameHead& head, ByteView entries) {
+  acknowledged(head);
+  const bool next = head.number != 0 && is_next(head);
+  if (next) {
+    take(head);
+  } else if (head.number != 0 && head.stream == heard_stream_ && head.number <= heard_) {
+    answer_later_.advance_to(scheduler_.now() + kAnswerTime);  // its acknowledgement was lost
+  } else if (head.number != 0 && !std::exchange(gap_told_, true)) {
+    answer(true);
+  }
+  flush();
+  if (next) calls_.received(entries);
+}
+
+/// Of a stream that is new here the first frame is the first one that its sender still has.
+bool Channel::is_next(const FrameHead& head) {
+  if (head.stream == heard_stream_) return head.number == heard_ + 1;
+  return head.stream > heard_stream_ && head.number == head.first;
+}
+
+/// The first frame is answered at once: its sender has little credit before.
+void Channel::take(const FrameHead& head) {
+  const bool begins = std::exchange(heard_stream_, head.stream) != head.stream;
+  heard_ = head.number;
+  gap_told_ = false;
+  if (++unanswered_ >= kAnswerFrames || begins) return answer();
+  answer_later_.advance_to(scheduler_.now() + kAnswerTime);
+}
+
+void Channel::acknowledged(const FrameHead& head) {
+  if (head.credit > 0) credit_ = std::min(head.credit, kMaxCredit);
+  const bool knows_stream = head.heard_stream == stream_;  // else it began anew
+  if (knows_stream && head.heard > acknowledged_ && head.heard < next_) {
+    acknowledged_ = head.heard;
+    for (; !kept_.empty() && kept_.front().number <= head.heard; kept_.pop_front())
+      kept_bytes_ -= kept_.front().entries.size();
+    repeat_pause_ = kRepeat;
+    repeat_.clear();
+    oldest_since_ = scheduler_.now();
+    if (!kept_.empty()) repeat_.set(repeat_pause_);
+  }
+  if (head.again) send_kept(0);
+}
+
+std::optional<SteadyTime> Channel::unanswered_since() const {
+  if (kept_.empty()) return std::nullopt;
+  return oldest_since_;
+}
+
+}  // namespace rubicon::tuples::mqtt

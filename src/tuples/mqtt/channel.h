@@ -1,0 +1,101 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <variant>
+
+#include "base/deadline.h"
+#include "tuples/distant/frame_ages.h"
+#include "tuples/mqtt/messages.h"
+
+namespace rubicon::tuples::mqtt {
+
+/// Everything between one own component and one other, in order and without loss, over a broker that drops what it
+/// likes and says nothing: frames have numbers, are kept until the other side acknowledges them, and sent again from
+/// the first that is missing. The other side says how many may be under way. Without I/O: frames leave by a call.
+class Channel {
+ public:
+  struct Ends {
+    OwnerId self{}, peer{};
+    std::uint64_t self_incarnation = 0, peer_incarnation = 0;
+  };
+  struct Calls {
+    /// False: it cannot be sent now. flush() tries again.
+    std::function<bool(const FrameHead& head, ByteView entries)> send;
+    /// The entries of a frame, in the order of frames, each once. May destroy the channel.
+    std::function<void(ByteView entries)> received;
+    /// How many frames the other side may have under way.
+    std::function<std::uint32_t()> credit;
+    std::function<Duration()> since_boot;
+  };
+  /// `stream`: higher than that of each channel before it between the two.
+  Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Calls calls);
+
+  /// Entries encoded by a FrameWriter.
+  void add(Bytes entries);
+  /// What is left of its time to live is counted when it is sent.
+  void add(RemoteSet set);
+  /// Sends the times with the next frame, which may have nothing else. `asks`: for those of the other side.
+  void add_times(bool asks);
+  /// Sends what may be sent. To be called at the end of a turn, so that its changes leave together.
+  void flush();
+  /// A frame of the other side.
+  void arrived(const FrameHead& head, ByteView entries);
+  /// The connection was lost, and is back: what was under way is sent again.
+  void reconnected();
+
+  /// Bytes that wait or are not acknowledged.
+  std::size_t waiting() const { return waiting_ + kept_bytes_; }
+  /// Since when the other side owes an acknowledgement; nullopt: it owes none.
+  std::optional<SteadyTime> unanswered_since() const;
+  distant::FrameAges& ages() { return ages_; }
+
+  static constexpr std::size_t kFrameBytes = std::size_t{32} * 1024;
+  static constexpr std::size_t kMaxUnderWay = std::size_t{8} << 20;  ///< bytes
+  static constexpr std::uint32_t kFirstCredit = 4, kMaxCredit = 256;
+
+ private:
+  struct TimedSet {
+    RemoteSet set;
+    SteadyTime since;
+  };
+  using Entry = std::variant<Bytes, TimedSet>;
+  struct Kept {
+    std::uint64_t number = 0;
+    Bytes entries;
+  };
+
+  void push(Entry entry, std::size_t size);
+  Bytes next_entries();
+  bool may_send() const;
+  bool send(const Kept& frame);
+  void answer(bool again = false);
+  bool send_kept(std::uint64_t from);
+  void acknowledged(const FrameHead& head);
+  bool is_next(const FrameHead& head);
+  void take(const FrameHead& head);
+  void send_again();
+  FrameHead head() const;
+
+  Scheduler& scheduler_;
+  Ends ends_;
+  Calls calls_;
+  // what is sent
+  std::uint64_t stream_, next_ = 1, acknowledged_ = 0;
+  std::uint64_t unsent_ = 1;  ///< the first number that was never sent
+  std::deque<Kept> kept_;     ///< sent and not acknowledged
+  std::deque<std::pair<Entry, std::size_t>> entries_;
+  std::size_t waiting_ = 0, kept_bytes_ = 0;
+  std::uint32_t credit_ = kFirstCredit;
+  bool times_due_ = false, asks_ = false;
+  SteadyTime oldest_since_{};
+  Duration repeat_pause_;
+  // what is received
+  std::uint64_t heard_stream_ = 0, heard_ = 0;
+  unsigned unanswered_ = 0;  ///< frames since the last acknowledgement
+  bool gap_told_ = false;
+  distant::FrameAges ages_;
+  base::Deadline answer_later_, repeat_;
+};
+
+}  // namespace rubicon::tuples::mqtt

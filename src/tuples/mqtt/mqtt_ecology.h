@@ -1,0 +1,136 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/boot_time.h"
+#include "base/lifetime.h"
+#include "base/limited_log.h"
+#include "transport/transports.h"
+#include "tuples/judge.h"
+#include "tuples/mqtt/presence.h"
+#include "tuples/stand_in.h"
+
+namespace rubicon::tuples::mqtt {
+
+class MqttLink;
+
+struct SpaceOptions {
+  transport::MqttOptions broker;              ///< without client id, will and keep-alive time
+  std::string user{kAnonymous};               ///< whom the broker takes this process for: check_user()
+  std::string space = "default";              ///< is_space(): components of other spaces are not seen
+  Duration lease = std::chrono::seconds(20);  ///< at least kMinLease; others lose this process after such a silence
+  /// Take requests of others from a broker whose users may write in each other's names.
+  bool trust_broker = false;
+  std::shared_ptr<Judge> judge = nullptr;  ///< what members may do here; null: whatever the broker lets them
+};
+inline constexpr Duration kMinLease = std::chrono::seconds(13);
+
+/// Components that meet at an MQTT broker (docs/sites.md): one connection a process, whatever components it has. The
+/// broker says which user is behind a connection.
+class MqttEcology final : public StandInEcology {
+ public:
+  using Clock = std::function<Duration()>;
+  /// Begins to connect; goes on for as long as it lives. The scheduler, the transports and the log outlive it. kInvalid
+  /// for options that no broker can accept.
+  static Result<std::unique_ptr<MqttEcology>> open(SpaceOptions options, Scheduler& scheduler,
+                                                   transport::Transports& transports, base::LogSink& log,
+                                                   Clock since_boot = base::since_boot);
+  ~MqttEcology() override;
+
+  /// kDuplicate if this process has the component already. The link ends before the ecology.
+  Result<std::unique_ptr<Link>> join(OwnerId id) override;
+  Result<std::unique_ptr<Link>> join_as(StandIn who) override;
+
+  /// `call` receives, in a later turn and once per start, the component of this process whose id another one uses that
+  /// lives and began before. That component should end.
+  void watch_displaced(std::function<void(OwnerId)> call) { displaced_ = std::move(call); }
+  /// Whether all presence was read: a component that is not present then was not there.
+  bool knows_all() const { return knows_all_; }
+  /// Why there is no connection; empty: there is one, or the first attempt goes on.
+  const std::string& trouble() const { return trouble_; }
+
+  struct Counters {
+    std::uint64_t reconnects = 0;  ///< connections after the first one
+    std::uint64_t foreign = 0;     ///< messages at our topics that are none of ours, or in the name of another
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  friend class MqttLink;
+  struct Early {
+    Line from;
+    FrameHead head;
+    Bytes entries;
+    SteadyTime since;
+  };
+  static constexpr std::size_t kMaxEarly = std::size_t{4} << 20;
+
+  MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::Transports& transports, base::LogSink& log,
+              Clock since_boot);
+
+  // -- the connection (mqtt_ecology.cpp)
+  Result<void> connect();
+  transport::MqttCalls line_calls();
+  void on_connected(const transport::MqttConnack& connack);
+  void on_failed(const Error& why);
+  void connect_later();
+  void show_line();
+  void fence();
+  void on_fence(ByteView payload);
+  void on_complete();
+  bool publish(std::string topic, std::string payload, bool retained);
+  void look();
+  // -- what arrives
+  void on_message(const transport::MqttMessage& message);
+  void on_presence(const Topics::Presence& at, std::string_view payload, bool retained);
+  void on_frame(const Line& from, ByteView payload);
+  void take(const Line& from, const FrameHead& head, ByteView entries);
+  void hold(const Line& from, const FrameHead& head, ByteView entries);
+  void on_check(const Line& from, const FrameHead& head, ByteView entries);
+  void foreign(const Line& from, const std::string& what);
+  void on_changed(OwnerId id, PeerEvent how);
+  // -- for links
+  bool send(const FrameHead& head, ByteView entries);
+  bool send_to(const Line& to, const FrameHead& head, ByteView entries);
+  void show(const MqttLink& link);
+  void hide(const MqttLink& link);
+  std::uint32_t credit() const;
+  void ask_rivals();
+  void ask_doubted();
+  void ask(const MqttLink& asker, OwnerId id, const Reached& who);
+  void each_link(const std::function<void(MqttLink& link)>& call);
+  MqttLink* find_link(OwnerId id) const;
+
+  SpaceOptions options_;
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
+  base::LimitedLog log_;
+  Clock since_boot_;
+  Topics topics_;
+  Presence presence_;
+  Line own_;
+  std::unique_ptr<transport::MqttLine> line_;
+  bool connected_ = false, knows_all_ = false;
+  unsigned fences_ = 0;        ///< that came back on this connection
+  std::uint64_t count_ = 0;    ///< of connections
+  std::uint64_t streams_ = 0;  ///< the last one that a channel began
+  Duration pause_;
+  std::string trouble_;
+  std::map<OwnerId, MqttLink*> links_;
+  std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately
+  std::deque<Early> early_;
+  std::size_t early_bytes_ = 0;
+  std::uint64_t question_ = 0;
+  std::function<void(OwnerId)> displaced_;
+  Counters counters_;
+  Timer retry_, look_, fence_timer_;
+  base::OncePerTurn flush_soon_;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace rubicon::tuples::mqtt

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tuples/mqtt/channel.h"
+#include "tuples/mqtt/mqtt_ecology.h"
+#include "tuples/peer_policy.h"
+
+namespace rubicon::tuples::mqtt {
+
+/// The link of one component: has a channel to each other component that is there.
+class MqttLink final : public Link, private distant::FrameReader {
+ public:
+  MqttLink(MqttEcology& ecology, StandIn who);
+  ~MqttLink() override;
+
+  void attach(LinkListener& listener, std::uint64_t incarnation) override;
+  void detach() override;
+  bool publish(OwnerId subscriber, std::span<const Change> changes) override;
+  void subscribe(const SubscriptionSpec& spec) override;
+  void unsubscribe(std::uint32_t id) override;
+  Result<void> remote_set(const RemoteSet& set) override;
+  void reply(const Reply& reply) override;
+  std::vector<OwnerId> peers() const override;
+  void describe(std::string summary) override;
+  PeerPolicy& policy() override { return *policy_; }
+  void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
+
+  // For the ecology. Each may detach the link, or destroy it.
+  OwnerId id() const { return who_.id; }
+  bool attached() const { return listener_ != nullptr; }
+  std::uint64_t incarnation() const { return incarnation_; }
+  ComponentShown shown() const { return {incarnation_, who_.host, summary_}; }
+  /// What is reached by that id may be another one, or nobody.
+  void review(OwnerId id, PeerEvent how);
+  /// The component that counts as the sender.
+  void arrived(const FrameHead& head, ByteView entries);
+  void flush();
+  void reconnected();
+  /// Those that owe an acknowledgement for longer than that.
+  std::vector<OwnerId> silent(Duration patience) const;
+  void displace();
+
+ private:
+  struct Held {
+    RemoteSet set;
+    Duration sent;
+    SteadyTime since;
+  };
+  /// One that is up, or was.
+  struct Peer {
+    PeerIdentity identity;
+    std::string summary;
+    bool up = false;
+    std::unique_ptr<Channel> channel;
+    std::uint64_t last_request = 0, requests_of = 0;  ///< highest number of its requests, and by which start
+    std::deque<Held> held;                            ///< requests whose age is not known yet
+    std::size_t held_bytes = 0;
+  };
+
+  // distant::FrameReader: the entries of the present frame
+  void on_changes(std::span<const Change> changes) override;
+  void on_set(RemoteSet&& set) override;
+  void on_reply(Reply&& reply) override;
+  void on_identity_check(const distant::IdentityCheck&) override {}
+  void on_times(const distant::FrameTimes& times) override;
+  void on_subscription(SubscriptionSpec&& spec) override;
+  void on_unsubscription(std::uint32_t id) override;
+
+  void introduce();
+  void peer_up(OwnerId id, const Reached& reached);
+  void peer_down(OwnerId id, PeerEvent how);
+  PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
+  void open_channel(Peer& peer);
+  void received(OwnerId id, ByteView entries);
+  Peer* find_up(OwnerId id);
+  void take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent);
+  void take_held(OwnerId id);
+  void forget_gone();
+
+  MqttEcology& ecology_;
+  StandIn who_;
+  std::unique_ptr<PeerPolicy> policy_;
+  LinkListener* listener_ = nullptr;
+  std::uint64_t incarnation_ = 0;
+  bool introduced_ = false;  ///< the listener knows who was there when it was attached
+  bool displaced_ = false;
+  std::string summary_;
+  std::map<std::uint32_t, SubscriptionSpec> subscriptions_;
+  std::map<OwnerId, Peer> peers_;
+  OwnerId reading_from_{};
+  std::optional<Duration> reading_sent_;
+  Timer held_timer_;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace rubicon::tuples::mqtt

@@ -1,0 +1,203 @@
+#include "tuples/mqtt/presence.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::mqtt {
+
+namespace {
+
+constexpr std::size_t kOverhead = 256;
+
+std::size_t size_of(const Reached& one) {
+  return kOverhead + 2 * one.line.user.size() + one.shown.host.size() + one.shown.summary.size();
+}
+
+bool is_same(const Reached& one, const Reached& other) {
+  return one.line.user == other.line.user && one.shown.incarnation == other.shown.incarnation &&
+         one.shown.host == other.shown.host;
+}
+
+}  // namespace
+
+Presence::Presence(Scheduler& scheduler, Calls calls)
+    : scheduler_(scheduler), calls_(std::move(calls)), expiry_(scheduler, [this] { expire(); }) {}
+
+bool Presence::show(const Line& line, const LineShown& shown) {
+  if (!lines_.contains(line)) {
+    if (bytes_ + kOverhead > kMaxBytes) return false;
+    bytes_ += kOverhead;
+  }
+  auto& state = lines_[line];
+  state.shown = shown;
+  state.until = SteadyTime::max();
+  state.here = state.seen = true;
+  state.doubted = false;
+  review_line(line, PeerEvent::kLost);
+  return true;
+}
+
+void Presence::hide(const Line& line) {
+  const auto found = lines_.find(line);
+  if (found == lines_.end() || !found->second.here) return;
+  found->second.here = false;
+  end_at(found->second, scheduler_.now() + kReturn);
+}
+
+void Presence::end_at(LineState& line, SteadyTime when) {
+  line.until = std::min(line.until, when);
+  expiry_.advance_to(line.until);
+}
+
+bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
+  Reached one{line, std::move(shown)};
+  auto& all = components_[id];
+  const auto known = all.find(line);
+  const auto before = known == all.end() ? 0 : size_of(known->second);
+  if (bytes_ - before + size_of(one) > kMaxBytes) {
+    if (all.empty()) components_.erase(id);
+    return false;
+  }
+  bytes_ += size_of(one) - before;
+  all.insert_or_assign(line, std::move(one));
+  if (!lines_.contains(line)) {  // its own topic may follow
+    bytes_ += kOverhead;
+    end_at(lines_[line], scheduler_.now() + kReturn);
+    lines_[line].seen = true;
+  }
+  lines_[line].components.insert(id);
+  review(id, PeerEvent::kLost);
+  return true;
+}
+
+void Presence::hide(const Line& line, OwnerId id, bool left) {
+  const auto found = components_.find(id);
+  if (found == components_.end()) return;
+  const auto one = found->second.find(line);
+  if (one == found->second.end()) return;
+  bytes_ -= size_of(one->second);
+  found->second.erase(one);
+  if (found->second.empty()) components_.erase(found);
+  if (const auto state = lines_.find(line); state != lines_.end()) state->second.components.erase(id);
+  review(id, left ? PeerEvent::kLeft : PeerEvent::kLost);
+}
+
+void Presence::cut() {
+  for (auto& [line, state] : lines_) {
+    state.seen = false;
+    if (state.here) end_at(state, scheduler_.now() + state.shown.lease);
+  }
+}
+
+void Presence::read_again() {
+  for (auto& [line, state] : lines_) {
+    if (state.seen) continue;
+    state.here = false;
+    state.until = scheduler_.now() + std::max(state.shown.lease, kReturn);
+    expiry_.advance_to(state.until);
+  }
+}
+
+void Presence::doubt(const Line& line) {
+  const auto found = lines_.find(line);
+  if (found == lines_.end() || std::exchange(found->second.doubted, true)) return;
+  review_line(line, PeerEvent::kLost);
+}
+
+void Presence::believe(const Line& line) {
+  const auto found = lines_.find(line);
+  if (found != lines_.end() && std::exchange(found->second.doubted, false)) review_line(line, PeerEvent::kLost);
+}
+
+std::vector<std::pair<OwnerId, Reached>> Presence::doubted() const {
+  std::vector<std::pair<OwnerId, Reached>> all;
+  for (const auto& [line, state] : lines_) {
+    if (!state.doubted || state.components.empty()) continue;
+    const auto id = *state.components.begin();
+    all.emplace_back(id, components_.at(id).at(line));
+  }
+  return all;
+}
+
+void Presence::expire() {
+  const auto now = scheduler_.now();
+  std::vector<Line> over;
+  for (const auto& [line, state] : lines_) {
+    if (state.until <= now) over.push_back(line);
+  }
+  for (const auto& line : over) {
+    const auto ids = lines_.at(line).components;
+    lines_.erase(line);
+    bytes_ -= kOverhead;
+    for (const auto id : ids) hide(line, id, false);
+  }
+  for (const auto& [line, state] : lines_) expiry_.advance_to(state.until);
+}
+
+/// A line that goes may come back: until then what is there stays.
+bool Presence::counts(const Line& line) const {
+  const auto found = lines_.find(line);
+  return found != lines_.end() && !found->second.doubted && found->second.shown.lease > Duration(0);
+}
+
+/// Of two with one id the one that began first, unless it began again; of one start its newest connection.
+bool Presence::is_better(const Reached& one, const Reached& other) const {
+  const auto& of_one = lines_.at(one.line);
+  const auto& of_other = lines_.at(other.line);
+  if (is_same(one, other)) return of_one.shown.count > of_other.shown.count;
+  const bool again = one.line.user == other.line.user && one.shown.host == other.shown.host;
+  return again ? one.shown.incarnation > other.shown.incarnation : one.shown.incarnation < other.shown.incarnation;
+}
+
+const Reached* Presence::best(OwnerId id) const {
+  const auto found = components_.find(id);
+  if (found == components_.end()) return nullptr;
+  const Reached* chosen = nullptr;
+  for (const auto& [line, one] : found->second) {
+    if (counts(line) && (!chosen || is_better(one, *chosen))) chosen = &one;
+  }
+  return chosen;
+}
+
+void Presence::review_line(const Line& line, PeerEvent how) {
+  const auto ids = lines_.at(line).components;
+  for (const auto id : ids) review(id, how);
+}
+
+void Presence::review(OwnerId id, PeerEvent how) {
+  const auto* now = best(id);
+  const auto before = reached_.find(id);
+  if (!now) {
+    if (before == reached_.end()) return;
+    reached_.erase(before);
+  } else {
+    if (before != reached_.end() && before->second.line == now->line && is_same(before->second, *now) &&
+        before->second.shown.summary == now->shown.summary)
+      return;
+    reached_.insert_or_assign(id, *now);
+  }
+  calls_.changed(id, how);
+}
+
+const Reached* Presence::reached(OwnerId id) const {
+  const auto found = reached_.find(id);
+  return found == reached_.end() ? nullptr : &found->second;
+}
+
+std::vector<OwnerId> Presence::all() const {
+  std::vector<OwnerId> ids;
+  for (const auto& [id, one] : reached_) ids.push_back(id);
+  return ids;
+}
+
+std::vector<Reached> Presence::all_with(OwnerId id) const {
+  std::vector<Reached> all;
+  const auto found = components_.find(id);
+  if (found == components_.end()) return all;
+  for (const auto& [line, one] : found->second) {
+    if (counts(line)) all.push_back(one);
+  }
+  return all;
+}
+
+}  // namespace rubicon::tuples::mqtt

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/deadline.h"
+#include "tuples/link.h"
+#include "tuples/mqtt/messages.h"
+#include "tuples/mqtt/topics.h"
+
+namespace rubicon::tuples::mqtt {
+
+/// A component as it is reached at the moment.
+struct Reached {
+  Line line;
+  ComponentShown shown;
+};
+
+/// Who is there, by the retained topics of the space: a component is there as long as its topic and that of its
+/// connection are. Without I/O.
+///
+/// A connection whose topic goes may come back as another one of the same start: its components are lost only after
+/// kReturn. While this process has no connection itself, and after it read presence again, others have their lease.
+class Presence {
+ public:
+  struct Calls {
+    /// What is reached by that id changed; `how`: if nothing is any longer.
+    std::function<void(OwnerId id, PeerEvent how)> changed;
+  };
+  static constexpr Duration kReturn = std::chrono::seconds(3);
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  ///< of all that is kept
+
+  Presence(Scheduler& scheduler, Calls calls);
+
+  /// False: no room for one more.
+  bool show(const Line& line, const LineShown& shown);
+  void hide(const Line& line);
+  bool show(const Line& line, OwnerId id, ComponentShown shown);
+  /// Its topic is empty, or (`left`) it said that it leaves.
+  void hide(const Line& line, OwnerId id, bool left);
+
+  /// The own connection is lost: others may stay unseen for their lease.
+  void cut();
+  /// All that is retained was read again: those that were not seen have their lease.
+  void read_again();
+  /// Nobody answers there: what it shows does not count, until somebody does.
+  void doubt(const Line& line);
+  void believe(const Line& line);
+  /// One component of each such line.
+  std::vector<std::pair<OwnerId, Reached>> doubted() const;
+
+  /// nullptr: not there.
+  const Reached* reached(OwnerId id) const;
+  std::vector<OwnerId> all() const;
+  /// Those of others with that id, whether they count or not.
+  std::vector<Reached> all_with(OwnerId id) const;
+
+ private:
+  struct LineState {
+    LineShown shown;
+    SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
+    bool here = false, seen = false, doubted = false;
+    std::set<OwnerId> components;
+  };
+  bool counts(const Line& line) const;
+  const Reached* best(OwnerId id) const;
+  bool is_better(const Reached& one, const Reached& other) const;
+  void review(OwnerId id, PeerEvent how);
+  void review_line(const Line& line, PeerEvent how);
+  void expire();
+  void end_at(LineState& line, SteadyTime when);
+
+  Scheduler& scheduler_;
+  Calls calls_;
+  std::map<Line, LineState> lines_;
+  std::map<OwnerId, std::map<Line, Reached>> components_;
+  std::map<OwnerId, Reached> reached_;
+  std::size_t bytes_ = 0;
+  base::Deadline expiry_;
+};
+
+}  // namespace rubicon::tuples::mqtt
