@@ -156,7 +156,9 @@ bool Channel::is_next(const FrameHead& head) {
 
 /// The first frame is answered at once: its sender has little credit before.
 void Channel::take(const FrameHead& head) {
-  const bool begins = std::exchange(heard_stream_, head.stream) != head.stream;
+  const auto before = std::exchange(heard_stream_, head.stream);
+  const bool begins = before != head.stream;
+  if (begins && before != 0) calls_.met_again();
   heard_ = head.number;
   gap_told_ = false;
   if (++unanswered_ >= kAnswerFrames || begins) return answer();

@@ -24,6 +24,8 @@ class Channel {
     std::function<bool(const FrameHead& head, ByteView entries)> send;
     /// The entries of a frame, in the order of frames, each once. May destroy the channel.
     std::function<void(ByteView entries)> received;
+    /// The other side met this one again, and knows nothing of what went before.
+    std::function<void()> met_again;
     /// How many frames the other side may have under way.
     std::function<std::uint32_t()> credit;
     std::function<Duration()> since_boot;

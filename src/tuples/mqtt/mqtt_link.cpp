@@ -130,18 +130,22 @@ void MqttLink::peer_up(OwnerId id, const Reached& reached) {
   if (std::exchange(peer.requests_of, identity.incarnation) != identity.incarnation) peer.last_request = 0;
   open_channel(peer);
   policy_->peer_up(identity);
-  // Whenever an owner is met again it is asked again, and sends snapshots.
+  send_interests(peer);
+  const auto alive = lifetime_.watch();
+  const auto summary = peer.summary;
+  listener_->on_peer(identity, PeerEvent::kUp);
+  if (!alive.ended() && attached() && !summary.empty() && find_up(id)) listener_->on_summary(id, summary);
+}
+
+/// Whenever an owner is met again it is asked again, and sends snapshots.
+void MqttLink::send_interests(Peer& peer) {
   for (const auto& [number, spec] : subscriptions_) {
-    if (!may_meet(spec, id)) continue;
+    if (!may_meet(spec, peer.identity.id)) continue;
     distant::FrameWriter entry;
     entry.add_subscription(spec);
     peer.channel->add(entry.take());
   }
   ecology_.flush_soon_.request();
-  const auto alive = lifetime_.watch();
-  const auto summary = peer.summary;
-  listener_->on_peer(identity, PeerEvent::kUp);
-  if (!alive.ended() && attached() && !summary.empty() && find_up(id)) listener_->on_summary(id, summary);
 }
 
 void MqttLink::open_channel(Peer& peer) {
@@ -149,6 +153,9 @@ void MqttLink::open_channel(Peer& peer) {
   Channel::Calls calls;
   calls.send = [this](const FrameHead& head, ByteView entries) { return ecology_.send(head, entries); };
   calls.received = [this, id](ByteView entries) { received(id, entries); };
+  calls.met_again = [this, id] {
+    if (auto* again = find_up(id)) send_interests(*again);
+  };
   calls.credit = [this] { return ecology_.credit(); };
   calls.since_boot = ecology_.since_boot_;
   peer.channel = std::make_unique<Channel>(ecology_.scheduler_,

@@ -76,6 +76,7 @@ class MqttLink final : public Link, private distant::FrameReader {
   void peer_down(OwnerId id, PeerEvent how);
   PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
   void open_channel(Peer& peer);
+  void send_interests(Peer& peer);
   void received(OwnerId id, ByteView entries);
   Peer* find_up(OwnerId id);
   void take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent);
