@@ -193,6 +193,12 @@ class Session {
       options.dds = engine.options;
       options.dds->trust = trust_.get();
     }
+    if (engine.mqtt) {
+      auto space = engine.mqtt_space.options(transports_);
+      if (!space) return fail(ErrorCode::kIo, "tuples.mqtt.broker: " + space.error().text);
+      options.mqtt = std::move(*space);
+      if (config.rights) options.mqtt->judge = judge_;
+    }
     if (engine.peis) options.peis = engine.peis_options;
     if (options.dds) options.dds->judge = judge_;
     if (options.peis) options.peis->judge = judge_;

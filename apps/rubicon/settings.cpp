@@ -10,9 +10,11 @@
 #include <set>
 
 #include "base/config_reader.h"
+#include "base/host_port.h"
 #include "client/ecology_options.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
+#include "transport/local_transports.h"
 #include "tuples/dds/dds_options.h"
 
 namespace rubicon::cli {
@@ -22,20 +24,19 @@ namespace {
 constexpr const char* kGroup = "Options of all commands";
 
 using OptionOfEngine = std::pair<const char*, client::Engine>;
-constexpr OptionOfEngine kOptionsOfEngines[] = {{"--domain", client::Engine::kDds},
-                                                {"--peers", client::Engine::kDds},
-                                                {"--tcp", client::Engine::kDds},
-                                                {"--tag", client::Engine::kDds},
-                                                {"--trust", client::Engine::kDds},
-                                                {"--peis-network", client::Engine::kPeis},
-                                                {"--peis-listen", client::Engine::kPeis},
-                                                {"--peis-connect", client::Engine::kPeis},
-                                                {"--peis-multicast", client::Engine::kPeis},
-                                                {"--folder", client::Engine::kHost},
-                                                {"--space", client::Engine::kHost}};
+constexpr OptionOfEngine kOptionsOfEngines[] = {
+    {"--domain", client::Engine::kDds},        {"--peers", client::Engine::kDds},
+    {"--tcp", client::Engine::kDds},           {"--tag", client::Engine::kDds},
+    {"--trust", client::Engine::kDds},         {"--broker", client::Engine::kMqtt},
+    {"--broker-user", client::Engine::kMqtt},  {"--broker-password-file", client::Engine::kMqtt},
+    {"--peis-network", client::Engine::kPeis}, {"--peis-listen", client::Engine::kPeis},
+    {"--peis-connect", client::Engine::kPeis}, {"--peis-multicast", client::Engine::kPeis},
+    {"--folder", client::Engine::kHost},       {"--space", client::Engine::kHost}};
 /// In the order of decision 022.
-constexpr std::pair<const char*, client::Engine> kEngines[] = {
-    {"host", client::Engine::kHost}, {"dds", client::Engine::kDds}, {"peis", client::Engine::kPeis}};
+constexpr std::pair<const char*, client::Engine> kEngines[] = {{"host", client::Engine::kHost},
+                                                               {"dds", client::Engine::kDds},
+                                                               {"mqtt", client::Engine::kMqtt},
+                                                               {"peis", client::Engine::kPeis}};
 
 const char* to_string(client::Engine engine) {
   return std::find_if(std::begin(kEngines), std::end(kEngines), [&](const auto& one) { return one.second == engine; })
@@ -48,6 +49,21 @@ std::string check_target(const std::string& text) {
   return target ? std::string() : fmt::format("is '{}', {}", text, target.error().text);
 }
 
+Result<client::Broker> broker_of(const config::MqttSpaceSetup& setup) {
+  transport::LocalTransports files;
+  auto space = setup.options(files);
+  if (!space) return fail(std::move(space.error()));
+  const auto& line = space->broker;
+  client::Broker broker{line.host, line.port, space->space, line.user, line.password, line.tls.has_value(),
+                        {},        {},        {},           {},        space->lease,  space->trust_broker};
+  if (!line.tls) return broker;
+  broker.ca_file = line.tls->ca_file;
+  broker.certificate_file = line.tls->certificate_file;
+  broker.key_file = line.tls->key_file;
+  broker.server_name = line.tls->server_name;
+  return broker;
+}
+
 /// Takes engine and prefix from the configuration of an island and ignores the rest, which may need networks that this
 /// program does not have.
 Result<void> read_config(const std::string& path, Settings& settings) {
@@ -55,7 +71,7 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   if (!root) return fail(root.error());
   ConfigErrors errors;
   ConfigReader reader(*root, "", errors);
-  auto engine = config::read_engine(reader);
+  auto engine = config::read_engine(reader, std::filesystem::path(path).parent_path().string());
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   if (engine.alone())
@@ -65,7 +81,13 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   options.engines.clear();
   if (engine.host) options.engines.push_back(client::Engine::kHost);
   if (engine.dds) options.engines.push_back(client::Engine::kDds);
+  if (engine.mqtt) options.engines.push_back(client::Engine::kMqtt);
   if (engine.peis) options.engines.push_back(client::Engine::kPeis);
+  if (engine.mqtt) {
+    auto broker = broker_of(engine.mqtt_space);
+    if (!broker) return fail(std::move(broker.error()));
+    options.broker = std::move(*broker);
+  }
   options.folder = std::getenv("RUBICON_FOLDER") ? "" : engine.folder;
   options.space = engine.space;
   const auto& peis = engine.peis_options;
@@ -100,6 +122,29 @@ bool uses(const client::Options& options, client::Engine engine) {
   return client::has_engine(options, engine);
 }
 
+namespace {
+
+/// `broker.lan:8883/city`, as --broker takes it.
+std::string broker_text(const client::Broker& broker) {
+  return fmt::format("{}{}{}", broker.host, broker.port == 0 ? "" : fmt::format(":{}", broker.port),
+                     broker.space == "default" ? "" : "/" + broker.space);
+}
+
+/// kInvalid: HOST[:PORT][/SPACE] was expected.
+Result<void> read_broker(const std::string& text, client::Broker& broker) {
+  const auto slash = text.find('/');
+  const auto address = base::parse_host_port(text.substr(0, slash), 1);
+  if (!address || address->host.empty() || (slash != text.npos && slash + 1 == text.size()))
+    return fail(ErrorCode::kInvalid,
+                fmt::format("--broker: is '{}', expected HOST[:PORT][/SPACE], such as broker.lan/city", text));
+  broker.host = address->host;
+  broker.port = address->port == 1 ? 0 : address->port;
+  if (slash != text.npos) broker.space = text.substr(slash + 1);
+  return {};
+}
+
+}  // namespace
+
 std::string place_text(const client::Options& options) {
   const bool dds = uses(options, client::Engine::kDds), peis = uses(options, client::Engine::kPeis);
   std::vector<std::string> parts;
@@ -109,6 +154,7 @@ std::string place_text(const client::Options& options) {
                                 space == tuples::host::kDefaultSpace ? "" : ", space " + space));
   }
   if (dds) parts.push_back(fmt::format("domain {}", options.domain));
+  if (uses(options, client::Engine::kMqtt)) parts.push_back(fmt::format("broker {}", broker_text(options.broker)));
   if (peis) parts.push_back("PEIS network " + options.peis.network);
   auto text = fmt::format("{}", fmt::join(parts, " and "));
   if (dds || peis)
@@ -144,6 +190,7 @@ std::string place_options(const client::Options& options) {
   if (!engines.empty() && !usual) all.push_back(fmt::format("--engine {}", fmt::join(engines, ",")));
   if (!options.folder.empty()) all.push_back("--folder " + options.folder);
   if (!options.space.empty()) all.push_back("--space " + options.space);
+  if (!options.broker.host.empty()) all.push_back("--broker " + broker_text(options.broker));
   if (peis) all.push_back("--peis-network " + options.peis.network);
   if (peis && !options.peis.connect.empty())
     all.push_back(fmt::format("--peis-connect {}", fmt::join(options.peis.connect, ",")));
@@ -195,9 +242,27 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--prefix", prefix_, "first part of the islands' keys; default proxy")->group(group);
   app.add_option("--config", config_, "take these options from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
-  for (const auto* name :
-       {"engine", "folder", "space", "domain", "interfaces", "peers", "tcp", "tag", "trust", "lease", "patience",
-        "prefix", "config", "json", "peis-network", "peis-listen", "peis-connect", "peis-multicast"}) {
+  for (const auto* name : {"engine",
+                           "folder",
+                           "space",
+                           "domain",
+                           "interfaces",
+                           "peers",
+                           "tcp",
+                           "tag",
+                           "trust",
+                           "lease",
+                           "patience",
+                           "prefix",
+                           "config",
+                           "json",
+                           "broker",
+                           "broker-user",
+                           "broker-password-file",
+                           "peis-network",
+                           "peis-listen",
+                           "peis-connect",
+                           "peis-multicast"}) {
     std::string variable = "RUBICON_";
     for (const char c : std::string_view(name)) variable += c == '-' ? '_' : static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
@@ -205,12 +270,22 @@ void SettingsOptions::add_to(CLI::App& app) {
 }
 
 void SettingsOptions::add_engines_to(CLI::App& app) {
-  app.add_option("--engine", engines_,
-                 "with commas: host (this host), dds, peis (the network of the PEIS kernels); default host, with "
-                 "interfaces host,dds")
+  app.add_option(
+         "--engine", engines_,
+         "with commas: host (this host), dds, mqtt (a broker), peis (the network of the PEIS kernels); default host, "
+         "with interfaces host,dds, with a broker host,mqtt")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"host", "dds", "peis"}).description(""))
+      ->check(CLI::IsMember({"host", "dds", "mqtt", "peis"}).description(""))
+      ->group(kGroup);
+  app.add_option("--broker", broker_, "MQTT broker where the islands of all sites meet")
+      ->type_name("HOST[:PORT][/SPACE]")
+      ->group(kGroup);
+  app.add_option("--broker-user", broker_user_, "whom the broker knows this program as")
+      ->type_name("NAME")
+      ->group(kGroup);
+  app.add_option("--broker-password-file", broker_password_, "file with the password of that user")
+      ->type_name("FILE")
       ->group(kGroup);
   app.add_option("--peis-network", peis_network_, "name of the PEIS network; default default")->group(kGroup);
   app.add_option("--peis-listen", peis_listen_, "TCP port for PEIS, or the next free one; default 8000")
@@ -227,6 +302,22 @@ void SettingsOptions::add_engines_to(CLI::App& app) {
       ->group(kGroup);
 }
 
+/// What they say about the broker.
+Result<void> SettingsOptions::read_broker_options(client::Broker& broker) const {
+  if (!broker_.empty()) {
+    if (auto good = read_broker(broker_, broker); !good) return good;
+  }
+  if (!broker_user_.empty()) broker.user = broker_user_;
+  if (broker_password_.empty()) return {};
+  transport::MqttBrokerOptions file;
+  file.password_file = broker_password_;
+  transport::LocalTransports files;
+  auto line = file.with_password(files);
+  if (!line) return fail(line.error().code, "--broker-password-file: " + line.error().text);
+  broker.password = line->password;
+  return {};
+}
+
 /// What the command line or the environment say about the engines.
 void SettingsOptions::read_engines(client::Options& options) const {
   const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
@@ -241,6 +332,8 @@ void SettingsOptions::read_engines(client::Options& options) const {
   } else if (asks_for_dds && !uses(options, client::Engine::kDds) && !uses(options, client::Engine::kPeis)) {
     options.engines = {client::Engine::kHost, client::Engine::kDds};
   }
+  if (!given("--engine") && given("--broker") && !uses(options, client::Engine::kMqtt))
+    options.engines.push_back(client::Engine::kMqtt);
   if (given("--folder")) options.folder = folder_;
   if (given("--space")) options.space = space_;
   if (given("--peis-network")) options.peis.network = peis_network_;
@@ -259,7 +352,7 @@ bool SettingsOptions::is_typed(const char* name) const {
 Result<void> SettingsOptions::check_engines(const client::Options& options) const {
   const std::set<std::string> named(engines_.begin(), engines_.end());
   if (is_typed("--engine") && named.size() < engines_.size())
-    return fail(ErrorCode::kInvalid, "--engine: names an engine twice, expected some of host,dds,peis");
+    return fail(ErrorCode::kInvalid, "--engine: names an engine twice, expected some of host,dds,mqtt,peis");
   for (const auto& [name, engine] : kOptionsOfEngines) {
     const std::string_view option = name;
     // A domain and a tag become a space.
@@ -279,6 +372,7 @@ Result<Settings> SettingsOptions::read() const {
     if (auto good = read_config(config_, settings); !good) return fail(good.error());
   }
   auto& options = settings.options;
+  if (auto good = read_broker_options(options.broker); !good) return fail(good.error());
   read_engines(options);
   if (auto good = check_engines(options); !good) return fail(good.error());
   if (given("--domain")) options.domain = domain_;

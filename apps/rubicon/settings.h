@@ -36,12 +36,14 @@ class SettingsOptions {
  private:
   void add_engines_to(CLI::App& app);
   void read_engines(client::Options& options) const;
+  Result<void> read_broker_options(client::Broker& broker) const;
   bool is_typed(const char* name) const;
   Result<void> check_engines(const client::Options& options) const;
 
   std::uint32_t domain_ = 0;
   std::uint32_t peis_listen_ = 0;
   std::vector<std::string> engines_, interfaces_, peers_, peis_connect_;
+  std::string broker_, broker_user_, broker_password_;
   std::string peis_network_, peis_multicast_;
   std::string folder_, space_, tag_, trust_, lease_, patience_, prefix_, config_;
   bool json_ = false, tcp_ = false;

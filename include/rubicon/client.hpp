@@ -21,7 +21,7 @@
 namespace rubicon::client {
 
 /// Engines that connect the components of an ecology, as in the islands' `tuples.engine` (docs/ecology.md).
-enum class Engine : std::uint8_t { kDds, kPeis, kHost };
+enum class Engine : std::uint8_t { kDds, kPeis, kHost, kMqtt };
 
 /// How a client takes part in a network of PEIS kernels, as in the islands' `tuples.peis`. Interfaces, lease and
 /// trust_lan are those of Options.
@@ -32,6 +32,20 @@ struct PeisNetwork {
   bool multicast = true;             ///< announce this host, and search for others
 };
 
+/// The MQTT broker at which components of several sites meet, as in the islands' `tuples.mqtt` (docs/sites.md).
+struct Broker {
+  std::string host;               ///< name or address; empty = none
+  std::uint16_t port = 0;         ///< 0 = 1883, with TLS 8883
+  std::string space = "default";  ///< components of other spaces are not seen; 1 to 64 of `[0-9A-Za-z_.-]`
+  std::string user, password;     ///< of a certificate the name (CN) in it; empty = without
+  bool tls = false;
+  std::string ca_file;                        ///< PEM; empty = the certificate authorities of the system
+  std::string certificate_file, key_file;     ///< PEM, both or none
+  std::string server_name;                    ///< expected in the certificate of the broker; empty = the host
+  Duration lease = std::chrono::seconds(20);  ///< others lose this component after such a silence; at least 13 s
+  bool trust = false;  ///< take requests of others though the users of the broker may write in each other's names
+};
+
 /// Options::trust of a client without a certificate.
 inline constexpr const char* kNoTrust = "no";
 
@@ -39,11 +53,12 @@ inline constexpr const char* kNoTrust = "no";
 struct Options {
   std::string name;              ///< display name in lists of components; empty = `component`
   OwnerId id = model::kNoOwner;  ///< 65536 to 2^31-1, with trust one of its certificate; kNoOwner = a random one
-  std::vector<Engine> engines;   ///< empty: host, and DDS too if there are interfaces
+  std::vector<Engine> engines;   ///< empty: host, DDS too if there are interfaces, MQTT if there is a broker
   /// For Engine::kHost, an absolute path: where the programs of this host meet (docs/host.md). Empty: RUBICON_FOLDER,
   /// else /run/rubicon where this user may enter it, else the user's own.
   std::string folder;
   std::string space;  ///< as in the islands' `tuples.space`: others are not seen; empty = RUBICON_SPACE, `default`
+  Broker broker;      ///< for Engine::kMqtt
   PeisNetwork peis;   ///< for Engine::kPeis; domain, peers, tcp, port and tag are for kDds
   std::uint32_t domain = 0;             ///< 0..230, as in the islands' `tuples.domain`
   std::vector<std::string> interfaces;  ///< names of network interfaces, as in `tuples.interfaces`; empty = lo

@@ -63,6 +63,30 @@ tuples::peis::PeisOptions peis_options(const Options& options) {
   return peis;
 }
 
+tuples::mqtt::SpaceOptions space_options(const Broker& broker) {
+  tuples::mqtt::SpaceOptions space;
+  space.broker.host = broker.host;
+  space.broker.port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
+  space.broker.user = broker.user;
+  space.broker.password = broker.password;
+  if (broker.tls)
+    space.broker.tls = transport::MqttTls{broker.ca_file, broker.certificate_file, broker.key_file, broker.server_name};
+  if (!broker.user.empty()) space.user = broker.user;
+  space.space = broker.space;
+  space.lease = broker.lease;
+  space.trust_broker = broker.trust;
+  return space;
+}
+
+Result<void> check_broker(const Broker& broker) {
+  if (broker.host.empty()) return fail(ErrorCode::kInvalid, "engine mqtt needs a broker");
+  if (broker.certificate_file.empty() != broker.key_file.empty())
+    return fail(ErrorCode::kInvalid, "broker: a certificate needs a key, and a key a certificate");
+  if (auto good = tuples::mqtt::check_options(space_options(broker)); !good)
+    return fail(ErrorCode::kInvalid, "broker: " + good.error().text);
+  return {};
+}
+
 Result<void> check_dds(const Options& options) {
   if (options.domain > tuples::dds::kMaxDomain)
     return fail(ErrorCode::kInvalid,
@@ -134,6 +158,8 @@ Result<void> check(const Options& options) {
   if (id > tuples::peis::kMaxId && peis)
     return fail(ErrorCode::kInvalid, fmt::format("component id {}: PEIS has ids up to {}", id, tuples::peis::kMaxId));
   if (const auto good = dds ? check_dds(options) : Result<void>(); !good) return good;
+  if (const auto good = has_engine(options, Engine::kMqtt) ? check_broker(options.broker) : Result<void>(); !good)
+    return good;
   if (const auto good = peis ? check_peis(options) : Result<void>(); !good) return good;
   if (const auto setup = host ? host_setup(options) : tuples::engines::HostSetup(); !setup) return fail(setup.error());
   return {};
@@ -142,7 +168,8 @@ Result<void> check(const Options& options) {
 bool has_engine(const Options& options, Engine engine) {
   const auto& named = options.engines;
   if (!named.empty()) return std::find(named.begin(), named.end(), engine) != named.end();
-  return engine == Engine::kHost || (engine == Engine::kDds && !options.interfaces.empty());
+  return engine == Engine::kHost || (engine == Engine::kDds && !options.interfaces.empty()) ||
+         (engine == Engine::kMqtt && !options.broker.host.empty());
 }
 
 std::string old_space_warning(const Options& options) {
@@ -161,6 +188,7 @@ Result<tuples::engines::EngineOptions> engine_options(const Options& options) {
     engines.host = std::move(*setup);
   }
   if (has_engine(options, Engine::kDds)) engines.dds = dds_options(options);
+  if (has_engine(options, Engine::kMqtt)) engines.mqtt = space_options(options.broker);
   if (has_engine(options, Engine::kPeis)) engines.peis = peis_options(options);
   return engines;
 }

@@ -101,8 +101,8 @@ void read_domain(ConfigReader& tuples, DdsOptions& dds) {
 
 /// What is wrong with a name in `engine`; empty = nothing.
 std::string engine_error(const std::string& name, std::set<std::string>& taken) {
-  if (name != "memory" && name != "host" && name != "dds" && name != "peis")
-    return fmt::format("is '{}', expected one of: memory, host, dds, peis", name);
+  static const std::set<std::string> kAll{"memory", "host", "dds", "mqtt", "peis"};
+  if (!kAll.contains(name)) return fmt::format("is '{}', expected one of: memory, host, dds, mqtt, peis", name);
   return taken.insert(name).second ? std::string() : fmt::format("'{}' is listed twice", name);
 }
 
@@ -112,14 +112,15 @@ void read_names(ConfigReader& tuples, EngineSetup& engine) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (const auto wrong = engine_error(names[i], taken); !wrong.empty()) item_error(tuples, "engine", i, wrong);
   }
-  if (names.empty()) tuples.error("engine", "expected memory, or one or more of: host, dds, peis");
+  if (names.empty()) tuples.error("engine", "expected memory, or one or more of: host, dds, mqtt, peis");
   if (taken.contains("memory") && taken.size() > 1) tuples.error("engine", "memory cannot be combined with others");
   engine.host = !taken.contains("memory");
   engine.dds = taken.contains("dds");
+  engine.mqtt = taken.contains("mqtt");
   engine.peis = taken.contains("peis");
 }
 
-/// Without names: DDS where a key asks for what only DDS has.
+/// Without names: DDS where a key asks for what only DDS has, MQTT where there is a broker.
 void read_engines(ConfigReader& tuples, EngineSetup& engine) {
   if (tuples.has("engine")) {
     read_names(tuples, engine);
@@ -127,12 +128,13 @@ void read_engines(ConfigReader& tuples, EngineSetup& engine) {
     const auto keys = {"interfaces", "peers", "transport", "port"};
     engine.dds = engine.trust.choice == TrustSetup::Choice::kYes ||
                  std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tuples.has(key); });
+    engine.mqtt = tuples.node("mqtt") != nullptr;
   }
   const bool host = tuples.boolean("host", engine.host);
   if (host && !engine.host) tuples.error("host", "memory cannot be combined with others");
   engine.host = host;
   if (!tuples.has("engine") && engine.alone())
-    tuples.error("host", "leaves no engine, expected engine too: dds, peis, or memory");
+    tuples.error("host", "leaves no engine, expected engine too: dds, mqtt, peis, or memory");
 }
 
 void read_host(ConfigReader& tuples, EngineSetup& engine) {
@@ -229,6 +231,7 @@ void read_peis(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
 
 void check_keys_of_engines(ConfigReader& tuples, EngineSetup& engine) {
   if (engine.alone() && tuples.has("lease")) tuples.error("lease", "engine memory has no such option");
+  if (!engine.mqtt && tuples.node("mqtt")) tuples.error("mqtt", "only engine mqtt has these options");
   if (!engine.peis && tuples.has("peis")) tuples.error("peis", "only engine peis has these options");
   if (engine.dds || engine.peis) return;
   if (tuples.has("interfaces")) tuples.error("interfaces", "only engines dds and peis have this option");
@@ -286,7 +289,7 @@ void check_trust(ConfigReader& tuples, const EngineSetup& engine) {
 
 }  // namespace
 
-EngineSetup read_engine(ConfigReader& root) {
+EngineSetup read_engine(ConfigReader& root, const std::string& directory) {
   EngineSetup engine;
   auto tuples = root.map("tuples");
   if (root.has("tuples")) {
@@ -310,6 +313,7 @@ EngineSetup read_engine(ConfigReader& root) {
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
   check_trust(tuples, engine);
+  if (engine.mqtt) engine.mqtt_space = read_mqtt_space(tuples, directory);
   read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
   static constexpr std::string_view kAll[] = {"engine", "domain", "peers", "port", "transport"};

@@ -76,7 +76,7 @@ void read_state(ConfigReader& root, IslandConfig& config) {
 }
 
 void read_general(ConfigReader& root, IslandConfig& config) {
-  config.engine = config::read_engine(root);
+  config.engine = config::read_engine(root, config.directory);
   read_discovery(root, config.proxy.discovery);
   read_state(root, config);
   auto limits = root.map("limits");

@@ -10,6 +10,7 @@
 #include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
 #include "transport/local_sockets.h"
+#include "transport/mosquitto_line.h"
 #include "transport/name_lookup.h"
 
 namespace rubicon::transport {
@@ -110,6 +111,11 @@ Result<std::unique_ptr<LocalStream>> PollSockets::open_local(const std::string& 
 
 Result<std::unique_ptr<LocalListener>> PollSockets::listen_local(const std::string& path, LocalAccept accept) {
   return listen_local_socket(poll_watch(loop_), loop_, path, std::move(accept));
+}
+
+Result<std::unique_ptr<MqttLine>> PollSockets::open_mqtt(const MqttOptions& options, MqttCalls calls) {
+  if (!mqtt_) mqtt_ = std::make_unique<MosquittoLines>(loop_);
+  return mqtt_->open(options, std::move(calls));
 }
 
 std::unique_ptr<Lookup> PollSockets::look_up(const std::string& host, LookupDone done) {

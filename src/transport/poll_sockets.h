@@ -7,8 +7,11 @@
 
 namespace rubicon::transport {
 
-/// Sockets and names of the machine for a PollLoop; files are not supported. All calls run on the loop. A thread, which
-/// the first socket of IP and the first name start, waits for these and moves their bytes; local sockets need none.
+class MosquittoLines;
+
+/// Sockets, names and MQTT lines of the machine for a PollLoop; files are not supported. All calls run on the loop. A
+/// thread, which the first socket of IP and the first name start, waits for these and moves their bytes; local sockets
+/// need none.
 class PollSockets final : public Transports {
  public:
   /// The loop must outlive it; it must outlive its sockets.
@@ -22,6 +25,7 @@ class PollSockets final : public Transports {
                                                   ListenerFailed failed = nullptr) override;
   Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCalls calls) override;
   Result<std::unique_ptr<LocalListener>> listen_local(const std::string& path, LocalAccept accept) override;
+  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
  private:
@@ -30,6 +34,7 @@ class PollSockets final : public Transports {
 
   PollLoop& loop_;
   std::unique_ptr<Threaded> threaded_;
+  std::unique_ptr<MosquittoLines> mqtt_;  ///< made when first needed
 };
 
 }  // namespace rubicon::transport

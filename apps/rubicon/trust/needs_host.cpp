@@ -14,7 +14,7 @@ bool is_of_another_realm(const std::string& configuration, const std::filesystem
   if (!root) return false;
   base::ConfigErrors errors;
   base::ConfigReader reader(*root, "", errors);
-  const auto engine = config::read_engine(reader);
+  const auto engine = config::read_engine(reader, {});
   const auto& own = engine.trust.folder;
   if (!engine.dds || engine.trust.choice == Choice::kNo) return true;
   return !own.empty() && whole_path(std::filesystem::path(configuration).parent_path() / own) != whole_path(folder);

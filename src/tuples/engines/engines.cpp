@@ -10,8 +10,8 @@
 namespace rubicon::tuples::engines {
 
 Result<std::unique_ptr<Engines>> Engines::open(const EngineOptions& options, const Host& host) {
-  if (!options.host && !options.dds && !options.peis)
-    return fail(ErrorCode::kInvalid, "no engine, expected one or more of host, dds and peis");
+  if (!options.host && !options.dds && !options.mqtt && !options.peis)
+    return fail(ErrorCode::kInvalid, "no engine, expected one or more of host, dds, mqtt and peis");
   std::unique_ptr<Engines> engines(new Engines());
   if (options.host) {
     if (auto opened = engines->open_host(*options.host, host); !opened) return fail(std::move(opened.error()));
@@ -36,6 +36,11 @@ Result<void> Engines::open_distant(const EngineOptions& options, const Host& hos
     if (!opened) return fail(std::move(opened.error()));
     dds_ = std::move(*opened);
   }
+  if (options.mqtt) {
+    auto opened = mqtt::MqttEcology::open(*options.mqtt, host.scheduler, host.transports, host.log);
+    if (!opened) return fail(std::move(opened.error()));
+    mqtt_ = std::move(*opened);
+  }
   if (!options.peis) return {};
   auto opened = peis::PeisEcology::open(*options.peis, host.scheduler, host.transports, host.log);
   if (!opened) return fail(std::move(opened.error()));
@@ -48,7 +53,7 @@ Result<void> Engines::open_distant(const EngineOptions& options, const Host& hos
 void Engines::join_all(const EngineOptions& options, const Host& host) {
   std::vector<joined::JoinedEcology::Engine> all;
   if (host_) all.push_back({"host", *host_});
-  if (all.empty() && !dds_ && options.peis->judge) {
+  if (all.empty() && !dds_ && !mqtt_ && options.peis->judge) {
     own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
     all.push_back({"memory", *own_process_});
   }
@@ -59,6 +64,7 @@ void Engines::join_all(const EngineOptions& options, const Host& host) {
                                                 host.scheduler, host.log);
   }
   if (dds_) all.push_back({"dds", carrier_ ? carrier_->engine(0) : *dds_});
+  if (mqtt_) all.push_back({"mqtt", *mqtt_});
   if (peis_) all.push_back({"peis", carrier_ ? carrier_->engine(1) : *peis_});
   all_ = &all.front().ecology;
   if (all.size() == 1) return;
@@ -74,6 +80,7 @@ Result<bool> Engines::renew() {
 void Engines::watch_displaced(const std::function<void(OwnerId)>& call) {
   if (host_) host_->watch_displaced(call);
   if (dds_) dds_->watch_displaced(call);
+  if (mqtt_) mqtt_->watch_displaced(call);
   if (peis_) peis_->watch_displaced(call);
 }
 

@@ -10,6 +10,7 @@
 #include "tuples/host/host_ecology.h"
 #include "tuples/host/places.h"
 #include "tuples/memory/memory_ecology.h"
+#include "tuples/mqtt/mqtt_ecology.h"
 #include "tuples/peis/peis_ecology.h"
 
 namespace rubicon::tuples::engines {
@@ -25,13 +26,14 @@ struct HostSetup {
 struct EngineOptions {
   std::optional<HostSetup> host;
   std::optional<dds::DdsOptions> dds;
+  std::optional<mqtt::SpaceOptions> mqtt;
   std::optional<peis::PeisOptions> peis;
   carry::CarryRules carry;            ///< between dds and peis
   OwnerId carrier = model::kNoOwner;  ///< the component that carries, if anything is
 };
 
 /// The engines of a process as one ecology: each of its components takes part on all of them. If there are several, the
-/// order for decision 022 is host, dds, peis.
+/// order for decision 022 is host, dds, mqtt, peis.
 class Engines final : public Ecology {
  public:
   /// What the engines use; it outlives them.
@@ -41,7 +43,7 @@ class Engines final : public Ecology {
     transport::Transports& transports;
     base::LogSink& log;
   };
-  /// As open_disk_folder(), DdsEcology::open() and PeisEcology::open(). kInvalid: no engine.
+  /// As open_disk_folder(), DdsEcology::open(), MqttEcology::open() and PeisEcology::open(). kInvalid: no engine.
   static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);
 
   Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
@@ -55,6 +57,7 @@ class Engines final : public Ecology {
   /// Null: not among them.
   const host::HostEcology* host() const { return host_.get(); }
   const dds::DdsEcology* dds() const { return dds_.get(); }
+  const mqtt::MqttEcology* mqtt() const { return mqtt_.get(); }
   const peis::PeisEcology* peis() const { return peis_.get(); }
 
  private:
@@ -65,6 +68,7 @@ class Engines final : public Ecology {
 
   std::unique_ptr<host::HostEcology> host_;
   std::unique_ptr<dds::DdsEcology> dds_;
+  std::unique_ptr<mqtt::MqttEcology> mqtt_;
   std::unique_ptr<peis::PeisEcology> peis_;
   std::unique_ptr<MemoryEcology> own_process_;  ///< null: the engines know which components are of this process
   std::unique_ptr<carry::Carrier> carrier_;     ///< null: nothing is carried

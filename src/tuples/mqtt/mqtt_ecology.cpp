@@ -50,19 +50,21 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
       pause_(kFirstPause),
       flush_soon_(scheduler, [this] { each_link([](MqttLink& link) { link.flush(); }); }) {}
 
-Result<std::unique_ptr<MqttEcology>> MqttEcology::open(SpaceOptions options, Scheduler& scheduler,
-                                                       transport::Transports& transports, base::LogSink& log,
-                                                       Clock since_boot) {
-  if (options.user != kAnonymous) {
-    if (auto good = check_user(options.user); !good) return fail(std::move(good.error()));
-  }
+Result<void> check_options(const SpaceOptions& options) {
+  if (auto good = options.user == kAnonymous ? Result<void>() : check_user(options.user); !good) return good;
   if (!is_space(options.space))
     return fail(ErrorCode::kInvalid,
                 fmt::format("'{}' is no space, expected 1 to 64 letters, digits, _ . -", options.space));
-  if (options.lease < kMinLease)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("a lease of {} s is too short for a broker, expected at least {} s",
-                            options.lease / std::chrono::seconds(1), kMinLease / std::chrono::seconds(1)));
+  if (options.lease >= kMinLease) return {};
+  return fail(ErrorCode::kInvalid,
+              fmt::format("a lease of {} s is too short for a broker, expected at least {} s",
+                          options.lease / std::chrono::seconds(1), kMinLease / std::chrono::seconds(1)));
+}
+
+Result<std::unique_ptr<MqttEcology>> MqttEcology::open(SpaceOptions options, Scheduler& scheduler,
+                                                       transport::Transports& transports, base::LogSink& log,
+                                                       Clock since_boot) {
+  if (auto good = check_options(options); !good) return fail(std::move(good.error()));
   std::unique_ptr<MqttEcology> ecology(
       new MqttEcology(std::move(options), scheduler, transports, log, std::move(since_boot)));
   if (auto begun = ecology->connect(); !begun) return fail(std::move(begun.error()));

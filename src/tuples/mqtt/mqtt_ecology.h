@@ -29,6 +29,8 @@ struct SpaceOptions {
   std::shared_ptr<Judge> judge = nullptr;  ///< what members may do here; null: whatever the broker lets them
 };
 inline constexpr Duration kMinLease = std::chrono::seconds(13);
+/// kInvalid: user, space or lease.
+Result<void> check_options(const SpaceOptions& options);
 
 /// Components that meet at an MQTT broker (docs/sites.md): one connection a process, whatever components it has. The
 /// broker says which user is behind a connection.

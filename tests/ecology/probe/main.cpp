@@ -72,7 +72,7 @@ int run(OwnerId id, const std::string& text) {
   base::ConfigErrors errors;
   if (!tree) return fmt::print(stderr, "{}\n", tree.error().text), 2;
   ConfigReader root(*tree, "", errors);
-  const auto engine = config::read_engine(root);
+  const auto engine = config::read_engine(root, {});
   if (!errors.empty()) return fmt::print(stderr, "{}\n", errors.text()), 2;
   program::SpdlogSink log("warning");
   transport::Loop loop;

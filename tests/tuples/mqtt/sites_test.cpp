@@ -1,0 +1,269 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/virtual_scheduler.h"
+#include "rubicon/tuple_space.hpp"
+#include "support/collecting_log.h"
+#include "support/memory/memory_transports.h"
+#include "support/memory/mqtt_broker.h"
+#include "tuples/component.h"
+#include "tuples/mqtt/mqtt_ecology.h"
+
+namespace rubicon::tuples::mqtt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
+
+const transport::Endpoint kBroker{"10.0.0.1", 1883};
+constexpr OwnerId kHall{1}, kLab{2}, kRobot{70000};
+
+/// A process with one component, at its own site.
+struct Site {
+  Site(VirtualScheduler& scheduler, transport::MemoryNet& net, OwnerId id, const std::string& address)
+      : time(scheduler) {
+    machine.join(net, address);
+    SpaceOptions options;
+    options.broker.host = kBroker.address;
+    options.broker.port = kBroker.port;
+    options.trust_broker = true;
+    ecology =
+        std::move(*MqttEcology::open(options, time, machine, log, [this] { return time.now().time_since_epoch(); }));
+    ecology->watch_displaced([this](OwnerId one) { displaced.push_back(one); });
+    link = std::move(*ecology->join(id));
+    space = std::make_unique<TupleSpace>(id, time, *link);
+    peers = space->watch_peers([this](OwnerId peer, PeerEvent event) {
+      const auto* what = event == PeerEvent::kUp ? "up " : event == PeerEvent::kLeft ? "left " : "lost ";
+      events.push_back(what + std::to_string(number(peer)));
+    });
+  }
+  std::vector<std::string> take() { return std::exchange(events, {}); }
+  std::string value(OwnerId owner, std::string_view key) const {
+    const auto found = space->get(owner, key);
+    return found ? std::string(found->value) : "none";
+  }
+
+  VirtualScheduler& time;
+  transport::MemoryTransports machine;
+  support::CollectingLog log;
+  std::unique_ptr<MqttEcology> ecology;
+  std::unique_ptr<Link> link;
+  std::unique_ptr<TupleSpace> space;
+  std::vector<OwnerId> displaced;
+  std::vector<std::string> events;
+  Handle peers;
+};
+
+struct Sites : testing::Test {
+  Sites() { start(); }
+  void start() {
+    hall = site(kHall, "10.0.0.2");
+    lab = site(kLab, "10.0.0.3");
+    open = hall->space->add_policy(pattern("lamp"), [this](const RemoteSet& set) {
+      decided.push_back(set.value);
+      return SetDecision::applied();
+    });
+    EXPECT_TRUE(hall->space->set("lamp", "off"));
+    copies = lab->space->subscribe(pattern("1:**"), {}, seen.call());
+    time.run_for(2s);
+    EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+    EXPECT_THAT(hall->take(), ElementsAre("up 2"));
+    EXPECT_THAT(seen.take(), ElementsAre("lamp=off"));
+  }
+  std::unique_ptr<Site> site(OwnerId id, const std::string& address) {
+    return std::make_unique<Site>(time, net, id, address);
+  }
+  Verdict command(const std::string& value, Duration lives = 5s) {
+    std::optional<Verdict> verdict;
+    lab->space->set_remote(kHall, "lamp", value, lives, [&](const Reply& reply) { verdict = reply.verdict; });
+    time.run_for(lives + 1s);
+    return verdict.value_or(Verdict::kRefused);
+  }
+  /// Somebody who writes by hand.
+  std::unique_ptr<transport::MqttLine> stranger(const std::string& address = "10.0.0.9") {
+    strangers.push_back(std::make_unique<transport::MemoryTransports>());
+    strangers.back()->join(net, address);
+    transport::MqttOptions options;
+    options.host = kBroker.address;
+    options.client_id = "stranger" + std::to_string(strangers.size());
+    transport::MqttCalls calls;
+    calls.connected = [](const transport::MqttConnack&) {};
+    calls.received = [](const transport::MqttMessage&) {};
+    calls.failed = [](const Error&) {};
+    auto line = std::move(*strangers.back()->open_mqtt(options, calls));
+    time.run_for(1s);
+    return line;
+  }
+
+  VirtualScheduler time;
+  transport::MemoryNet net{time};
+  transport::MqttBroker broker{net, kBroker};
+  std::vector<std::string> decided;
+  Listener seen;
+  std::vector<std::unique_ptr<transport::MemoryTransports>> strangers;
+  std::unique_ptr<Site> hall, lab;
+  Handle open, copies;
+};
+
+TEST_F(Sites, ReadAndCommandEachOther) {
+  EXPECT_TRUE(lab->ecology->knows_all());
+  EXPECT_EQ(command("on"), Verdict::kApplied);
+  EXPECT_THAT(decided, ElementsAre("on"));
+  EXPECT_THAT(seen.take(), ElementsAre("lamp=on"));
+}
+
+TEST_F(Sites, AnEndIsSeenAtOnce) {
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  time.run_for(10ms);
+  EXPECT_THAT(lab->take(), ElementsAre("left 1"));
+  EXPECT_TRUE(broker.retained().size() == 2) << "nothing is left of it at the broker";
+}
+
+TEST_F(Sites, AConnectionThatComesBackLosesNobodyAndNothing) {
+  for (int i = 0; i < 20; ++i) {
+    broker.cut();
+    EXPECT_TRUE(hall->space->set("lamp", std::to_string(i)));
+    time.run_for(2s);
+    EXPECT_EQ(lab->value(kHall, "lamp"), std::to_string(i));
+  }
+  EXPECT_THAT(lab->take(), IsEmpty());
+  EXPECT_THAT(hall->take(), IsEmpty());
+  EXPECT_EQ(seen.take().size(), 20U) << "no snapshot again";
+  time.run_for(1min);
+  EXPECT_EQ(broker.retained().size(), 4U) << "what earlier connections showed is gone";
+}
+
+TEST_F(Sites, ABrokerThatForgetsAllAtItsRestartIsFilledAgain) {
+  broker.stop(false);
+  time.run_for(3s);
+  EXPECT_TRUE(hall->space->set("lamp", "on"));
+  broker.start();
+  time.run_for(15s);
+  EXPECT_EQ(lab->value(kHall, "lamp"), "on");
+  EXPECT_THAT(lab->take(), IsEmpty());
+  EXPECT_EQ(command("dim"), Verdict::kApplied);
+}
+
+TEST_F(Sites, AreLostAfterTheirLeaseWithoutABrokerAndMetAgain) {
+  broker.stop(true);
+  time.run_for(25s);
+  EXPECT_THAT(lab->take(), ElementsAre("lost 1"));
+  EXPECT_EQ(command("on"), Verdict::kNoSuchOwner);
+  EXPECT_TRUE(hall->space->set("lamp", "dim"));
+  broker.start();
+  time.run_for(30s);
+  EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+  EXPECT_EQ(lab->value(kHall, "lamp"), "dim");
+  EXPECT_EQ(command("on"), Verdict::kApplied);
+}
+
+/// Of the time before the broker stopped: its connection is no longer, but its topics are retained.
+TEST_F(Sites, WhatIsLeftOfADeadConnectionIsNobody) {
+  const auto saved = broker.retained();
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  time.run_for(1s);
+  EXPECT_THAT(lab->take(), ElementsAre("left 1"));
+  broker.restart(saved);
+  time.run_for(15s);
+  EXPECT_THAT(lab->take(), ElementsAre("up 1")) << "its topics say so";
+  EXPECT_EQ(command("on", 30s), Verdict::kTimedOut);
+  time.run_for(1min);
+  EXPECT_THAT(lab->take(), ElementsAre("lost 1")) << "it acknowledges nothing";
+  EXPECT_EQ(command("on"), Verdict::kNoSuchOwner);
+  hall = site(kHall, "10.0.0.2");
+  time.run_for(5s);
+  EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+  EXPECT_THAT(hall->displaced, IsEmpty()) << "who is dead answers nothing";
+}
+
+TEST_F(Sites, OfTwoWithOneIdTheLaterOneEnds) {
+  const auto twin = site(kHall, "10.0.0.4");
+  time.run_for(5s);
+  EXPECT_THAT(twin->displaced, ElementsAre(kHall));
+  EXPECT_THAT(hall->displaced, IsEmpty());
+}
+
+TEST_F(Sites, WhatStrangersWriteIsDroppedAndCounted) {
+  const auto line = stranger();
+  const auto before = lab->ecology->counters().foreign;
+  const std::string root = "rubicon-space/1/default/";
+  const auto write = [&](const std::string& topic, const std::string& payload, bool retain = true) {
+    EXPECT_TRUE(line->publish({root + topic, payload, retain, 0, {}, {}, 0}));
+  };
+  write("p/a/ann/00000000000a", "not a version");
+  write("p/a/ann/00000000000a/1", std::string("\2\1", 2));
+  write("p/a/ann/00000000000a/1/2", "x");
+  write("p/a/ann/00000000000b", "the wrong part");
+  write("p/a/ann/00000000000a/3", std::string(1'000'000, 'x'));
+  time.run_for(1s);
+  EXPECT_EQ(lab->ecology->counters().foreign - before, 5U);
+  EXPECT_TRUE(lab->log.contains("of version 2 of the protocol"));
+  EXPECT_THAT(lab->take(), IsEmpty());
+  EXPECT_EQ(command("on"), Verdict::kApplied);
+}
+
+/// The broker lets it write to the inbox of another, in its own name.
+TEST_F(Sites, NobodySpeaksInTheNameOfAnother) {
+  std::string inbox;
+  for (const auto& [topic, payload] : broker.retained()) {
+    if (topic.ends_with("/1")) inbox = "rubicon-space/1/default/to/-/" + topic.substr(topic.size() - 14, 12);
+  }
+  const auto line = stranger();
+  FrameHead head;
+  head.source = kLab;
+  head.target = kHall;
+  for (const auto& one : broker.retained()) {
+    if (!one.first.ends_with("/1") && !one.first.ends_with("/2")) continue;
+    const auto shown = read_component(one.second);
+    (one.first.ends_with("/1") ? head.target_incarnation : head.source_incarnation) = shown->incarnation;
+  }
+  head.stream = std::uint64_t{1} << 60;
+  head.number = head.first = 1;
+  distant::FrameWriter entry;
+  RemoteSet set;
+  set.request = 1000;
+  set.key = "lamp";
+  set.value = "stolen";
+  entry.add(set);
+  const auto frame = frame_of(head, entry.view());
+  EXPECT_TRUE(line->publish({inbox + "/thief/00000000000f", std::string(base::as_text(frame)), false, 0, {}, {}, 0}));
+  time.run_for(1s);
+  EXPECT_TRUE(hall->log.contains("a frame in the name of component 2 of user thief: dropped"));
+  EXPECT_THAT(decided, IsEmpty());
+}
+
+TEST_F(Sites, TheWillOfAnOldConnectionComesAfterTheNewOne) {
+  auto old = broker.retained();
+  broker.cut();
+  time.run_for(5s);
+  const auto line = stranger();
+  for (const auto& [topic, payload] : old) EXPECT_TRUE(line->publish({topic, {}, true, 0, {}, {}, 0}));
+  time.run_for(10s);
+  EXPECT_THAT(lab->take(), IsEmpty());
+  EXPECT_EQ(command("on"), Verdict::kApplied);
+}
+
+TEST_F(Sites, ABrokerThatHandsOnNothingIsNamed) {
+  broker.ignored_topics = {"#"};
+  const auto robot = site(kRobot, "10.0.0.5");
+  time.run_for(30s);
+  EXPECT_TRUE(robot->log.contains("does not hand on what - sends to itself"));
+  EXPECT_FALSE(robot->ecology->knows_all());
+}
+
+TEST_F(Sites, AWrongPasswordIsTriedSeldom) {
+  broker.users = {{"ann", "secret"}};
+  broker.cut();
+  time.run_for(2min);
+  EXPECT_THAT(lab->ecology->trouble(), HasSubstr("refuse"));
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::mqtt
