@@ -2,14 +2,36 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "base/text.h"
 
 namespace rubicon::model {
 
 namespace {
 
+constexpr std::array<bool, 256> kPartCharacters = [] {
+  std::array<bool, 256> all{};
+  for (const char c : std::string_view("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-"))
+    all[static_cast<unsigned char>(c)] = true;
+  return all;
+}();
+
 bool is_part_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  return kPartCharacters[static_cast<unsigned char>(c)];
+}
+
+/// Without a reason, which most keys do not need.
+bool is_key(std::string_view key) {
+  if (key.size() > kMaxKeyLength) return false;
+  std::size_t parts = 1;
+  char before = '.';
+  for (const char c : key) {
+    if (c == '.' ? before == '.' : !is_part_character(c)) return false;
+    parts += c == '.';
+    before = c;
+  }
+  return before != '.' && parts <= kMaxKeyParts;
 }
 
 Result<void> check_size(std::string_view key) {
@@ -73,6 +95,7 @@ std::vector<std::string_view> key_parts(std::string_view key) {
 }
 
 Result<void> check_key(std::string_view key) {
+  if (is_key(key)) return {};
   const auto parts = bounded_parts(key);
   if (!parts) return fail(parts.error());
   for (const auto part : *parts) {
