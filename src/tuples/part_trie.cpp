@@ -1,5 +1,6 @@
 #include "tuples/part_trie.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "base/assert.h"
@@ -37,11 +38,27 @@ PartTrie::PartTrie(PartNames& names) : names_(&names) {
 }
 
 std::uint32_t PartTrie::add(std::optional<model::OwnerId> owner, std::string_view key) {
-  auto node = make_child(kRoot, OwnerPart(owner).text());
-  each_part(key, [&](std::string_view part) {
+  auto rest = key;
+  auto node = begin_near_last(owner, rest);
+  each_part(rest, [&](std::string_view part) {
     node = make_child(node, part);
     return true;
   });
+  last_added_ = node;
+  last_owner_ = owner;
+  last_key_ = key;
+  return node;
+}
+
+/// Keys that are added one after the other often differ in their last parts only: removes the first parts that both
+/// have, and returns the node of these.
+std::uint32_t PartTrie::begin_near_last(std::optional<model::OwnerId> owner, std::string_view& key) {
+  if (last_added_ == kNone || last_owner_ != owner) return make_child(kRoot, OwnerPart(owner).text());
+  const auto differ = std::mismatch(key.begin(), key.end(), last_key_.begin(), last_key_.end()).first;
+  const auto same = key.substr(0, static_cast<std::size_t>(differ - key.begin())).rfind('.') + 1;  // npos + 1 = 0
+  auto node = nodes_[last_added_].parent;
+  for (auto at = same; (at = last_key_.find('.', at)) != last_key_.npos; ++at) node = nodes_[node].parent;
+  key.remove_prefix(same);
   return node;
 }
 
@@ -130,16 +147,14 @@ void PartTrie::unlink(std::uint32_t node) {
   names_->release(gone.part);
   nodes_[node] = {};
   free_.push_back(node);
+  if (node == last_added_) last_added_ = kNone;
 }
 
-void PartTrie::matching(model::OwnerId owner, std::string_view key, std::vector<std::uint32_t>& payloads) const {
+PartPath PartTrie::path(std::uint32_t node) const {
   PartPath path;
-  path.parts[path.size++] = names_->find(OwnerPart(owner).text());
-  each_part(key, [&](std::string_view part) {
-    path.parts[path.size++] = names_->find(part);
-    return true;
-  });
-  match_from(kRoot, path, 0, payloads);
+  for (; node != kRoot; node = nodes_[node].parent) path.parts[path.size++] = nodes_[node].part;
+  std::reverse(path.parts.begin(), path.parts.begin() + static_cast<std::ptrdiff_t>(path.size));
+  return path;
 }
 
 void PartTrie::match_from(std::uint32_t node, const PartPath& path, std::size_t at,
@@ -151,9 +166,7 @@ void PartTrie::match_from(std::uint32_t node, const PartPath& path, std::size_t 
     if (nodes_[node].payload != kNone) payloads.push_back(nodes_[node].payload);
     return;
   }
-  if (path.parts[at] != kNoPart) {
-    if (const auto exact = child(node, path.parts[at]); exact != kNone) match_from(exact, path, at + 1, payloads);
-  }
+  if (const auto exact = child(node, path.parts[at]); exact != kNone) match_from(exact, path, at + 1, payloads);
   if (const auto any = child(node, kAnyPart); any != kNone) match_from(any, path, at + 1, payloads);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "rubicon/key.hpp"
@@ -42,8 +43,12 @@ class PartTrie {
   /// Removes the payload and all nodes that become unused.
   void clear(std::uint32_t node);
 
-  /// The payloads of all patterns in this trie that match a concrete key.
-  void matching(model::OwnerId owner, std::string_view key, std::vector<std::uint32_t>& payloads) const;
+  /// The key of a node.
+  PartPath path(std::uint32_t node) const;
+  /// The payloads of all patterns in this trie that match a concrete key, of this trie or another with the same names.
+  void matching(const PartPath& path, std::vector<std::uint32_t>& payloads) const {
+    match_from(kRoot, path, 0, payloads);
+  }
 
   std::uint32_t child(std::uint32_t node, PartId part) const;
   std::uint32_t first_child(std::uint32_t node) const { return nodes_[node].first_child; }
@@ -64,6 +69,7 @@ class PartTrie {
   };
   /// Up to this many children are searched one by one, which is faster than the table because they are adjacent.
   static constexpr std::uint32_t kFewChildren = 8;
+  std::uint32_t begin_near_last(std::optional<model::OwnerId> owner, std::string_view& key);
   std::uint32_t make_child(std::uint32_t node, std::string_view part);
   std::uint32_t take_free_node();
   void link(std::uint32_t parent, std::uint32_t node);
@@ -75,6 +81,9 @@ class PartTrie {
   std::vector<std::uint32_t> free_;
   ChildTable children_;
   std::vector<PatternWalk*> walks_;
+  std::uint32_t last_added_ = kNone;  ///< kNone: it has gone since
+  std::optional<model::OwnerId> last_owner_;
+  std::string last_key_;
 };
 
 /// Visits the payloads that match a pattern, a few nodes at a time. The trie may change in between: removed nodes are

@@ -3,8 +3,7 @@
 namespace rubicon::tuples {
 
 std::uint32_t Store::find(OwnerId owner, std::string_view key) const {
-  const auto node = tuples_.find(owner, key);
-  return node == kNone ? kNone : tuples_.payload(node);
+  return keys_.find(owner, key);
 }
 
 bool Store::is_present(TupleRef tuple) const {
@@ -17,18 +16,19 @@ std::uint32_t Store::create(OwnerId owner, std::string_view key) {
   const auto node = tuples_.add(owner, key);
   const auto index = pool_.take(owner, key);
   tuples_.set_payload(node, index);
+  keys_.add(index);
   auto& tuple = pool_[index];
   tuple.node = node;
-  const auto set = subscribers_of(owner, key);
+  const auto set = subscribers_of(owner, node, key);
   tuple.subscribers = set;
   sets_.use(set);
   ++(owner == self_ ? own_ : cached_);
   return index;
 }
 
-std::uint32_t Store::subscribers_of(OwnerId owner, std::string_view key) {
+std::uint32_t Store::subscribers_of(OwnerId owner, std::uint32_t node, std::string_view key) {
   matching_.clear();
-  patterns_.matching(owner, key, matching_);
+  patterns_.matching(tuples_.path(node), matching_);
   std::vector<SubscriptionPtr> members;
   for (const auto pattern : matching_) {
     for (const auto& subscription : by_pattern_[pattern]) {
@@ -45,6 +45,7 @@ std::uint32_t Store::subscribers_of(OwnerId owner, std::string_view key) {
 
 void Store::remove(std::uint32_t index, EventKind how) {
   auto& tuple = pool_[index];
+  keys_.remove(index);
   tuples_.clear(tuple.node);
   for (auto* subscription : sets_[tuple.subscribers].paced) subscription->paces.erase(index);
   move_to(index, 0);

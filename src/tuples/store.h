@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "tuples/key_table.h"
 #include "tuples/subscriber_sets.h"
 
 namespace rubicon::tuples {
@@ -10,7 +11,7 @@ namespace rubicon::tuples {
 /// docs/decisions/003. Setting a tuple touches neither other tuples nor patterns.
 class Store {
  public:
-  explicit Store(OwnerId self) : self_(self), tuples_(names_), patterns_(names_) {}
+  explicit Store(OwnerId self) : self_(self), tuples_(names_), patterns_(names_), keys_(pool_) {}
 
   std::uint32_t find(OwnerId owner, std::string_view key) const;
   /// Creates a tuple with its subscribers and an empty value. The key must be valid and unused.
@@ -47,7 +48,7 @@ class Store {
   /// Up to this many subscribers are added one by one, along cached transitions.
   static constexpr std::size_t kFewSubscribers = 8;
 
-  std::uint32_t subscribers_of(OwnerId owner, std::string_view key);
+  std::uint32_t subscribers_of(OwnerId owner, std::uint32_t node, std::string_view key);
   bool move_to(std::uint32_t index, std::uint32_t set);
 
   OwnerId self_;
@@ -59,6 +60,7 @@ class Store {
   std::vector<std::uint32_t> free_patterns_;
   std::vector<std::uint32_t> matching_;
   TuplePool pool_;
+  KeyTable keys_;
   SubscriberSets sets_;
   MediaTypes media_types_;
   std::size_t own_ = 0;

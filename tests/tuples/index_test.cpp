@@ -7,6 +7,7 @@
 #include <set>
 
 #include "tuples/component.h"
+#include "tuples/key_table.h"
 #include "tuples/part_trie.h"
 #include "tuples/subscriber_sets.h"
 
@@ -39,6 +40,28 @@ TEST(ChildTable, AgreesWithAMapAtRandom) {
       plain[{node, part}] = i;
     } else {
       table.remove(node, part);
+      plain.erase(found);
+    }
+  }
+}
+
+TEST(KeyTable, AgreesWithAMapAtRandom) {
+  TuplePool pool;
+  KeyTable table(pool);
+  std::map<std::pair<std::uint32_t, std::string>, std::uint32_t> plain;
+  std::mt19937 dice(5);
+  std::uniform_int_distribution<std::uint32_t> owners(1, 3), numbers(0, 499);
+  for (int i = 0; i < 100'000; ++i) {
+    const auto owner = owners(dice);
+    const auto key = "device-" + std::to_string(numbers(dice)) + ".value";
+    const auto found = plain.find({owner, key});
+    ASSERT_EQ(table.find(OwnerId(owner), key), found == plain.end() ? kNone : found->second);
+    if (found == plain.end()) {
+      const auto index = plain[{owner, key}] = pool.take(OwnerId(owner), key);
+      table.add(index);
+    } else {
+      table.remove(found->second);
+      pool.end(found->second, EventKind::kDeleted);
       plain.erase(found);
     }
   }
@@ -88,7 +111,9 @@ TEST(PartTrie, FindsMatchesAndWalksAsPlainPatternsDo) {
     ASSERT_EQ(met, expected) << to_string(wanted);
     const auto concrete = words.key(false);
     std::vector<std::uint32_t> payloads;
-    patterns.matching(OwnerId(1), concrete, payloads);
+    const auto node = keys.add(OwnerId(1), concrete);
+    patterns.matching(keys.path(node), payloads);
+    if (!key_nodes.contains(concrete)) keys.clear(node);
     const auto matching = std::count_if(pattern_nodes.begin(), pattern_nodes.end(), [&](const auto& entry) {
       return Pattern{std::nullopt, entry.first}.matches(OwnerId(1), concrete);
     });
