@@ -7,6 +7,8 @@ namespace rubicon::tuples {
 
 namespace {
 
+constexpr Duration kStep = std::chrono::milliseconds(10);  ///< between two looks at what is open
+
 /// Orders patterns from narrow to wide: without wildcard, with `*`, with `**`; then by the number of literal parts.
 auto width(const Pattern& pattern) {
   std::size_t literal = 0;
@@ -20,11 +22,27 @@ auto width(const Pattern& pattern) {
 Requests::Requests(OwnerId self, Scheduler& scheduler) : self_(self), scheduler_(scheduler) {}
 
 void Requests::open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call) {
-  auto timer = scheduler_.after(time_to_live, [this, request, owner] {
+  const auto ends = scheduler_.now() + time_to_live;
+  open_.emplace(request, Open{owner, std::move(call), ends});
+  next_.advance_to(ends);
+}
+
+void Requests::expire() {
+  const auto now = scheduler_.now();
+  auto next = SteadyTime::max();
+  std::vector<std::tuple<SteadyTime, std::uint64_t, OwnerId>> over;
+  for (const auto& [request, one] : open_) {
+    if (one.ends <= now) over.emplace_back(one.ends, request, one.owner);
+    if (one.ends > now) next = std::min(next, one.ends);
+  }
+  if (next != SteadyTime::max()) next_.set_at(std::max(next, now + kStep));
+  std::sort(over.begin(), over.end());
+  const auto alive = lifetime_.watch();
+  for (const auto& [ends, request, owner] : over) {
+    if (alive.ended()) return;
     answer(owner, {self_, request, Verdict::kTimedOut, ErrorCode::kExpired,
                    "no answer within the time to live: it is not known whether it was executed"});
-  });
-  open_.emplace(request, Open{owner, std::move(call), scheduler_.now() + time_to_live, std::move(timer)});
+  }
 }
 
 std::optional<Duration> Requests::remaining(std::uint64_t request) const {

@@ -5,12 +5,14 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/scheduler.h"
+#include "base/deadline.h"
+#include "base/lifetime.h"
 #include "rubicon/tuple_space.hpp"
 
 namespace rubicon::tuples {
 
-/// Own remote sets that wait for their replies. Each gets exactly one, at the latest when its time to live ends.
+/// Own remote sets that wait for their replies. Each gets exactly one, at the latest 10 ms after its time to live
+/// ended: one timer serves them all.
 class Requests {
  public:
   static constexpr std::size_t kMax = 100'000;
@@ -30,12 +32,15 @@ class Requests {
     OwnerId owner;
     ReplyCall call;
     SteadyTime ends;
-    Timer timer;
   };
+  void expire();
+
   OwnerId self_;
   Scheduler& scheduler_;
   std::unordered_map<std::uint64_t, Open> open_;
   std::uint64_t last_ = 0;
+  base::Deadline next_{scheduler_, [this] { expire(); }};  ///< at or before the first end of those that are open
+  base::Lifetime lifetime_;
 };
 
 /// The policies that decide about remote sets of own tuples.

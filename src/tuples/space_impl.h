@@ -116,8 +116,8 @@ struct TupleSpace::Impl final : LinkListener {
   void begin_epoch(OwnerId owner);
   Restart next_restart();
   void peer_down(OwnerId owner);
-  std::uint64_t start_request(RemoteSet set, ReplyCall call);
-  void send(RemoteSet set);
+  std::uint64_t start_request(RemoteSet&& set, ReplyCall call);
+  void send(RemoteSet&& set);
   static Result<void> check_sizes(const RemoteSet& set);
   void refuse_unsound(const RemoteSet& set, const Error& why);
   SetDecision decide(const RemoteSet& set);

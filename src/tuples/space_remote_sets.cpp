@@ -13,7 +13,7 @@ SetOptions options_of(const RemoteSet& set) {
 
 }  // namespace
 
-std::uint64_t TupleSpace::Impl::start_request(RemoteSet set, ReplyCall call) {
+std::uint64_t TupleSpace::Impl::start_request(RemoteSet&& set, ReplyCall call) {
   RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
   set.from = self;
   const auto request = set.request = requests.next_number();
@@ -28,7 +28,7 @@ std::uint64_t TupleSpace::Impl::start_request(RemoteSet set, ReplyCall call) {
   return request;
 }
 
-void TupleSpace::Impl::send(RemoteSet set) {
+void TupleSpace::Impl::send(RemoteSet&& set) {
   if (set.owner == self) {
     later([this, set = std::move(set)] { answer_own(set); });
   } else if (auto sent = link.remote_set(set); !sent) {
@@ -46,8 +46,9 @@ Result<void> TupleSpace::Impl::check_sizes(const RemoteSet& set) {
                                                   set.value.size(), kMaxValueSize));
 }
 
+/// The sizes of sets of others were checked when they came.
 SetDecision TupleSpace::Impl::decide(const RemoteSet& set) {
-  if (auto ok = check_sizes(set); !ok) return SetDecision::refused(ok.error());
+  if (auto ok = set.from == self ? check_sizes(set) : Result<void>(); !ok) return SetDecision::refused(ok.error());
   const auto policy = policies.find(self, set.key);
   const auto index = find(self, set.key);
   if (!policy && index == kNone) {
@@ -74,14 +75,16 @@ Reply TupleSpace::Impl::answer(const RemoteSet& set, std::shared_ptr<const Remot
                                     {}}
                       : decide(set);
   const bool store_it = decision.verdict == Verdict::kApplied && decision.store;
+  auto index = kNone;
   if (store_it) {
     const auto stored = set.append ? append(set.key, set.value, options_of(set), set.from)
                                    : write(set.key, set.value, options_of(set), set.from);
+    if (stored) index = stored->index;
     if (!stored) decision = SetDecision::refused(stored.error());
   }
   meant = std::move(decision.meant);
   Reply reply{set.from, set.request, decision.verdict, decision.code, std::move(decision.text)};
-  const auto index = store_it || set.expected_sequence ? find(self, set.key) : kNone;
+  if (index == kNone && (store_it || set.expected_sequence)) index = find(self, set.key);
   if (index != kNone) reply.sequence = store.at(index).sequence;
   return reply;
 }

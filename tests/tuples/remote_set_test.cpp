@@ -119,6 +119,23 @@ TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
   EXPECT_EQ(replies.size(), 1u);
 }
 
+TEST_F(RemoteSets, ManyThatAreLostEndInTheOrderOfTheirTimesAndAtMostTenMillisecondsLate) {
+  const auto policy = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
+  const auto begin = time.now();
+  std::vector<int> ended;
+  for (const int millis : {300, 101, 100, 104, 305, 5000}) {
+    robot->space.set_remote(kIsland, "a", "5", std::chrono::milliseconds(millis), [&, millis](const Reply& reply) {
+      EXPECT_EQ(reply.verdict, Verdict::kTimedOut);
+      const auto late = time.now() - begin - std::chrono::milliseconds(millis);
+      EXPECT_TRUE(late >= 0ms && late <= 10ms) << millis;
+      ended.push_back(millis);
+    });
+  }
+  ecology.cut(kIsland, kRobot);
+  time.run_for(1h);
+  EXPECT_THAT(ended, testing::ElementsAre(100, 101, 104, 300, 305, 5000));
+}
+
 TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
   const auto policy = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   std::size_t applied = 0, busy = 0;
