@@ -1,6 +1,7 @@
 #include "tuples/distant/fields.h"
 
 #include <algorithm>
+#include <array>
 
 namespace rubicon::tuples::distant {
 
@@ -10,12 +11,12 @@ constexpr std::int64_t kMaxDuration = std::chrono::nanoseconds(std::chrono::year
 
 }  // namespace
 
-void FieldWriter::number(std::uint64_t value) {
-  while (value >= 0x80) {
-    byte(static_cast<std::uint8_t>(value | 0x80));
-    value >>= 7;
-  }
-  byte(static_cast<std::uint8_t>(value));
+void FieldWriter::long_number(std::uint64_t value) {
+  std::array<std::uint8_t, 10> groups;
+  std::size_t size = 0;
+  for (; value >= 0x80; value >>= 7) groups[size++] = static_cast<std::uint8_t>(value | 0x80);
+  groups[size++] = static_cast<std::uint8_t>(value);
+  bytes(ByteView(groups).first(size));
 }
 
 void FieldWriter::signed_number(std::int64_t value) {
@@ -27,12 +28,7 @@ void FieldWriter::text(std::string_view text) {
   bytes(base::as_bytes(text));
 }
 
-std::uint8_t FieldReader::byte() {
-  if (at_ >= bytes_.size()) return fail_read();
-  return bytes_[at_++];
-}
-
-std::uint64_t FieldReader::number() {
+std::uint64_t FieldReader::long_number() {
   std::uint64_t value = 0;
   for (unsigned shift = 0; shift < 64; shift += 7) {
     const auto part = byte();

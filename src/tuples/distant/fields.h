@@ -15,7 +15,7 @@ namespace rubicon::tuples::distant {
 class FieldWriter {
  public:
   void byte(std::uint8_t value) { bytes_.push_back(value); }
-  void number(std::uint64_t value);
+  void number(std::uint64_t value) { value < 0x80 ? byte(static_cast<std::uint8_t>(value)) : long_number(value); }
   void signed_number(std::int64_t value);
   void text(std::string_view text);
   void bytes(ByteView bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
@@ -26,6 +26,8 @@ class FieldWriter {
   void clear() { bytes_.clear(); }
 
  private:
+  void long_number(std::uint64_t value);
+
   Bytes bytes_;
 };
 
@@ -34,8 +36,8 @@ class FieldReader {
  public:
   explicit FieldReader(ByteView bytes) : bytes_(bytes) {}
 
-  std::uint8_t byte();
-  std::uint64_t number();
+  std::uint8_t byte() { return at_ < bytes_.size() ? bytes_[at_++] : fail_read(); }
+  std::uint64_t number() { return at_ < bytes_.size() && bytes_[at_] < 0x80 ? bytes_[at_++] : long_number(); }
   std::int64_t signed_number();
   std::string_view text();
   /// All that follows.
@@ -52,6 +54,8 @@ class FieldReader {
   std::uint8_t fail_read();
 
  private:
+  std::uint64_t long_number();
+
   ByteView bytes_;
   std::size_t at_ = 0;
   bool ok_ = true;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace rubicon::tuples::distant {
@@ -21,6 +22,9 @@ enum class Entry : std::uint8_t {
   kSubscribe,
   kUnsubscribe
 };
+
+/// Changes that are passed together: few enough to stay in the cache of the processor.
+constexpr std::size_t kBatch = 16;
 
 // Bits of a remote set.
 constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
@@ -140,7 +144,7 @@ void FrameWriter::set_entry(const TupleView& tuple) {
   fields_.signed_number(micros(tuple.expire_time));
 }
 
-void FrameWriter::add(const RemoteSet& set) {
+void FrameWriter::add(const RemoteSet& set, Duration time_to_live) {
   fields_.byte(static_cast<std::uint8_t>(Entry::kRemoteSet));
   fields_.number(set.request);
   fields_.text(set.key);
@@ -148,7 +152,7 @@ void FrameWriter::add(const RemoteSet& set) {
   fields_.text(set.media_type);
   fields_.signed_number(micros(set.user_time));
   fields_.signed_number(set.lifetime.count());
-  fields_.signed_number(set.time_to_live.count());
+  fields_.signed_number(time_to_live.count());
   std::uint8_t bits = 0;
   if (set.append) bits |= kAppend;
   if (set.time_to_live_given) bits |= kTimeToLiveGiven;
@@ -185,17 +189,18 @@ void FrameWriter::add(const FrameTimes& times) {
 
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader) {
   FieldReader in(frame);
-  std::vector<Change> changes;
+  std::array<Change, kBatch> changes;
+  std::size_t waiting = 0;
   const auto pass_changes = [&] {
-    if (!changes.empty()) reader.on_changes(changes);
-    changes.clear();
+    if (const auto count = std::exchange(waiting, 0); count > 0) reader.on_changes(std::span(changes).first(count));
   };
   while (!in.at_end()) {
     const auto start = in.position();
     const auto entry = in.byte();
     if (entry <= static_cast<std::uint8_t>(Entry::kExpired)) {
       const auto change = read_change(in, static_cast<Entry>(entry), from);
-      if (in.ok()) changes.push_back(change);
+      if (in.ok()) changes[waiting++] = change;
+      if (waiting == kBatch) pass_changes();
     } else if (entry == static_cast<std::uint8_t>(Entry::kRemoteSet)) {
       auto set = read_set(in, from, to);
       pass_changes();

@@ -28,7 +28,9 @@ struct FrameTimes {
 class FrameWriter {
  public:
   void add(const Change& change);
-  void add(const RemoteSet& set);
+  void add(const RemoteSet& set) { add(set, set.time_to_live); }
+  /// With that time to live in place of its own.
+  void add(const RemoteSet& set, Duration time_to_live);
   void add(const Reply& reply);
   void add(const IdentityCheck& check);
   /// As the first entry: it holds for all that follow.
