@@ -37,8 +37,23 @@ void Connection::send(const Record& record) {
   if (closed_) return;
   if (waiting() > kMaxWaiting)
     return lifetime_.post(scheduler_, [this] { end({ErrorCode::kBusy, "the other process reads nothing"}); });
-  append(out_, record);
+  if (!lengthen_last(record)) {
+    last_ = {record.type, record.id, record.target, record.number};
+    last_at_ = out_.size();
+    append(out_, record);
+  }
   flush_soon_.request();
+}
+
+/// Adds the entries of a frame to the frame before it, if both have one way.
+bool Connection::lengthen_last(const Record& record) {
+  const auto& [type, id, target, number, text, content] = record;
+  const bool same = !out_.empty() && type == Record::Type::kFrame && last_.type == type && last_.id == id &&
+                    last_.target == target && last_.number == number;
+  if (!same || out_.size() - last_at_ + content.size() > kFrameBytes) return false;
+  out_.insert(out_.end(), content.begin(), content.end());
+  put_size(std::span(out_).subspan(last_at_));
+  return true;
 }
 
 void Connection::flush() {
@@ -74,18 +89,18 @@ void Connection::received(ByteView bytes) {
   if (held_ && partial_.size() + bytes.size() > kMaxHeld)
     return end({ErrorCode::kInvalid, fmt::format("more than {} bytes before its user is known", kMaxHeld)});
   const auto alive = lifetime_.watch();
-  if (partial_.empty()) {
-    const auto done = pass_records(bytes);
-    if (alive.ended() || closed_) return;
-    const auto rest = bytes.subspan(done);
-    return partial_.assign(rest.begin(), rest.end());
-  }
-  partial_.insert(partial_.end(), bytes.begin(), bytes.end());
   auto whole = std::exchange(partial_, {});
-  const auto done = pass_records(whole);
+  const bool continues = !whole.empty();
+  if (continues) {
+    whole.insert(whole.end(), bytes.begin(), bytes.end());
+    bytes = whole;
+  }
+  const auto done = static_cast<std::ptrdiff_t>(pass_records(bytes));
   if (alive.ended() || closed_) return;
-  whole.erase(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(done));
+  continues ? void(whole.erase(whole.begin(), whole.begin() + done)) : whole.assign(bytes.begin() + done, bytes.end());
   partial_ = std::move(whole);
+  // Answers go at once, so that the other process works on them while this one reads on.
+  if (!loops_ && !out_.empty() && queue_.empty()) flush();
 }
 
 /// Returns the size of the records that were passed. A call may close or destroy this.

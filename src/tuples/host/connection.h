@@ -9,7 +9,8 @@
 
 namespace rubicon::tuples::host {
 
-/// Records over a byte stream, in order. What is sent in one turn of the loop is written together.
+/// Records over a byte stream, in order. What is sent in one turn of the loop is written together, and frames to one
+/// component become one.
 class Connection {
  public:
   struct Calls {
@@ -35,6 +36,8 @@ class Connection {
   static constexpr std::size_t kMaxHeld = std::size_t{4} << 20;
   /// A connection whose other process reads nothing ends when more bytes wait.
   static constexpr std::size_t kMaxWaiting = std::size_t{48} << 20;
+  /// Bytes of the content to which a frame grows.
+  static constexpr std::size_t kFrameBytes = std::size_t{16} * 1024;
 
   /// Written at the end of the turn, with all others of it.
   void send(const Record& record);
@@ -51,6 +54,7 @@ class Connection {
   void close();
 
  private:
+  bool lengthen_last(const Record& record);
   void received(ByteView bytes);
   std::size_t pass_records(ByteView bytes);
   void end(const Error& why);
@@ -60,7 +64,10 @@ class Connection {
   std::unique_ptr<transport::LocalStream> stream_;
   Bytes partial_;  ///< the beginning of a record whose rest has not arrived
   Bytes out_;      ///< of this turn
-  Bytes queue_;    ///< from written_ on; what the system did not take
+  /// What out_ ends with, and where it begins there.
+  Record last_{};
+  std::size_t last_at_ = 0;
+  Bytes queue_;  ///< from written_ on; what the system did not take
   std::size_t written_ = 0;
   bool closed_ = false, loops_ = false, held_ = false;
   base::OncePerTurn flush_soon_{scheduler_, [this] { flush(); }};

@@ -12,8 +12,6 @@ namespace {
 
 /// Bytes that may wait for a process; beyond them publish() and remote_set() refuse.
 constexpr std::size_t kMaxWaiting = std::size_t{1} << 20, kMaxSetsWaiting = std::size_t{32} << 20;
-/// Changes are split into frames of about this size; one value may be larger.
-constexpr std::size_t kFrameBytes = std::size_t{64} * 1024;
 
 /// The kernel keeps out whoever may not enter the folder; those inside may do everything.
 class FolderPolicy final : public OpenPolicy {
@@ -151,61 +149,64 @@ void HostLink::on_unsubscribe(OwnerId peer, std::uint32_t id) {
   if (hears(peer)) listener_->on_unsubscribe(peer, id);
 }
 
+/// Passes the entries of a frame, until the link was detached or destroyed by one of them.
+struct HostLink::Delivery final : distant::FrameReader {
+  Delivery(HostLink& to, OwnerId source) : link(to), from(source), alive(to.lifetime_.watch()) {}
+
+  bool is_heard() const { return !alive.ended() && link.listener_; }
+  void on_changes(std::span<const Change> changes) override {
+    if (is_heard()) link.listener_->on_changes(from, changes);
+  }
+  /// Exactly zero remains: a negative time, because zero means that none was given.
+  void on_set(RemoteSet&& set) override {
+    if (!is_heard()) return;
+    if (set.time_to_live > Duration(0)) {
+      if (now == Duration(0)) now = link.ecology_.folder_->since_boot();
+      set.time_to_live = set.time_to_live > now ? set.time_to_live - now : Duration(-1);
+    }
+    link.listener_->on_remote_set(set);
+  }
+  void on_reply(Reply&& reply) override {
+    if (is_heard() && !link.listener_->on_reply(from, reply))
+      link.ecology_.log_.warning(
+          fmt::format("replies of {}", number(from)),
+          fmt::format("component {} answered a request that it was not asked: ignored", number(from)));
+  }
+  void on_identity_check(const distant::IdentityCheck&) override {}
+  void on_times(const distant::FrameTimes&) override {}  // deadlines need none
+
+  HostLink& link;
+  OwnerId from;
+  base::Lifetime::Watch alive;
+  Duration now{0};  ///< read once for all entries
+};
+
 Result<void> HostLink::deliver(OwnerId source, ByteView entries) {
   if (!hears(source)) return {};
-  reading_from_ = source;
-  return distant::read_frame(entries, source, who_.id, *this);
+  Delivery delivery(*this, source);
+  return distant::read_frame(entries, source, who_.id, delivery);
 }
 
-void HostLink::on_changes(std::span<const Change> changes) {
-  if (listener_) listener_->on_changes(reading_from_, changes);
-}
-
-/// Exactly zero remains: a negative time, because zero means that none was given.
-void HostLink::on_set(RemoteSet&& set) {
-  if (!listener_) return;
-  if (set.time_to_live > Duration(0)) {
-    const auto left = set.time_to_live - ecology_.folder_->since_boot();
-    set.time_to_live = left > Duration(0) ? left : Duration(-1);
-  }
-  listener_->on_remote_set(set);
-}
-
-void HostLink::on_reply(Reply&& reply) {
-  if (listener_ && !listener_->on_reply(reading_from_, reply))
-    ecology_.log_.warning(
-        fmt::format("replies of {}", number(reading_from_)),
-        fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));
-}
-
-/// nullptr: it is not present.
-Connection* HostLink::connection_to(OwnerId peer, std::uint64_t& incarnation) const {
-  if (!hears(peer)) return nullptr;
-  const auto* present = ecology_.present(peer);
-  if (!present) return nullptr;
-  incarnation = present->who.incarnation;
-  return &present->at->connection;
+HostLink::Way HostLink::way_to(OwnerId peer) const {
+  const auto* present = hears(peer) ? ecology_.present(peer) : nullptr;
+  return present ? Way{&present->at->connection, peer, present->who.incarnation} : Way{};
 }
 
 bool HostLink::publish(OwnerId subscriber, std::span<const Change> changes) {
-  std::uint64_t incarnation = 0;
-  auto* connection = connection_to(subscriber, incarnation);
-  if (!connection) return true;  // no receiver: dropped
-  if (connection->waiting() > kMaxWaiting) return false;
-  distant::FrameWriter entries;
+  const auto way = way_to(subscriber);
+  if (!way.connection) return true;  // no receiver: dropped
+  if (way.connection->waiting() > kMaxWaiting) return false;
   for (const auto& change : changes) {
-    if (entries.size() > 0 && entries.size() + text_size(change) > kFrameBytes)
-      send(subscriber, entries), entries.clear();
-    entries.add(change);
+    if (entries_.size() > 0 && entries_.size() + text_size(change) > Connection::kFrameBytes) send(way);
+    entries_.add(change);
   }
-  if (entries.size() > 0) send(subscriber, entries);
+  if (entries_.size() > 0) send(way);
   return true;
 }
 
-void HostLink::send(OwnerId peer, const distant::FrameWriter& entries) {
-  std::uint64_t incarnation = 0;
-  if (auto* connection = connection_to(peer, incarnation))
-    connection->send({Record::Type::kFrame, who_.id, peer, incarnation, {}, entries.view()});
+void HostLink::send(const Way& way) {
+  way.connection->send({Record::Type::kFrame, who_.id, way.peer, way.incarnation, {}, entries_.view()});
+  entries_.clear();
 }
 
 void HostLink::ask(Connection& to) const {
@@ -229,31 +230,26 @@ void HostLink::unsubscribe(std::uint32_t id) {
 }
 
 Result<void> HostLink::remote_set(const RemoteSet& set) {
-  std::uint64_t incarnation = 0;
-  auto* connection = connection_to(set.owner, incarnation);
-  if (!connection) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
-  if (connection->waiting() > kMaxSetsWaiting)
+  const auto way = way_to(set.owner);
+  if (!way.connection) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  if (way.connection->waiting() > kMaxSetsWaiting)
     return fail(ErrorCode::kBusy,
                 fmt::format("component {} does not accept requests at the moment", number(set.owner)));
-  auto until = set;
-  if (set.time_to_live > Duration(0)) until.time_to_live += ecology_.folder_->since_boot();
-  distant::FrameWriter entry;
-  entry.add(until);
-  send(set.owner, entry);
+  const auto left = set.time_to_live;
+  entries_.add(set, left > Duration(0) ? left + ecology_.folder_->since_boot() : left);
+  send(way);
   return {};
 }
 
 /// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
 void HostLink::reply(const Reply& reply) {
-  std::uint64_t incarnation = 0;
-  auto* connection = connection_to(reply.to, incarnation);
-  if (!connection) return;
-  if (connection->waiting() > kMaxSetsWaiting)
+  const auto way = way_to(reply.to);
+  if (!way.connection) return;
+  if (way.connection->waiting() > kMaxSetsWaiting)
     return void(ecology_.log_.warning(
         "replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to))));
-  distant::FrameWriter entry;
-  entry.add(reply);
-  send(reply.to, entry);
+  entries_.add(reply);
+  send(way);
 }
 
 std::vector<OwnerId> HostLink::peers() const {

@@ -14,7 +14,7 @@ namespace rubicon::tuples::host {
 
 /// The link of one component: tells the other processes, and this one, that it is there and what it subscribes to, and
 /// sends to each component by the process that has it.
-class HostLink final : public Link, private distant::FrameReader {
+class HostLink final : public Link {
  public:
   HostLink(HostEcology& ecology, StandIn who, std::unique_ptr<IdLock> lock);
   ~HostLink() override;
@@ -51,18 +51,19 @@ class HostLink final : public Link, private distant::FrameReader {
   void displace();
 
  private:
-  // distant::FrameReader: the entries of the present frame
-  void on_changes(std::span<const Change> changes) override;
-  void on_set(RemoteSet&& set) override;
-  void on_reply(Reply&& reply) override;
-  void on_identity_check(const distant::IdentityCheck&) override {}
-  void on_times(const distant::FrameTimes&) override {}  // deadlines need none
+  struct Delivery;
 
   void introduce();
   Record shown() const { return {Record::Type::kUp, who_.id, {}, incarnation_, who_.host, base::as_bytes(summary_)}; }
   bool hears(OwnerId peer) const { return listener_ && known_.contains(peer); }
-  Connection* connection_to(OwnerId peer, std::uint64_t& incarnation) const;
-  void send(OwnerId peer, const distant::FrameWriter& entries);
+  /// How a component is reached.
+  struct Way {
+    Connection* connection = nullptr;  ///< null: it is not present
+    OwnerId peer{};
+    std::uint64_t incarnation = 0;
+  };
+  Way way_to(OwnerId peer) const;
+  void send(const Way& way);
 
   HostEcology& ecology_;
   StandIn who_;
@@ -74,8 +75,8 @@ class HostLink final : public Link, private distant::FrameReader {
   bool displaced_ = false;
   std::string summary_;
   std::map<std::uint32_t, SubscriptionSpec> subscriptions_;
-  std::set<OwnerId> known_;  ///< those that were reported to the listener
-  OwnerId reading_from_{};
+  std::set<OwnerId> known_;       ///< those that were reported to the listener
+  distant::FrameWriter entries_;  ///< for send(), empty between calls
   base::Lifetime lifetime_;
 };
 

@@ -15,17 +15,23 @@ constexpr std::size_t kTokenDigits = 16;
 }  // namespace
 
 void append(Bytes& out, const Record& record) {
+  const auto begin = out.size();
   distant::FieldWriter fields;
   fields.byte(static_cast<std::uint8_t>(record.type));
   fields.number(number(record.id));
   fields.number(number(record.target));
   fields.number(record.number);
   fields.text(record.text);
-  const auto size = fields.size() + record.content.size();
-  for (std::size_t at = 0; at < kSizeBytes; ++at) out.push_back(static_cast<std::uint8_t>(size >> (8 * at) & 0xff));
   const auto head = fields.view();
+  out.resize(begin + kSizeBytes);
   out.insert(out.end(), head.begin(), head.end());
   out.insert(out.end(), record.content.begin(), record.content.end());
+  put_size(std::span(out).subspan(begin));
+}
+
+void put_size(std::span<std::uint8_t> record) {
+  const auto size = record.size() - kSizeBytes;
+  for (std::size_t at = 0; at < kSizeBytes; ++at) record[at] = static_cast<std::uint8_t>(size >> (8 * at) & 0xff);
 }
 
 Result<Record> read_record(ByteView bytes) {

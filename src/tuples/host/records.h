@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 
 #include "base/bytes.h"
@@ -43,6 +44,8 @@ inline constexpr std::size_t kSizeBytes = 4;
 
 /// Appends the record with its size.
 void append(Bytes& out, const Record& record);
+/// Writes the size of the record that these bytes are.
+void put_size(std::span<std::uint8_t> record);
 /// Reads one record without its size; the views are into it. kInvalid names its type.
 Result<Record> read_record(ByteView bytes);
 /// 16 hexadecimal digits in lower case.
