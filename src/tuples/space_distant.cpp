@@ -65,7 +65,7 @@ void TupleSpace::Impl::update_copy(std::uint32_t index, const TupleView& news) {
   tuple.creator = news.creator;
   tuple.write_time = news.write_time;
   tuple.user_time = news.user_time;
-  expiry.clear(index);
+  if (tuple.expire_time != WallTime{}) expiry.clear(index);
   tuple.expire_time = news.expire_time;
   if (const auto lifetime = lifetime_of(news); lifetime > Duration(0)) expiry.set(index, lifetime, now);
   announce(index, EventKind::kSet);

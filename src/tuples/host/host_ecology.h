@@ -111,6 +111,7 @@ class HostEcology final : public StandInEcology {
   // -- own components (host_link.cpp)
   void tell_all(const Record& record);
   void each_link(const std::function<void(HostLink& link)>& call);
+  void each_listener(OwnerId peer, const std::function<void(LinkListener& to)>& call);
   HostLink* find_link(OwnerId id) const;
   bool reads_from(const Process& process) const;
 

@@ -53,6 +53,12 @@ void HostEcology::each_link(const std::function<void(HostLink& link)>& call) {
   }
 }
 
+void HostEcology::each_listener(OwnerId peer, const std::function<void(LinkListener& to)>& call) {
+  each_link([&](HostLink& link) {
+    if (auto* to = link.listener(peer)) call(*to);
+  });
+}
+
 HostLink* HostEcology::find_link(OwnerId id) const {
   const auto found = links_.find(id);
   return found == links_.end() ? nullptr : found->second;
@@ -123,10 +129,10 @@ void HostLink::peer_up(const HostEcology::Present& peer) {
   const auto component = peer.at->components.at(id);
   policy_->peer_up(peer.who);
   listener_->on_peer(peer.who, PeerEvent::kUp);
-  if (!alive.ended() && !component.summary.empty()) on_summary(id, component.summary);
+  const auto hearing = [&] { return alive.ended() ? nullptr : listener(id); };
+  if (auto* to = hearing(); to && !component.summary.empty()) to->on_summary(id, component.summary);
   for (const auto& [number, spec] : component.interests) {
-    if (alive.ended()) return;
-    on_subscribe(id, spec);
+    if (auto* to = hearing()) to->on_subscribe(id, spec);
   }
 }
 
@@ -135,18 +141,6 @@ void HostLink::peer_down(const PeerIdentity& who, PeerEvent how) {
   const auto alive = lifetime_.watch();
   listener_->on_peer(who, how);
   if (!alive.ended()) policy_->peer_down(who.id);
-}
-
-void HostLink::on_summary(OwnerId peer, const std::string& summary) {
-  if (hears(peer)) listener_->on_summary(peer, summary);
-}
-
-void HostLink::on_subscribe(OwnerId peer, const SubscriptionSpec& spec) {
-  if (hears(peer)) listener_->on_subscribe(peer, spec);
-}
-
-void HostLink::on_unsubscribe(OwnerId peer, std::uint32_t id) {
-  if (hears(peer)) listener_->on_unsubscribe(peer, id);
 }
 
 /// Passes the entries of a frame, until the link was detached or destroyed by one of them.
@@ -182,13 +176,13 @@ struct HostLink::Delivery final : distant::FrameReader {
 };
 
 Result<void> HostLink::deliver(OwnerId source, ByteView entries) {
-  if (!hears(source)) return {};
+  if (!listener(source)) return {};
   Delivery delivery(*this, source);
   return distant::read_frame(entries, source, who_.id, delivery);
 }
 
 HostLink::Way HostLink::way_to(OwnerId peer) const {
-  const auto* present = hears(peer) ? ecology_.present(peer) : nullptr;
+  const auto* present = listener(peer) ? ecology_.present(peer) : nullptr;
   return present ? Way{&present->at->connection, peer, present->who.incarnation} : Way{};
 }
 

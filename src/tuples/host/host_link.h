@@ -42,9 +42,8 @@ class HostLink final : public Link {
   const std::map<std::uint32_t, SubscriptionSpec>& subscriptions() const { return subscriptions_; }
   void peer_up(const HostEcology::Present& peer);
   void peer_down(const PeerIdentity& who, PeerEvent how);
-  void on_summary(OwnerId peer, const std::string& summary);
-  void on_subscribe(OwnerId peer, const SubscriptionSpec& spec);
-  void on_unsubscribe(OwnerId peer, std::uint32_t id);
+  /// Null: that component was not reported to it.
+  LinkListener* listener(OwnerId peer) const { return known_.contains(peer) ? listener_ : nullptr; }
   /// kInvalid: the entries are none.
   Result<void> deliver(OwnerId source, ByteView entries);
   /// Another process has the id by a better right.
@@ -55,7 +54,6 @@ class HostLink final : public Link {
 
   void introduce();
   Record shown() const { return {Record::Type::kUp, who_.id, {}, incarnation_, who_.host, base::as_bytes(summary_)}; }
-  bool hears(OwnerId peer) const { return listener_ && known_.contains(peer); }
   /// How a component is reached.
   struct Way {
     Connection* connection = nullptr;  ///< null: it is not present

@@ -166,7 +166,7 @@ Result<void> HostEcology::on_summary(Process& process, const Record& news) {
   const auto fits = count(process, of->summary.size(), news.content.size());
   const std::string summary(base::as_text(news.content));
   of->summary = summary;
-  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_summary(news.id, summary); });
+  if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_summary(news.id, summary); });
   return fits;
 }
 
@@ -182,7 +182,7 @@ Result<void> HostEcology::on_interest(Process& process, const Record& news) {
                 fmt::format("component {} has more than {} subscriptions", number(news.id), Process::kMaxInterests));
   const auto fits = count(process, before == all.end() ? 0 : cost(before->second), cost(*spec));
   all.insert_or_assign(spec->id, *spec);
-  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_subscribe(news.id, *spec); });
+  if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_subscribe(news.id, *spec); });
   return fits;
 }
 
@@ -193,7 +193,7 @@ void HostEcology::on_no_interest(Process& process, const Record& news) {
   if (!of || found == of->interests.end()) return;
   std::ignore = count(process, cost(found->second), 0);
   of->interests.erase(found);
-  if (is_present(process, news.id)) each_link([&](HostLink& link) { link.on_unsubscribe(news.id, id); });
+  if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_unsubscribe(news.id, id); });
 }
 
 /// What was sent to an earlier start of the own component, or by one that does not count, is dropped.
