@@ -15,6 +15,7 @@ namespace rubicon::trust {
 namespace {
 
 constexpr int kBundleForm = 1;
+constexpr int kSiteForm = 2;  // trust/site
 constexpr const char* kFormName = "rubicon-trust";
 constexpr const char* kKeyName = "key";
 constexpr std::string_view kEncryptedKey = "-----BEGIN ENCRYPTED PRIVATE KEY-----\n";
@@ -49,6 +50,8 @@ Result<Bundle> read_bundle(std::string_view text) {
   if (base::is_nested_deeper(text, 1)) return no_bundle("is no JSON object of texts");
   const auto json = model::parse_json(text);
   if (!json.is_object() || !json.contains(kFormName)) return no_bundle("is no JSON object of texts");
+  if (json[kFormName] == kSiteForm)
+    return fail(ErrorCode::kInvalid, "the bundle: is one of MQTT brokers: `rubicon trust join` takes it");
   if (json[kFormName] != kBundleForm) return no_bundle("has a form that this release does not know");
   Bundle bundle;
   for (const auto& [name, paper] : kPapers) {

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "base/printable.h"
+#include "trust/certificate_parts.h"
 #include "trust/id_ranges.h"
 #include "trust/operations.h"
 
@@ -130,6 +131,10 @@ std::string Certificate::organisation() const {
   return base::one_line(only_entry(X509_get_subject_name(get()), NID_organizationName).value_or(""));
 }
 
+std::string Certificate::common_name() const {
+  return only_entry(X509_get_subject_name(get()), NID_commonName).value_or("");
+}
+
 WallTime Certificate::begins() const {
   return wall_time_of(X509_get0_notBefore(get()));
 }
@@ -157,6 +162,14 @@ bool Certificate::has_key(const EVP_PKEY* key) const {
   const bool same = key != nullptr && EVP_PKEY_eq(X509_get0_pubkey(get()), key) == 1;
   ERR_clear_error();
   return same;
+}
+
+std::string der_of(const Certificate& certificate) {
+  unsigned char* bytes = nullptr;
+  const int size = i2d_X509(certificate.get(), &bytes);
+  std::string der(reinterpret_cast<const char*>(bytes), static_cast<std::size_t>(std::max(size, 0)));
+  OPENSSL_free(bytes);
+  return der;
 }
 
 bool operator==(const Certificate& left, const Certificate& right) {

@@ -27,6 +27,8 @@ class Certificate {
   std::string subject() const;
   /// The organisation of the subject: the realm. Empty if it has none, or several.
   std::string organisation() const;
+  /// The common name (CN) of the subject as it is. Empty if it has none, or several.
+  std::string common_name() const;
   WallTime begins() const;
   WallTime ends() const;
   /// Upper-case hexadecimal digits.

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "trust/certificate.h"
+#include "trust/certificate_parts.h"
 #include "trust/id_ranges.h"
 
 namespace rubicon::trust {
@@ -12,9 +13,6 @@ namespace {
 
 constexpr std::time_t kBegin = 1577836800;  // 2020-01-01 00:00 UTC
 constexpr long kVersion3 = 2;
-
-using NameHandle = std::unique_ptr<X509_NAME, Releaser<X509_NAME_free>>;
-using AlternativeNames = std::unique_ptr<GENERAL_NAMES, Releaser<GENERAL_NAMES_free>>;
 
 bool set_subject(X509_NAME* name, const std::string& organisation, const std::string& common) {
   const auto add = [name](const char* field, const std::string& text) {
@@ -39,16 +37,6 @@ bool set_dates(X509* certificate, WallTime ends) {
          ASN1_TIME_set(X509_getm_notAfter(certificate), last) != nullptr;
 }
 
-bool add_extension(X509* certificate, X509* issuer, int nid, const char* text) {
-  X509V3_CTX context{};
-  X509V3_set_ctx_nodb(&context);
-  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
-  auto* extension = X509V3_EXT_conf_nid(nullptr, &context, nid, text);
-  const bool added = extension != nullptr && X509_add_ext(certificate, extension, -1) == 1;
-  X509_EXTENSION_free(extension);
-  return added;
-}
-
 bool add_uri(GENERAL_NAMES* names, const std::string& text) {
   auto* name = GENERAL_NAME_new();
   auto* uri = ASN1_IA5STRING_new();
@@ -71,7 +59,8 @@ bool add_alternative_names(X509* certificate, const CertificateOrder& order) {
   return X509_add1_ext_i2d(certificate, NID_subject_alt_name, names.get(), 0, X509V3_ADD_DEFAULT) == 1;
 }
 
-/// All but the extensions and the signature.
+}  // namespace
+
 CertificateHandle begin_certificate(const std::string& organisation, const std::string& name, WallTime ends,
                                     EVP_PKEY* key) {
   CertificateHandle made(X509_new());
@@ -81,26 +70,33 @@ CertificateHandle begin_certificate(const std::string& organisation, const std::
   return good ? std::move(made) : nullptr;
 }
 
-bool finish(X509* certificate, X509* issuer, const PrivateKey& key) {
+bool add_extension(X509* certificate, X509* issuer, int nid, const char* text) {
+  X509V3_CTX context{};
+  X509V3_set_ctx_nodb(&context);
+  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
+  auto* extension = X509V3_EXT_conf_nid(nullptr, &context, nid, text);
+  const bool added = extension != nullptr && X509_add_ext(certificate, extension, -1) == 1;
+  X509_EXTENSION_free(extension);
+  return added;
+}
+
+bool finish_certificate(X509* certificate, X509* issuer, const PrivateKey& key) {
   return X509_set_issuer_name(certificate, X509_get_subject_name(issuer)) == 1 &&
          add_extension(certificate, issuer, NID_subject_key_identifier, "hash") &&
          add_extension(certificate, issuer, NID_authority_key_identifier, "keyid:always") &&
          X509_sign(certificate, key.get(), EVP_sha256()) > 0;
 }
 
-/// OpenSSL keeps what it read of the extensions before they were complete.
 Result<Certificate> read_again(CertificateHandle made, std::string_view what) {
   return Certificate::of_pem(Certificate(std::move(made)).pem(), what);
 }
-
-}  // namespace
 
 Result<Certificate> issue(const CertificateOrder& order, const Certificate& authority, const PrivateKey& key) {
   auto made = begin_certificate(order.organisation, order.name, std::min(order.ends, authority.ends()), order.key);
   if (made == nullptr || !add_extension(made.get(), authority.get(), NID_basic_constraints, "critical,CA:FALSE") ||
       !add_extension(made.get(), authority.get(), NID_key_usage, "critical,digitalSignature") ||
       !add_extension(made.get(), authority.get(), NID_ext_key_usage, "clientAuth,serverAuth") ||
-      !add_alternative_names(made.get(), order) || !finish(made.get(), authority.get(), key))
+      !add_alternative_names(made.get(), order) || !finish_certificate(made.get(), authority.get(), key))
     return openssl_failed(fmt::format("make the certificate of {}", order.name));
   return read_again(std::move(made), order.name);
 }
@@ -115,7 +111,8 @@ Result<Certificate> make_authority(AuthorityKind kind, const std::string& organi
       add_extension(raw, raw, NID_basic_constraints, identities ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE") &&
       add_extension(raw, raw, NID_key_usage,
                     identities ? "critical,keyCertSign,cRLSign" : "critical,digitalSignature") &&
-      (identities || add_extension(raw, raw, NID_ext_key_usage, "emailProtection")) && finish(raw, raw, key);
+      (identities || add_extension(raw, raw, NID_ext_key_usage, "emailProtection")) &&
+      finish_certificate(raw, raw, key);
   if (!good) return openssl_failed("make an authority");
   return read_again(std::move(made), "the new authority");
 }

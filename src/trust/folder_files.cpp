@@ -221,7 +221,7 @@ Result<void> FolderFiles::check_folder(const std::string& name, mode_t mode) con
 }
 
 Result<void> FolderFiles::write(const std::string& name, std::string_view text, mode_t mode,
-                                std::optional<gid_t> group) const {
+                                std::optional<gid_t> group, std::optional<uid_t> owner) const {
   const auto folder = open_folder_of(name);
   if (!folder) return fail(folder.error());
   const auto last = last_part(name);
@@ -231,8 +231,9 @@ Result<void> FolderFiles::write(const std::string& name, std::string_view text, 
       ::openat(folder->get(), beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (file.get() < 0) return failed(name, "write", errno);
   auto written = file.write(text, path(name));
-  if (written && group && ::fchown(file.get(), static_cast<uid_t>(-1), *group) != 0)
-    written = failed(name, "give it to its group", errno);
+  constexpr auto kSame = static_cast<id_t>(-1);
+  if (written && (group || owner) && ::fchown(file.get(), owner.value_or(kSame), group.value_or(kSame)) != 0)
+    written = failed(name, "give it to its owner and group", errno);
   if (written && (::fchmod(file.get(), mode) != 0 || ::fsync(file.get()) != 0)) written = failed(name, "write", errno);
   if (written && ::renameat(folder->get(), beside.c_str(), folder->get(), last.c_str()) != 0)
     written = failed(name, "replace", errno);

@@ -54,9 +54,9 @@ class FolderFiles {
   /// Makes the folder itself with its parents, or a folder in it. One that exists loses access that `mode` does not
   /// give; kRefused: it belongs to another user than this one or root, or others may write it.
   Result<void> make_folder(const std::string& name, mode_t mode) const;
-  /// Writes a new file beside and renames it: on the disk when this returns.
-  Result<void> write(const std::string& name, std::string_view text, mode_t mode,
-                     std::optional<gid_t> group = {}) const;
+  /// Writes a new file beside and renames it: on the disk when this returns. Only root gives a file to another owner.
+  Result<void> write(const std::string& name, std::string_view text, mode_t mode, std::optional<gid_t> group = {},
+                     std::optional<uid_t> owner = {}) const;
   /// Until the result is destroyed no other process gets it: a lock on the file kLockFile, which only the owner of the
   /// folder can open, so that no other user can hold it. kBusy: another process had it all of `patience`.
   Result<base::OwnFile> lock(Duration patience = kLockPatience) const;

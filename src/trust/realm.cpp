@@ -8,6 +8,7 @@
 #include <array>
 
 #include "base/printable.h"
+#include "trust/certificate_parts.h"
 #include "trust/documents.h"
 #include "trust/fingerprint.h"
 #include "trust/id_ranges.h"
@@ -29,15 +30,6 @@ Result<void> check_realm_name(std::string_view name) {
   return fail(ErrorCode::kInvalid, fmt::format("`{}` is no name of a realm: expected 1 to {} letters, digits, blanks, "
                                                "`-`, `_` and `.`, no blank at the ends",
                                                base::one_line(name.substr(0, kLongestRealmName)), kLongestRealmName));
-}
-
-/// The certificate in DER.
-std::string der_of(const Certificate& certificate) {
-  unsigned char* bytes = nullptr;
-  const int size = i2d_X509(certificate.get(), &bytes);
-  std::string der(reinterpret_cast<const char*>(bytes), static_cast<std::size_t>(std::max(size, 0)));
-  OPENSSL_free(bytes);
-  return der;
 }
 
 Result<Certificate> read_authority(const Paper& paper, AuthorityKind kind, WallTime now) {
@@ -95,11 +87,17 @@ Result<CheckedPapers> check_papers(const Papers& papers, WallTime now) {
   return CheckedPapers{std::move(*realm), std::move(*revoked), std::move(*certificate), std::move(*member)};
 }
 
-Result<Authority> Authority::make(const std::string& name, WallTime now) {
+Result<std::string> new_realm_name(const std::string& name) {
   if (auto checked = check_realm_name(name); !checked) return fail(checked.error());
   std::array<unsigned char, 2> random{};
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) return openssl_failed("name a realm");
-  const auto realm = fmt::format("{} {:02x}{:02x}", name, random[0], random[1]);
+  return fmt::format("{} {:02x}{:02x}", name, random[0], random[1]);
+}
+
+Result<Authority> Authority::make(const std::string& name, WallTime now) {
+  const auto named = new_realm_name(name);
+  if (!named) return fail(named.error());
+  const auto& realm = *named;
   auto identity_key = PrivateKey::make(), permissions_key = PrivateKey::make();
   if (!identity_key) return fail(identity_key.error());
   if (!permissions_key) return fail(permissions_key.error());

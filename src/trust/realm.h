@@ -42,6 +42,9 @@ Result<Realm> check_realm(const Papers& papers, WallTime now);
 /// Checks all of them. The revoked list may name the member: ask it.
 Result<CheckedPapers> check_papers(const Papers& papers, WallTime now);
 
+/// The name with a random end: `Rubicon 5f1c`. kInvalid: expected 1..40 letters, digits, blanks, `-`, `_`, `.`.
+Result<std::string> new_realm_name(const std::string& name);
+
 /// Both keys of a realm.
 struct Authority {
   Realm realm;

@@ -1,0 +1,133 @@
+#include "trust/site/site_issuer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "trust/realm.h"
+
+namespace rubicon::trust::site {
+
+namespace {
+
+constexpr mode_t kSecretMode = 0600, kPublicMode = 0644;
+constexpr const char* kPasswordsFile = "ca/passwords";
+constexpr std::size_t kLargestPasswords = 1UL << 20U;
+
+tl::unexpected<Error> has_site_realm(const SiteFolder& folder) {
+  return fail(ErrorCode::kDuplicate,
+              fmt::format("{}: has a realm already: `rubicon trust show` shows it; to make another one, move this "
+                          "folder away first",
+                          folder.files().path("")));
+}
+
+/// An authority that was restored from an older copy must not use a number again that the lost one gave: others would
+/// not take its realm. The lost one never used a second that is still to come.
+std::uint64_t number_after(std::uint64_t number, WallTime now) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count();
+  return std::max(number + 1, static_cast<std::uint64_t>(std::max<std::int64_t>(seconds, 0)));
+}
+
+Result<PrivateKey> read_authority_key(const SiteFolder& folder, const Certificate& authority) {
+  const auto pem = folder.files().read_key(kAuthorityKeyFile, KeyReaders::kOwner);
+  if (!pem) return fail(pem.error());
+  const auto where = folder.files().path(kAuthorityKeyFile);
+  auto key = PrivateKey::of_pem(pem->view(), where);
+  if (key && !authority.has_key(key->get()))
+    return fail(ErrorCode::kInvalid, fmt::format("{}: is not the key of {}", where, authority.subject()));
+  return key;
+}
+
+}  // namespace
+
+Result<SiteIssuer> SiteIssuer::create(const std::filesystem::path& root, const std::string& realm, WallTime now) {
+  if (auto clock = check_clock(now, "a new realm"); !clock) return fail(clock.error());
+  const auto name = new_realm_name(realm);
+  if (!name) return fail(name.error());
+  SiteFolder folder(root);
+  if (folder.has_realm()) return has_site_realm(folder);
+  auto key = PrivateKey::make();
+  if (!key) return fail(key.error());
+  auto authority = make_site_authority(*name, now + std::chrono::days(kRealmDays), *key);
+  if (!authority) return fail(authority.error());
+  if (auto prepared = folder.prepare(true); !prepared) return fail(prepared.error());
+  auto lock = folder.files().lock();
+  if (!lock) return fail(lock.error());
+  if (folder.has_realm()) return has_site_realm(folder);
+  const auto pem = key->pem();
+  if (!pem) return fail(pem.error());
+  if (auto written = folder.files().write(kAuthorityKeyFile, pem->view(), kSecretMode); !written)
+    return fail(written.error());
+  SiteIssuer issuer(std::move(folder), std::move(*lock), std::move(*authority), std::move(*key), now);
+  issuer.realm.name = *name;
+  if (auto saved = issuer.save(); !saved) return fail(saved.error());
+  if (auto saved = issuer.save_brokers(); !saved) return fail(saved.error());
+  // Last: with it the folder has a realm.
+  if (auto written = issuer.folder_.write_authority(issuer.authority_); !written) return fail(written.error());
+  return issuer;
+}
+
+Result<SiteIssuer> SiteIssuer::open(const std::filesystem::path& root, WallTime now) {
+  SiteFolder folder(root);
+  auto authority = folder.authority(now);
+  if (!authority) return fail(authority.error());
+  constexpr auto kElsewhere = "is not here: members are added, renewed and revoked on the host that made the realm";
+  if (auto there = folder.files().check_exists(kAuthorityKeyFile, kElsewhere); !there) return fail(there.error());
+  auto lock = folder.files().lock();
+  if (!lock) return fail(lock.error());
+  auto key = read_authority_key(folder, *authority);
+  if (!key) return fail(key.error());
+  SiteIssuer issuer(std::move(folder), std::move(*lock), std::move(*authority), std::move(*key), now);
+  if (auto complete = issuer.read(); !complete) return fail(complete.error());
+  return issuer;
+}
+
+Result<void> SiteIssuer::read() {
+  auto document = folder_.realm_document();
+  if (!document) return fail(document.error());
+  auto read = read_realm(*document, authority_, folder_.files().path(kRealmFile));
+  if (!read) return fail(read.error());
+  auto entries = SiteLedger::read(folder_);
+  if (!entries) return fail(entries.error());
+  const auto text = folder_.files().read(kPasswordsFile, kLargestPasswords);
+  if (!text) return fail(text.error());
+  auto lines = parse_passwords(*text, folder_.files().path(kPasswordsFile));
+  if (!lines) return fail(lines.error());
+  auto listed = BrokerList::read(folder_);
+  if (!listed) return fail(listed.error());
+  document_ = std::move(*document);
+  realm = std::move(*read);
+  ledger = std::move(*entries);
+  passwords = std::move(*lines);
+  brokers = std::move(*listed);
+  return {};
+}
+
+Result<Certificate> SiteIssuer::certify(const std::string& user, EVP_PKEY* key, int days) {
+  auto made = issue_member({user, now_ + std::chrono::days(days), key}, authority_, key_);
+  if (!made) return made;
+  // First, so that it can be revoked whatever happens next.
+  ledger.add({user, made->serial(), made->ends(), {}});
+  if (auto noted = save_ledger(); !noted) return fail(noted.error());
+  return made;
+}
+
+Result<void> SiteIssuer::save() {
+  if (auto written = ledger.write(folder_); !written) return written;
+  const auto& files = folder_.files();
+  if (auto written = files.write(kPasswordsFile, passwords_text(passwords), kSecretMode); !written) return written;
+  realm.number = number_after(realm.number, now_);
+  auto document = sign_realm(realm, authority_, key_);
+  if (!document) return fail(document.error());
+  if (auto written = folder_.write_realm(*document); !written) return written;
+  document_ = std::move(*document);
+  const auto list = revocation();
+  if (!list) return fail(list.error());
+  return files.write(kRevocationFile, *list, kPublicMode);
+}
+
+Result<std::string> SiteIssuer::revocation() const {
+  return revocation_list(ledger.revoked(now_), realm.number, authority_, key_, now_);
+}
+
+}  // namespace rubicon::trust::site
