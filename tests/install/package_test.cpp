@@ -35,6 +35,7 @@ TEST_F(Package, EverythingHasItsPlace) {
                                   "lib/pkgconfig/rubicon.pc",
                                   "lib/systemd/system/rubicon-proxy@.service",
                                   "lib/systemd/system/rubicon-trust@.service",
+                                  "lib/systemd/system/rubicon-broker@.service",
                                   "include/rubicon/client.hpp",
                                   "share/doc/rubicon/LICENSE",
                                   "share/doc/rubicon/docs/service.md",
