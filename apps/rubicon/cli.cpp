@@ -30,7 +30,9 @@ constexpr const char* kExamples =
 
 /// Commands of `rubicon trust`, and all that take part with a certificate.
 bool may_read_key(const CLI::App& command, const client::Options& options) {
-  if (command.get_parent()->get_name() == "trust") return true;
+  for (const auto* above = command.get_parent(); above != nullptr; above = above->get_parent()) {
+    if (above->get_name() == "trust") return true;
+  }
   if (options.trust == client::kNoTrust || !uses(options, client::Engine::kDds)) return false;
   return !options.trust.empty() || rubicon::trust::folder_of_user();
 }

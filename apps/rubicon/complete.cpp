@@ -7,6 +7,7 @@
 #include "apps/rubicon/completion_scripts.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/site/commands.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
@@ -92,6 +93,8 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
         found.insert(model::text_of(model::object_of(tuple.value), "key"));
       break;
     case Wanted::kMember:
+    case Wanted::kDdsMember:
+    case Wanted::kAnyMember:
     case Wanted::kNoFile:
     case Wanted::kNothing: break;
   }
@@ -99,7 +102,7 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
 }
 
 /// Those that were not revoked.
-std::set<std::string> members(const Settings& settings) {
+std::set<std::string> dds_members(const Settings& settings) {
   std::set<std::string> found;
   const auto there = rubicon::trust::show(trust::folder_to_show(settings), trust::now());
   if (!there) return found;
@@ -109,9 +112,32 @@ std::set<std::string> members(const Settings& settings) {
   return found;
 }
 
+std::set<std::string> realm_members() {
+  std::set<std::string> found;
+  const auto there = rubicon::trust::site::contents_of(trust::site::folder_to_show(""), trust::now());
+  if (!there) return found;
+  for (const auto& one : there->members) found.insert(one.name);
+  return found;
+}
+
 std::set<std::string> found_for(const Settings& settings, const Question& question, const std::string& typed) {
-  if (question.wanted == Wanted::kNothing || question.wanted == Wanted::kNoFile) return {};
-  return question.wanted == Wanted::kMember ? members(settings) : live(settings, question, typed);
+  switch (question.wanted) {
+    case Wanted::kNothing:
+    case Wanted::kNoFile: return {};
+    case Wanted::kMember: return realm_members();
+    case Wanted::kDdsMember: return dds_members(settings);
+    case Wanted::kAnyMember: {
+      auto all = realm_members();
+      all.merge(dds_members(settings));
+      return all;
+    }
+    default: return live(settings, question, typed);
+  }
+}
+
+bool is_no_file(Wanted wanted) {
+  return wanted == Wanted::kMember || wanted == Wanted::kDdsMember || wanted == Wanted::kAnyMember ||
+         wanted == Wanted::kNoFile;
 }
 
 int complete(const CLI::App& app, const Settings& settings, const std::vector<std::string>& words) {
@@ -120,7 +146,7 @@ int complete(const CLI::App& app, const Settings& settings, const std::vector<st
   std::vector<std::string> before(words.begin(), words.empty() ? words.end() : words.end() - 1);
   auto offers = fixed_offers(app, before, typed);
   const auto question = wanted_at(app, before);
-  const bool takes_no_file = question.wanted == Wanted::kMember || question.wanted == Wanted::kNoFile;
+  const bool takes_no_file = is_no_file(question.wanted);
   if (offers.empty()) {
     for (const auto& one : found_for(settings, question, typed)) offers.push_back(one);
   }

@@ -43,16 +43,24 @@ bool expects_value(const CLI::App& app, const CLI::App* sub, const std::string& 
   return false;
 }
 
+bool is_below(const CLI::App& sub, const char* name) {
+  return sub.get_parent() != nullptr && sub.get_parent()->get_name() == name;
+}
+
 bool is_of_trust(const CLI::App& sub) {
-  return sub.get_parent() != nullptr && sub.get_parent()->get_name() == "trust";
+  return is_below(sub, "trust") || is_below(sub, "dds") || is_below(sub, "broker");
 }
 
 /// After so many words behind a command of `rubicon trust`.
-Wanted wanted_of_trust(const std::string& command, std::size_t words) {
-  if (command == "revoke" || command == "renew" || command == "export")
-    return words == 0 ? Wanted::kMember : Wanted::kNoFile;
-  if (command == "may") return words == 0 ? Wanted::kMember : words == 2 ? Wanted::kTuple : Wanted::kNoFile;
-  return command == "add" || command == "request" ? Wanted::kNoFile : Wanted::kNothing;
+Wanted wanted_of_trust(const CLI::App& sub, std::size_t words) {
+  const auto& command = sub.get_name();
+  if (command == "revoke" || command == "renew" || command == "export" || command == "change")
+    return words > 0 ? Wanted::kNoFile : is_below(sub, "dds") ? Wanted::kDdsMember : Wanted::kMember;
+  if (command == "may") return words == 0 ? Wanted::kAnyMember : words == 2 ? Wanted::kTuple : Wanted::kNoFile;
+  return command == "join" || command == "sign" || command == "show" || command == "init" || command == "audit" ||
+                 command == "mosquitto"
+             ? Wanted::kNothing
+             : Wanted::kNoFile;
 }
 
 /// The words after the command that are neither options nor their values.
@@ -76,7 +84,7 @@ Question wanted_at(const CLI::App& app, const std::vector<std::string>& before) 
   if (!before.empty() && expects_value(app, sub, before.back())) return {};
   const auto words = words_behind(app, *sub, before);
   const auto& name = sub->get_name();
-  if (is_of_trust(*sub)) return {wanted_of_trust(name, words.size()), {}};
+  if (is_of_trust(*sub)) return {wanted_of_trust(*sub, words.size()), {}};
   const auto is = [&name](std::initializer_list<const char*> names) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };

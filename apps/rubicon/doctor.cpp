@@ -165,10 +165,11 @@ class Doctor {
       add({{"tag", Grade::kNote,
             fmt::format("{} of this host use domain {}, but were not discovered", counted(processes, "program"),
                         options_.domain),
-            has_trust_ ? "they use another tuples.tag or other interfaces, have no trust or another realm, or are not "
-                         "Rubicon components"
-                       : "they use another tuples.tag or other interfaces, have trust (rubicon trust join), or are not "
-                         "Rubicon components"}});
+            has_trust_
+                ? "they use another tuples.tag or other interfaces, have no trust or another realm, or are not "
+                  "Rubicon components"
+                : "they use another tuples.tag or other interfaces, have trust (rubicon trust dds join), or are not "
+                  "Rubicon components"}});
     }
     for (const auto& text : complaints_) add({check_complaint(text)});
   }

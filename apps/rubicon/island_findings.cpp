@@ -346,7 +346,7 @@ Finding check_access(const IslandSeen& seen, const client::Options& options) {
   const bool host_only =
       std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
   const auto id = number(seen.island.id);
-  const auto remedy = "sudo rubicon trust init, then restart it; " + page("trust.md");
+  const auto remedy = "sudo rubicon trust dds init, then restart it; " + page("trust.md");
   if (host_only)
     return {"access", Grade::kNote, fmt::format("anybody on this host may read and command island {}", id), remedy};
   return {"access", Grade::kNote,

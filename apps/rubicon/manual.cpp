@@ -29,6 +29,7 @@ std::string troff(std::string_view text) {
 std::string options_of(const CLI::App& app) {
   std::string out;
   for (const auto* option : app.get_options()) {
+    if (option->get_group().empty()) continue;
     auto name = option->get_positional() ? option->get_name(true) : option->get_name(false, true);
     std::string shown;
     for (const char c : name) shown += c == ',' ? std::string(", ") : std::string(1, c);
@@ -74,7 +75,11 @@ constexpr const char* kFiles =
     ".SH FILES\n"
     ".TP\n.I /etc/rubicon/trust/\ncertificates and keys of the islands and the people of this host\n"
     ".TP\n.I \\(ti/.config/rubicon/trust/\nthose of one person, which come before those of the host\n"
-    ".TP\n.I /etc/rubicon/*.yaml\nthe islands of this host, for which \\fBtrust init\\fR makes certificates\n";
+    ".TP\n.I /etc/rubicon/realm/\nthe part of this host in a realm of MQTT brokers; \\fIca/\\fR only where members are "
+    "added\n"
+    ".TP\n.I \\(ti/.config/rubicon/realm/\nthat of one person\n"
+    ".TP\n.I /etc/rubicon/broker/\nbrokers of this host, which rubicon-broker@ runs\n"
+    ".TP\n.I /etc/rubicon/*.yaml\nthe islands of this host, for which \\fBtrust dds init\\fR makes certificates\n";
 
 /// rubicon(1), from what --help says.
 std::string manual(const CLI::App& app) {

@@ -27,17 +27,19 @@ struct Advice {
   std::string_view part, fix;
 };
 constexpr std::array kAdvice{
-    Advice{"no group rubicon",
-           "sudo addgroup --system rubicon, sudo rubicon trust init, sudo adduser USER rubicon, then log in again; or "
-           "join with a certificate of your own: rubicon trust join FILE"},
-    Advice{"gives it to the group rubicon",
-           "sudo rubicon trust init, sudo adduser USER rubicon, then log in again; or join with a certificate of your "
-           "own: rubicon trust join FILE"},
+    Advice{
+        "no group rubicon",
+        "sudo addgroup --system rubicon, sudo rubicon trust dds init, sudo adduser USER rubicon, then log in again; or "
+        "join with a certificate of your own: rubicon trust dds join FILE"},
+    Advice{
+        "gives it to the group rubicon",
+        "sudo rubicon trust dds init, sudo adduser USER rubicon, then log in again; or join with a certificate of your "
+        "own: rubicon trust dds join FILE"},
     Advice{"handed over no key", "journalctl -u 'rubicon-trust@*' says why the unit has no key"},
-    Advice{"takes a member of your own", "join with a certificate of your own: rubicon trust join FILE"},
+    Advice{"takes a member of your own", "join with a certificate of your own: rubicon trust dds join FILE"},
     Advice{"adduser",
            "sudo adduser USER rubicon, then log in again; or join with a certificate of your own: rubicon "
-           "trust join FILE"},
+           "trust dds join FILE"},
     Advice{"may use this key",
            "this key may have been copied: revoke its member and add another name, or, if you "
            "know who could, chmod 600"},
@@ -46,27 +48,27 @@ constexpr std::array kAdvice{
            "know who could, chmod 600"},
     Advice{"others may change",
            "sudo chmod 644 as its owner; if you do not know who did this, make the folder again: "
-           "rubicon trust join"},
+           "rubicon trust dds join"},
     Advice{"set the clock of this host", "set the clock of this host (timedatectl)"},
     Advice{"the clock of this host says", "set the clock of this host (timedatectl)"},
     Advice{"is not valid before", "set the clock of this host (timedatectl)"},
     Advice{"ended on",
-           "sudo rubicon trust renew on the host with the authority; elsewhere join with the file that it "
+           "sudo rubicon trust dds renew on the host with the authority; elsewhere join with the file that it "
            "writes; then reload the islands"},
     Advice{"ended at",
-           "sudo rubicon trust renew on the host with the authority; elsewhere join with the file that it "
+           "sudo rubicon trust dds renew on the host with the authority; elsewhere join with the file that it "
            "writes; then reload the islands"},
     Advice{"revoked",
-           "this member was shut out for good: `rubicon trust add` another name on the host with the "
+           "this member was shut out for good: `rubicon trust dds add` another name on the host with the "
            "authority"},
     Advice{"another version of Rubicon", "sudo apt install rubicon librubicon1: packages of the same version"},
     Advice{"islands of this host started with",
            "put the folder back from your copy, or join that realm again; a new realm shuts out all members of it"},
     Advice{"has no realm",
-           "sudo rubicon trust init on the host with the islands, rubicon trust join on another one; "
+           "sudo rubicon trust dds init on the host with the islands, rubicon trust dds join on another one; "
            "or take part without: --trust no"},
     Advice{"realm",
-           "this host joined another realm: compare the fingerprints of `rubicon trust show` on both hosts, "
+           "this host joined another realm: compare the fingerprints of `rubicon trust dds show` on both hosts, "
            "then join with a file of the right one"},
     Advice{"guard", "install the package rubicon again: the library that checks who others are is missing or damaged"},
     Advice{"symbolic link", "the folder holds files, not links: join again into a new folder"},
@@ -79,7 +81,7 @@ std::optional<std::int64_t> number_of(const IslandSeen& seen, const char* name) 
 }
 
 Finding end_of(const std::string& whose, std::int64_t days, const std::string& name) {
-  const auto fix = fmt::format("sudo rubicon trust renew {}on the host with the authority; {}",
+  const auto fix = fmt::format("sudo rubicon trust dds renew {}on the host with the authority; {}",
                                name.empty() ? "" : name + " ", page("trust.md#time"));
   if (days < 0) return {kTrustCheck, Grade::kProblem, fmt::format("the certificate of {} has ended", whose), fix};
   if (days < kRenewDays)
@@ -135,7 +137,7 @@ Findings check_other_side(const std::vector<client::Component>& islands, bool wi
           {kTrustCheck, Grade::kProblem,
            fmt::format("island {} takes part without trust, this program with: they do not see each other",
                        name_of(island)),
-           "give it trust: `tuples.trust: yes`, rubicon trust init, restart it; until then: rubicon --trust no"});
+           "give it trust: `tuples.trust: yes`, rubicon trust dds init, restart it; until then: rubicon --trust no"});
     } else {
       all.push_back({kTrustCheck, Grade::kProblem,
                      fmt::format("island {} has trust, this program takes part without: they do not see each other",
@@ -155,8 +157,9 @@ Findings check_silent_participants(std::size_t silent, unsigned domain, bool wit
              who + ": without trust, of another realm or refused, or no component of Rubicon",
              "the logs of the islands name whom they refused; `rubicon doctor --trust no` shows those without trust; " +
                  page("trust.md#what-to-do-when")}};
-  return {{kTrustCheck, Grade::kNote, who + ": with trust, or no component of Rubicon",
-           "take part with a certificate: --trust FOLDER, or rubicon trust join; " + page("trust.md#what-to-do-when")}};
+  return {
+      {kTrustCheck, Grade::kNote, who + ": with trust, or no component of Rubicon",
+       "take part with a certificate: --trust FOLDER, or rubicon trust dds join; " + page("trust.md#what-to-do-when")}};
 }
 
 bool has_refused_peers(const IslandSeen& seen) {

@@ -91,7 +91,7 @@ void check_rights(const IslandConfig& config, base::ConfigErrors& errors) {
   if (!config.rights || !config.engine.trust_folder.empty() || !config.engine.dds) return;
   errors.add(config.rights->place, "rights",
              "engine dds does not know who asks without trust, expected tuples.trust: yes, or no rights; "
-             "on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
+             "on a new host the first start of the service makes it, or `sudo rubicon trust dds init` now");
 }
 
 std::vector<std::string> rights_warnings(const IslandConfig& config,

@@ -73,7 +73,7 @@ Result<std::string> choose_member_of_island(const std::filesystem::path& folder,
   return fail(
       ErrorCode::kNotFound,
       fmt::format("{}: has no member with the id of island {}: on the host with the authority run `sudo rubicon "
-                  "trust init`; else `rubicon trust add NAME --island {}` there, and `sudo rubicon trust join` "
+                  "trust dds init`; else `rubicon trust dds add NAME --island {}` there, and `sudo rubicon trust dds join` "
                   "here",
                   folder.string(), model::number(island), model::number(island)));
 }
@@ -93,7 +93,7 @@ Result<std::string> choose_member_of_people(const std::filesystem::path& folder)
   if (all.empty())
     return fail(
         ErrorCode::kNotFound,
-        fmt::format("{}: has no member for people: `rubicon trust join` takes one from its bundle", folder.string()));
+        fmt::format("{}: has no member for people: `rubicon trust dds join` takes one from its bundle", folder.string()));
   if (all.size() > 1 && !all[0].is_revoked && standing(all[0]) == standing(all[1]))
     return fail(ErrorCode::kDuplicate,
                 fmt::format("{}: has the members {} and {}: expected one, or one called {}", folder.string(),

@@ -35,7 +35,7 @@ Result<Papers> first_papers(const Authority& authority) {
 
 tl::unexpected<Error> has_realm_already(const std::filesystem::path& root) {
   return fail(ErrorCode::kDuplicate,
-              fmt::format("{}: has a realm already: `rubicon trust show` shows it; to make another one, move this "
+              fmt::format("{}: has a realm already: `rubicon trust dds show` shows it; to make another one, move this "
                           "folder away first",
                           root.string()));
 }
@@ -79,7 +79,7 @@ Result<Issuer> Issuer::open(const std::filesystem::path& root, WallTime now) {
     return fail(seen.error());
   if (!folder.has_realm())
     return fail(ErrorCode::kNotFound,
-                fmt::format("{}: has no realm: `rubicon trust init` makes one, `rubicon trust join` takes part in one",
+                fmt::format("{}: has no realm: `rubicon trust dds init` makes one, `rubicon trust dds join` takes part in one",
                             root.string()));
   if (auto there = folder.check_authority(); !there) return fail(there.error());
   auto lock = folder.files().lock();
@@ -159,7 +159,7 @@ Result<void> Issuer::check(const MemberOptions& options, const EVP_PKEY* key) co
     return fail(
         ErrorCode::kDuplicate,
         fmt::format("the name {} was given before: names of members are unique for ever, also those of revoked "
-                    "ones; `rubicon trust renew` gives a member a new certificate; if its key is lost, revoke it and "
+                    "ones; `rubicon trust dds renew` gives a member a new certificate; if its key is lost, revoke it and "
                     "add another name",
                     options.name));
   if (auto days = check_days(options.days); !days) return days;

@@ -20,7 +20,7 @@ Result<RevokedList> revoked_in(const TrustFolder& folder, const Realm& realm) {
 }
 
 tl::unexpected<Error> no_member(const std::string& name) {
-  return fail(ErrorCode::kNotFound, fmt::format("no member {}: `rubicon trust show` shows all", name));
+  return fail(ErrorCode::kNotFound, fmt::format("no member {}: `rubicon trust dds show` shows all", name));
 }
 
 /// Makes room in a list that is full: certificates that ended count no more anyway.
@@ -103,7 +103,7 @@ Result<Issued> renew(const std::filesystem::path& folder, const std::string& nam
   if (!member) return fail(member.error());
   if (revoked->find(member->serial) != nullptr)
     return fail(ErrorCode::kRefused,
-                fmt::format("{} was revoked: `rubicon trust add` certifies it under another name", name));
+                fmt::format("{} was revoked: `rubicon trust dds add` certifies it under another name", name));
   auto papers = issuer->certify_again(*member, X509_get0_pubkey(former->get()), days);
   if (!papers) return fail(papers.error());
   auto renewed = issuer->folder().member(name);

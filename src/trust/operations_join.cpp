@@ -60,7 +60,7 @@ Result<void> check_not_older(const TrustFolder& folder, const Certificate& offer
   return fail(
       ErrorCode::kDuplicate,
       fmt::format("the bundle: its certificate of {} ends on {}, but that in {} ends on {}: expected a newer one; "
-                  "`rubicon trust join --older` takes it all the same",
+                  "`rubicon trust dds join --older` takes it all the same",
                   name, date_text(offered.ends()), folder.files().path(certificate_file(name)),
                   date_text(present->ends())));
 }
@@ -71,7 +71,7 @@ Result<PrivateKey> key_for(const TrustFolder& folder, const OpenedBundle& opened
   if (!opened.bundle.key.empty()) return PrivateKey::decrypted(opened.bundle.key, phrase, "the bundle: key");
   if (!folder.files().exists(key_file(name)))
     return fail(ErrorCode::kNotFound, fmt::format("{}: is not here, and the bundle has no key: expected that of "
-                                                  "`rubicon trust request {}`, on the host where it was run",
+                                                  "`rubicon trust dds request {}`, on the host where it was run",
                                                   folder.files().path(key_file(name)), name));
   const auto pem = folder.files().read_key(key_file(name));
   if (!pem) return fail(pem.error());

@@ -31,7 +31,7 @@ Result<void> StartedRealm::check_is_there() const {
   if (!text) return fail(text.error());
   return fail(ErrorCode::kNotFound,
               fmt::format("{}: has no realm, but islands of this host started with {} (says {}): put the folder back "
-                          "from your copy, or join that realm again; `sudo rubicon trust init` makes a new realm",
+                          "from your copy, or join that realm again; `sudo rubicon trust dds init` makes a new realm",
                           folder_.string(), text->substr(0, text->find('\n')), files_.path(name_)));
 }
 

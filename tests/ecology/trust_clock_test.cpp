@@ -108,21 +108,21 @@ TEST_F(WrongClocks, ToolsSayThatItIsTheClock) {
                                    std::pair(kFarAhead, "the clock says 2100-01-01")}) {
     set_clock(time);
     for (const auto& words : std::vector<std::vector<std::string>>{{"get", kLampValue, "--interfaces", "cable"},
-                                                                   {"trust", "add", "desk", "--here"},
-                                                                   {"trust", "revoke", "local"}}) {
+                                                                   {"trust", "dds", "add", "desk", "--here"},
+                                                                   {"trust", "dds", "revoke", "local"}}) {
       const auto refused = tool(words);
       EXPECT_EQ(refused.code, 1) << words[1] << refused.errors;
       EXPECT_THAT(refused.errors, HasSubstr(text)) << words[1];
     }
   }
   mend_clock();
-  EXPECT_THAT(tool({"trust", "show"}).output, AllOf(Not(HasSubstr("desk")), Not(HasSubstr("revoked on"))));
+  EXPECT_THAT(tool({"trust", "dds", "show"}).output, AllOf(Not(HasSubstr("desk")), Not(HasSubstr("revoked on"))));
 }
 
 /// A unit runs `init` before each start of its island.
 TEST_F(WrongClocks, InitMakesNothingIn1970AndIsNoReasonAgainstAStartLater) {
   set_clock(kNeverSet);
-  const std::vector<std::string> start{"trust", "init", "--for", file("home.yaml")};
+  const std::vector<std::string> start{"trust", "dds", "init", "--for", file("home.yaml")};
   const auto refused = tool(start);
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.errors, HasSubstr("the clock of this host says 1970-01-0"));
@@ -131,7 +131,7 @@ TEST_F(WrongClocks, InitMakesNothingIn1970AndIsNoReasonAgainstAStartLater) {
   EXPECT_EQ(tool(start).code, 0) << "there is a realm, so the island tries to start, and says what is wrong";
 }
 
-/// When the certificate of a member ends, as `trust show --json` says.
+/// When the certificate of a member ends, as `trust dds show --json` says.
 Time end_of(const std::string& member, const std::string& shown) {
   const auto realm = nlohmann::json::parse(shown, nullptr, false);
   for (const auto& one : realm.value("members", nlohmann::json::array())) {

@@ -112,7 +112,7 @@ TEST_F(DamagedTrust, EditedGovernanceIsNoStart) {
 
 TEST_F(DamagedTrust, GovernanceOfAnotherRealmIsNoStart) {
   make_realm();
-  ASSERT_EQ(on(0, {"trust", "init", "--trust", file("other")}).code, 0);
+  ASSERT_EQ(on(0, {"trust", "dds", "init", "--trust", file("other")}).code, 0);
   write("trust/governance.p7s", text_in("other/governance.p7s"));
   expect_no_start("governance.p7s", "");
 }
@@ -120,7 +120,7 @@ TEST_F(DamagedTrust, GovernanceOfAnotherRealmIsNoStart) {
 TEST_F(DamagedTrust, AMissingFolderIsNoStart) {
   const auto ended = run_island();
   EXPECT_EQ(ended.code, 1) << ended.errors;
-  EXPECT_THAT(ended.errors, AllOf(HasSubstr(file("trust")), HasSubstr("rubicon trust init"), Not(HasSubstr("is up"))));
+  EXPECT_THAT(ended.errors, AllOf(HasSubstr(file("trust")), HasSubstr("rubicon trust dds init"), Not(HasSubstr("is up"))));
 }
 
 TEST_F(DamagedTrust, AKeyThatOthersMayReadIsNoStart) {

@@ -34,7 +34,7 @@ class DoctorBesideTrust : public testing::Test {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     write_island("closed.yaml", 1, "./trust");
-    ASSERT_EQ(run(0, {"trust", "init", "--trust", file("trust")}).code, 0);
+    ASSERT_EQ(run(0, {"trust", "dds", "init", "--trust", file("trust")}).code, 0);
   }
   void TearDown() override {
     islands_.clear();
@@ -117,15 +117,15 @@ TEST_F(DoctorBesideTrust, AmongItsOwnKindItCountsNone) {
 
 /// It does not know that it is revoked, tries again each second, and counts once.
 TEST_F(DoctorBesideTrust, AnIslandCountsWhomItRefused) {
-  ASSERT_EQ(run(0, {"trust", "add", "desk", "--out", file("desk.trust"), "--phrase-file", file("phrase"), "--trust",
+  ASSERT_EQ(run(0, {"trust", "dds", "add", "desk", "--out", file("desk.trust"), "--phrase-file", file("phrase"), "--trust",
                     file("trust")})
                 .code,
             0);
   ASSERT_EQ(
-      run(2, {"trust", "join", file("desk.trust"), "--yes", "--phrase-file", file("phrase"), "--trust", file("desk")})
+      run(2, {"trust", "dds", "join", file("desk.trust"), "--yes", "--phrase-file", file("phrase"), "--trust", file("desk")})
           .code,
       0);
-  ASSERT_EQ(run(0, {"trust", "revoke", "desk", "--trust", file("trust")}).code, 0);
+  ASSERT_EQ(run(0, {"trust", "dds", "revoke", "desk", "--trust", file("trust")}).code, 0);
   auto& island = start_closed();
   const auto stranger = doctor(file("desk"));
   EXPECT_THAT(stranger.output,
@@ -140,7 +140,7 @@ TEST_F(DoctorBesideTrust, AnIslandCountsWhomItRefused) {
 /// Of two strangers only the one with the higher GUID, which is chance here, sees the certificate of the other: either
 /// the tool or the island knows why. The tool knows in any case that others show it nothing.
 TEST_F(DoctorBesideTrust, AToolOfAnotherRealmIsExplainedOnOneOfBothSides) {
-  ASSERT_EQ(run(2, {"trust", "init", "--realm", "Other", "--trust", file("other")}).code, 0);
+  ASSERT_EQ(run(2, {"trust", "dds", "init", "--realm", "Other", "--trust", file("other")}).code, 0);
   start_closed();
   const auto stranger = doctor(file("other"));
   EXPECT_EQ(stranger.code, 1) << stranger.output;

@@ -49,6 +49,7 @@ support::Outcome TrustOnALan::on(int host, std::vector<std::string> words, const
 }
 
 support::Outcome TrustOnALan::authority(std::vector<std::string> words) const {
+  if (words.front() != "audit") words.insert(words.begin(), "dds");
   words.insert(words.begin(), "trust");
   return local(std::move(words));
 }
@@ -74,7 +75,7 @@ void TrustOnALan::add_member(const std::string& name, int host, const std::vecto
   words.insert(words.end(), more.begin(), more.end());
   const auto added = authority(words);
   ASSERT_EQ(added.code, 0) << added.errors;
-  const auto joined = on(host, {"trust", "join", bundle, "--yes", "--phrase-file", phrase, "--trust", file(name)});
+  const auto joined = on(host, {"trust", "dds", "join", bundle, "--yes", "--phrase-file", phrase, "--trust", file(name)});
   ASSERT_EQ(joined.code, 0) << joined.errors;
 }
 

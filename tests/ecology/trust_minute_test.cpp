@@ -43,15 +43,15 @@ class TheFirstMinute : public TrustOnALan {
 TEST_F(TheFirstMinute, FromInitToALampThatAPersonOnAnotherHostCommands) {
   const auto begin = std::chrono::steady_clock::now();
   const auto there = shell_on(0, "trust"), here = shell_on(1, "desk");
-  type_slowly(*there, "rubicon trust init");
+  type_slowly(*there, "rubicon trust dds init");
   ASSERT_TRUE(there->shows("fingerprint ")) << there->text();
   start_island();
-  type_slowly(*there, "rubicon trust add desk --role admin");
+  type_slowly(*there, "rubicon trust dds add desk --role admin");
   ASSERT_TRUE(there->shows("phrase  ")) << there->text();
   std::smatch phrase;
   const auto shown = there->text();
   ASSERT_TRUE(std::regex_search(shown, phrase, std::regex("phrase +([a-z0-9-]+)"))) << shown;
-  type_slowly(*here, "rubicon trust join desk.trust");
+  type_slowly(*here, "rubicon trust dds join desk.trust");
   ASSERT_TRUE(here->shows("[y/N]")) << here->text();
   type_slowly(*here, "y");
   ASSERT_TRUE(here->shows("phrase:")) << here->text();

@@ -84,7 +84,7 @@ TEST_F(AnotherUserOfTheHost, NeitherReadsNorSets) {
 
 TEST_F(AnotherUserOfTheHost, DoesNotTakePartByAFolderOfItsOwn) {
   const auto own = file("nobody/trust");
-  ASSERT_EQ(nobody({"trust", "init", "--trust", own}).code, 0);
+  ASSERT_EQ(nobody({"trust", "dds", "init", "--trust", own}).code, 0);
   EXPECT_EQ(nobody({"get", kLampValue, "--trust", own}).code, 8);
   // What all may read of the realm, and a key of its own.
   for (const auto* name : {"identity-ca.pem", "permissions-ca.pem", "governance.p7s", "revoked.p7s",
@@ -105,6 +105,7 @@ TEST_F(AnotherUserOfTheHost, CannotChangeWhoIsAMember) {
                                                                  {"export", "local", "--out", file("nobody/x")},
                                                                  {"audit", "--config", file("home.yaml")}}) {
     auto all = words;
+    if (words[0] != "audit") all.insert(all.begin(), "dds");
     all.insert(all.begin(), "trust");
     all.insert(all.end(), {"--trust", file("trust")});
     const auto refused = nobody(all);

@@ -40,7 +40,7 @@ TEST_F(TrustOnALan, ARevokedPersonIsShutOut) {
   ASSERT_EQ(revoked.code, 0) << revoked.errors;
   const auto refused = person({"set", kLamp, "off"});
   EXPECT_NE(refused.code, 0) << refused.output << island_->errors();
-  EXPECT_EQ(authority({"get", kLamp}).code, 2) << "trust get is no command";
+  EXPECT_EQ(authority({"get", kLamp}).code, 2) << "trust dds get is no command";
   const auto value = local({"get", kLamp});
   EXPECT_EQ(value.output, "on\n") << value.errors << island_->errors();
 }
@@ -48,7 +48,7 @@ TEST_F(TrustOnALan, ARevokedPersonIsShutOut) {
 TEST_F(TrustOnALan, AnotherRealmSeesNothing) {
   add_desk("admin");
   start_island();
-  const auto made = on(1, {"trust", "init", "--trust", file("other")});
+  const auto made = on(1, {"trust", "dds", "init", "--trust", file("other")});
   ASSERT_EQ(made.code, 0) << made.errors;
   const auto blind = on(1, {"get", kLamp, "--trust", file("other")});
   EXPECT_EQ(blind.code, 8) << blind.errors << island_->errors();

@@ -159,8 +159,12 @@ std::vector<Example> all_examples() {
   all.push_back({"examples/client/4_points.cpp", "example-4_points temperature"});
   all.push_back({"examples/client/5_known_island.cpp", "example-5_known_island 6541 living"});
   add(examples_of_help("rubicon --help", support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
-  const auto trust = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "trust", "--help"});
-  add(examples_of_help("rubicon trust --help", without_sudo(trust.output)));
+  for (const auto& words : std::vector<std::vector<std::string>>{{"trust"}, {"trust", "dds"}, {"trust", "broker"}}) {
+    auto command = words;
+    command.insert(command.begin(), RUBICON_BINARY_DIR "/bin/rubicon");
+    command.emplace_back("--help");
+    add(examples_of_help("rubicon trust --help", without_sudo(support::run_to_end(command).output)));
+  }
   return all;
 }
 
@@ -299,31 +303,50 @@ struct TrustExample {
   std::string line, more{}, before{};
 };
 const std::vector<TrustExample> kTrustExamples{
-    {"rubicon trust init"},
-    {"rubicon trust init --realm Hall"},
-    {"rubicon trust show"},
+    {"rubicon trust init --broker broker.example.org"},
+    {"rubicon trust init --name Hall", "--realm ./hall"},
+    {"rubicon trust broker mosquitto", "--out broker"},
+    {"rubicon trust broker mosquitto --broker broker.example.org", "--out broker"},
+    {"rubicon trust broker mosquitto --passwords", "--out broker"},
+    {"rubicon trust add hall --island 6541", "--phrase-file hall.phrase"},
+    {"rubicon trust add desk --role admin", "--phrase-file desk.phrase"},
+    {"rubicon trust add panel --password", "--phrase-file panel.phrase"},
+    {"rubicon trust show", "--realm ./realm"},
     {"rubicon trust show --json"},
-    {"rubicon trust add desk", "--phrase-file phrase"},
-    {"rubicon trust add desk --role admin", "--trust minute --out minute.trust --phrase-file minute.phrase",
-     "rubicon trust init --trust minute"},
-    {"rubicon trust add panel --role admin --days 90", "--phrase-file panel.phrase"},
-    {"rubicon trust add lab --island 7", "--phrase-file lab.phrase"},
-    {"rubicon trust join desk.trust", "--yes --phrase-file phrase --trust person"},
-    {"rubicon trust join desk.trust --yes < phrase", "--trust other"},
-    {"rubicon trust join lab.trust", "--yes --phrase-file lab.phrase --trust lab"},
-    {"rubicon trust request robot > robot.csr", "--trust robot"},
-    {"rubicon trust sign robot.csr > robot.trust"},
-    {"rubicon trust join robot.trust", "--yes --trust robot"},
-    {"rubicon trust export desk", "--phrase-file again", "rm desk.trust"},
-    {"rubicon trust renew desk", "", "rm desk.trust"},
-    {"rubicon trust renew", "", "rm *.trust"},
+    {"rubicon trust join hall.trust", "--yes --phrase-file hall.phrase --realm ./there"},
+    {"rubicon trust join desk.trust", "--yes --phrase-file desk.phrase --realm ./laptop"},
+    {"rubicon trust join desk.trust --yes < phrase", "--realm ./other", "cp desk.phrase phrase"},
+    {"rubicon trust change hall --role ops --role alarm"},
+    {"rubicon trust change hall --no-islands"},
+    {"rubicon trust renew hall", "", "rm hall.trust"},
+    {"rubicon trust renew hall --new-key", "--phrase-file hall.again", "rm hall.trust"},
+    {"rubicon trust revoke hall"},
+    {"rubicon trust revoke desk", "", "rm *.trust phrase *.phrase"},
+    {"rubicon trust dds init"},
+    {"rubicon trust dds init --realm Hall"},
+    {"rubicon trust dds show"},
+    {"rubicon trust dds show --json"},
+    {"rubicon trust dds add desk", "--phrase-file phrase"},
+    {"rubicon trust dds add desk --role admin", "--trust minute --out minute.trust --phrase-file minute.phrase",
+     "rubicon trust dds init --trust minute"},
+    {"rubicon trust dds add panel --role admin --days 90", "--phrase-file panel.phrase"},
+    {"rubicon trust dds add lab --island 7", "--phrase-file lab.phrase"},
+    {"rubicon trust dds join desk.trust", "--yes --phrase-file phrase --trust person"},
+    {"rubicon trust dds join desk.trust --yes < phrase", "--trust other"},
+    {"rubicon trust dds join lab.trust", "--yes --phrase-file lab.phrase --trust lab"},
+    {"rubicon trust dds request robot > robot.csr", "--trust robot"},
+    {"rubicon trust dds sign robot.csr > robot.trust"},
+    {"rubicon trust dds join robot.trust", "--yes --trust robot"},
+    {"rubicon trust dds export desk", "--phrase-file again", "rm desk.trust"},
+    {"rubicon trust dds renew desk", "", "rm desk.trust"},
+    {"rubicon trust dds renew", "", "rm *.trust"},
     {"rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml"},
     {"rubicon trust may desk set proxy.hall.door.actuator.lock-1.command", "--config home.yaml"},
     {"rubicon trust may panel approve proxy.inbox.hall.command", "--config home.yaml"},
     {"rubicon trust audit", "--config home.yaml"},
     {"rubicon trust audit --name desk --refused", "--config home.yaml"},
     {"rubicon trust audit --follow --json", "--config home.yaml | head -n 1"},
-    {"rubicon trust revoke desk"},
+    {"rubicon trust dds revoke desk"},
 };
 
 std::string without_comment(const std::string& line) {
@@ -343,8 +366,8 @@ TEST(ExamplesOfTrust, EndWellOneAfterTheOther) {
   for (const auto& [line, more, before] : kTrustExamples) {
     auto command = "cd " + folder.path() + "; " + (before.empty() ? "" : before + "; ") + line + " " + more;
     if (const auto at = command.find("/etc/rubicon/"); at != command.npos) command.erase(at, 13);
-    const auto outcome = support::run_to_end(
-        {"env", "RUBICON_TRUST=trust", "PATH=" RUBICON_BINARY_DIR "/bin:/usr/bin:/bin", "sh", "-c", command});
+    const auto outcome = support::run_to_end({"env", "RUBICON_TRUST=trust", "RUBICON_REALM=realm",
+                                              "PATH=" RUBICON_BINARY_DIR "/bin:/usr/bin:/bin", "sh", "-c", command});
     EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.errors;
     run.insert(line);
   }

@@ -74,12 +74,30 @@ TEST_F(Unit, HasABoundForItsMemory) {
 
 TEST_F(Unit, IsLittleExposed) {
   if (all_.shell("command -v systemd-analyze").code != 0) GTEST_SKIP() << "there is no systemd here";
-  for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service"}) {
+  for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service", "rubicon-broker@.service"}) {
     const auto judged = all_.shell("systemd-analyze security --no-pager --offline=true --threshold=16 " +
                                    (unit_.parent_path() / unit).string());
     EXPECT_EQ(judged.code, 0) << judged.output;
     EXPECT_THAT(judged.output, HasSubstr("Overall exposure level"));
   }
+}
+
+/// The unit of a broker, setting by setting.
+TEST_F(Unit, OfABrokerRunsAMosquittoAsAUserOfItsOwn) {
+  const auto unit = read_text(unit_.parent_path() / "rubicon-broker@.service");
+  for (const auto* line :
+       {"Type=notify", "ExecStart=/usr/sbin/mosquitto -c /etc/rubicon/broker/%i/mosquitto.conf",
+        "ExecReload=/bin/kill -HUP $MAINPID", "ConditionPathExists=/etc/rubicon/broker/%i/mosquitto.conf",
+        "User=rubicon-broker", "Group=rubicon-broker", "StateDirectory=rubicon-broker/%i", "StateDirectoryMode=0700",
+        "Restart=on-failure", "TimeoutStopSec=30s", "LimitCORE=0", "MemoryMax=1G",
+        "CapabilityBoundingSet=", "NoNewPrivileges=yes", "ProtectSystem=strict", "ProtectHome=yes",
+        "PrivateDevices=yes", "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX", "WantedBy=multi-user.target"})
+    EXPECT_THAT(unit, HasSubstr("\n" + std::string(line) + "\n"));
+  EXPECT_THAT(read_text(all_.prefix() / "lib/sysusers.d/rubicon.conf"), HasSubstr("\nu rubicon-broker - "));
+  if (all_.shell("command -v systemd-analyze && test -x /usr/sbin/mosquitto").code != 0) return;
+  const auto verified =
+      all_.shell("systemd-analyze verify --man=no " + (unit_.parent_path() / "rubicon-broker@.service").string());
+  EXPECT_EQ(verified.output, "");
 }
 
 TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
@@ -91,7 +109,7 @@ TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
   const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
   const auto command = (all_.prefix() / "bin/rubicon").string();
   EXPECT_THAT(keys, HasSubstr("ExecStart=-/usr/bin/flock -w 60 /run/rubicon-keys/.lock " + command +
-                              " trust init --for \"" + (island_.parent_path() / "%i.yaml").string() + "\"\n"));
+                              " trust dds init --for \"" + (island_.parent_path() / "%i.yaml").string() + "\"\n"));
   EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key \"" + (island_.parent_path() / "%i.yaml").string() + "\""));
   EXPECT_THAT(keys, HasSubstr("\nEnvironment=RUBICON_TRUST=/etc/rubicon/trust\n"));
   EXPECT_THAT(keys, HasSubstr("\nTimeoutStartSec=90\n")) << "a start that hangs does not hold up the others for ever";

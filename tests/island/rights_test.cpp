@@ -143,7 +143,7 @@ TEST(RightsChecks, WithoutTrustNobodyOnDdsHasRights) {
   };
   EXPECT_EQ(errors_of("dds", ""),
             "home.yaml:5:3: rights: engine dds does not know who asks without trust, expected tuples.trust: yes, or "
-            "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust init` now");
+            "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust dds init` now");
   EXPECT_THAT(errors_of("[dds, peis]", ""), HasSubstr("does not know who asks"));
   EXPECT_EQ(errors_of("dds", "/etc/rubicon/trust"), "");
   EXPECT_EQ(errors_of("peis", ""), "");

@@ -125,7 +125,7 @@ std::string refusal_of_nobody(const fs::path& folder) {
 TEST_F(PlaceTest, WhoMayNotReadAKeyGetsWhatHelps) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root";
   ASSERT_EQ(::chmod(folder_.path().c_str(), 0755), 0);
-  const auto init = "`sudo rubicon trust init --trust " + root_.string() + "`";
+  const auto init = "`sudo rubicon trust dds init --trust " + root_.string() + "`";
   if (!people_group()) {
     EXPECT_THAT(refusal_of_nobody(root_), AllOf(HasSubstr("this host has no group rubicon"), HasSubstr(init),
                                                 HasSubstr("`sudo addgroup --system rubicon`")));
@@ -139,7 +139,7 @@ TEST_F(PlaceTest, WhoMayNotReadAKeyGetsWhatHelps) {
   EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("nobody may not use the key of this host: run `sudo adduser"));
   revoke_one("local");
   add_one("panel");
-  EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("panel/key.pem: is for root only: `rubicon trust join` takes"));
+  EXPECT_THAT(refusal_of_nobody(root_), HasSubstr("panel/key.pem: is for root only: `rubicon trust dds join` takes"));
 }
 
 TEST_F(PlaceTest, AUnitWithoutAKeyIsToldWhoSaysWhy) {
@@ -191,8 +191,8 @@ TEST_F(PlaceTest, TheOnlyMemberOfPeopleNeedsNoName) {
   EXPECT_FALSE(place_of_island(folder_ / "away", OwnerId{7}));
   const auto missing = place_of_island(root_, OwnerId{9});
   ASSERT_FALSE(missing);
-  EXPECT_THAT(missing.error().text, AllOf(HasSubstr("on the host with the authority run `sudo rubicon trust init`"),
-                                          HasSubstr("`rubicon trust add NAME --island 9` there")));
+  EXPECT_THAT(missing.error().text, AllOf(HasSubstr("on the host with the authority run `sudo rubicon trust dds init`"),
+                                          HasSubstr("`rubicon trust dds add NAME --island 9` there")));
 }
 
 /// Whatever their names: `hall` comes before `island-7`, `lounge` after it.

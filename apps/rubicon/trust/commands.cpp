@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "apps/rubicon/trust/site/commands.h"
 #include "base/own_file.h"
 #include "base/text.h"
 #include "model/json_members.h"
@@ -18,19 +19,21 @@
 
 namespace rubicon::cli {
 
-void add_trust(Cli& cli) {
-  auto* app = cli.app().add_subcommand(
-      "trust", "Who may take part: init, add, join, request, sign, revoke, renew, show, export, may, audit");
+namespace {
+
+/// Trust of engine DDS, with a realm and a folder of its own.
+void add_dds(Cli& cli, CLI::App* parent) {
+  auto* app = parent->add_subcommand(
+      "dds", "Trust on a LAN, over DDS: init, add, join, request, sign, revoke, renew, show, export");
   app->require_subcommand(1);
   app->fallthrough();
   app->get_formatter()->label("SUBCOMMAND", "COMMAND");
   app->footer(
       "Examples:\n"
-      "  sudo rubicon trust init                    # on the host with the islands\n"
-      "  sudo rubicon trust add desk                # writes desk.trust, shows its phrase\n"
-      "  rubicon trust join desk.trust              # on the other host\n"
-      "  sudo rubicon trust revoke desk\n"
-      "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
+      "  sudo rubicon trust dds init                    # on the host with the islands\n"
+      "  sudo rubicon trust dds add desk                # writes desk.trust, shows its phrase\n"
+      "  rubicon trust dds join desk.trust              # on the other host\n"
+      "  sudo rubicon trust dds revoke desk\n"
       "The folder is /etc/rubicon/trust; for join and request of a person ~/.config/rubicon/trust; --trust FOLDER\n"
       "or RUBICON_TRUST name another one. See docs/trust.md.");
   trust::add_init(cli, app);
@@ -40,8 +43,31 @@ void add_trust(Cli& cli) {
   trust::add_revoke(cli, app);
   trust::add_renew(cli, app);
   trust::add_show(cli, app);
+}
+
+}  // namespace
+
+void add_trust(Cli& cli) {
+  auto* app = cli.app().add_subcommand("trust",
+                                       "Who may take part: init, add, join, revoke, renew, change, show, broker; "
+                                       "may, audit; dds");
+  app->require_subcommand(1);
+  app->fallthrough();
+  app->get_formatter()->label("SUBCOMMAND", "COMMAND");
+  app->footer(
+      "Examples:\n"
+      "  sudo rubicon trust init --broker broker.example.org    # on the host with the broker\n"
+      "  sudo rubicon trust broker mosquitto\n"
+      "  sudo rubicon trust add hall --island 6541              # writes hall.trust, shows its phrase\n"
+      "  sudo rubicon trust join hall.trust                     # on the other host\n"
+      "  sudo rubicon trust revoke hall\n"
+      "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
+      "The folder is /etc/rubicon/realm, that of a person ~/.config/rubicon/realm; --realm FOLDER or RUBICON_REALM\n"
+      "name another one. See docs/sites.md; for trust on a LAN, over DDS, `rubicon trust dds` and docs/trust.md.");
+  trust::site::add_site(cli, app);
   trust::add_may(cli, app);
   trust::add_audit(cli, app);
+  add_dds(cli, app);
 }
 
 namespace trust {

@@ -142,7 +142,7 @@ void show(Output& out, const Outcome& outcome, const fs::path& folder) {
                        folder.string(),
                        outcome.added.empty() ? "; no island is configured yet: run this again when one is"
                                              : ", and for island " + numbers(outcome.added)));
-  out.line("next: systemctl restart the islands; `rubicon trust add NAME` for another host");
+  out.line("next: systemctl restart the islands; `rubicon trust dds add NAME` for another host");
 }
 
 /// Errors of a configuration have a line each.
@@ -231,8 +231,8 @@ int run_for(const Settings& settings, const InitCommand& command) {
 void add_init(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<InitCommand>(
       {"init", "Make a realm, with certificates for the people and islands of this host",
-       "  sudo rubicon trust init\n"
-       "  sudo rubicon trust init --realm Hall\n"
+       "  sudo rubicon trust dds init\n"
+       "  sudo rubicon trust dds init --realm Hall\n"
        "The islands are those of the files *.yaml beside the folder. Run it again after a new one:\n"
        "what is there stays as it is. A member that cannot be made is named, and the others are made; the exit code\n"
        "is 1 then, but with --for 0 if there is a realm.\n",

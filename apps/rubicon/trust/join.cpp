@@ -27,7 +27,7 @@ void show(Output& out, const BundleContents& bundle) {
 /// Nobody has changed the file on its way if the fingerprint is that of the host with the authority.
 Result<bool> is_right(const JoinOptions& options) {
   if (options.yes) return true;
-  return confirmed("Is that the fingerprint which `rubicon trust show` prints on the host that made the file?");
+  return confirmed("Is that the fingerprint which `rubicon trust dds show` prints on the host that made the file?");
 }
 
 int join(const Settings& settings, const JoinOptions& options) {
@@ -82,9 +82,9 @@ int request(const Settings& settings, const std::string& name) {
 void add_join(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<JoinOptions>(
       {"join", "Take the certificate that another host made for this one",
-       "  rubicon trust join desk.trust\n"
-       "  sudo rubicon trust join lab.trust          # for an island: into /etc/rubicon/trust\n"
-       "  rubicon trust join desk.trust --yes < phrase\n"
+       "  rubicon trust dds join desk.trust\n"
+       "  sudo rubicon trust dds join lab.trust          # for an island: into /etc/rubicon/trust\n"
+       "  rubicon trust dds join desk.trust --yes < phrase\n"
        "Asks for the pass phrase, which is not shown, and whether the fingerprint is right.\n",
        parent},
       join);
@@ -98,9 +98,9 @@ void add_join(Cli& cli, CLI::App* parent) {
 void add_request(Cli& cli, CLI::App* parent) {
   const auto [app, name] = cli.command_with<std::string>(
       {"request", "Make a key that never leaves this host, and the request for its certificate",
-       "  rubicon trust request robot > robot.csr     # on the robot\n"
-       "  sudo rubicon trust sign robot.csr > robot.trust\n"
-       "  rubicon trust join robot.trust              # on the robot again\n"
+       "  rubicon trust dds request robot > robot.csr     # on the robot\n"
+       "  sudo rubicon trust dds sign robot.csr > robot.trust\n"
+       "  rubicon trust dds join robot.trust              # on the robot again\n"
        "It shows name and key fingerprint, and so does `sign`: compare both.\n",
        parent},
       request);

@@ -101,7 +101,7 @@ int hand_out(const Settings& settings, const Issued& issued, Outputs& outputs) {
   Output out(1);
   put_issued(settings, out, issued, outputs.bundle.path());
   if (!issued.phrase.empty() && !outputs.phrase) show_phrase(issued.phrase.view());
-  if (!settings.json) out.line(fmt::format("on the other host: rubicon trust join {}", outputs.bundle.path()));
+  if (!settings.json) out.line(fmt::format("on the other host: rubicon trust dds join {}", outputs.bundle.path()));
   return ended(out, kGood);
 }
 
@@ -206,9 +206,9 @@ void add_phrase_option(CLI::App* app, AddOptions& options) {
 void add_add(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<AddOptions>(
       {"add", "Make a member for another host: a file to carry there, and its pass phrase",
-       "  sudo rubicon trust add desk\n"
-       "  sudo rubicon trust add panel --role admin --days 90\n"
-       "  sudo rubicon trust add lab --island 7\n"
+       "  sudo rubicon trust dds add desk\n"
+       "  sudo rubicon trust dds add panel --role admin --days 90\n"
+       "  sudo rubicon trust dds add lab --island 7\n"
        "The phrase is shown once. --here keeps the key on this host, for a further island or service.\n",
        parent},
       add);
@@ -224,7 +224,7 @@ void add_add(Cli& cli, CLI::App* parent) {
 void add_export(Cli& cli, CLI::App* parent) {
   const auto [app, options] =
       cli.command_with<AddOptions>({"export", "Write the file of a member again, its key under a new pass phrase",
-                                    "  sudo rubicon trust export desk\n", parent},
+                                    "  sudo rubicon trust dds export desk\n", parent},
                                    give_out);
   app->add_option("NAME", options->member.name, "name of the member")->required();
   app->add_option("--out", options->out, "file to write; default NAME.trust")->type_name("FILE");
@@ -234,7 +234,7 @@ void add_export(Cli& cli, CLI::App* parent) {
 void add_sign(Cli& cli, CLI::App* parent) {
   const auto [app, options] =
       cli.command_with<AddOptions>({"sign", "Answer the request of a member: a file without a key, for `join`",
-                                    "  sudo rubicon trust sign robot.csr > robot.trust\n"
+                                    "  sudo rubicon trust dds sign robot.csr > robot.trust\n"
                                     "It shows name and key fingerprint; who is signed, is a member. Compare both with\n"
                                     "what `request` showed on the other host before you hand out the file.\n",
                                     parent},

@@ -37,7 +37,7 @@ constexpr Duration kTelling = std::chrono::seconds(2);
 /// the file too.
 std::size_t tell_the_others(const Settings& settings) {
   auto options = settings.options;
-  options.name = "rubicon trust revoke";
+  options.name = "rubicon trust dds revoke";
   auto client = Client::open(options);
   if (!client) return 0;
   (*client)->run_until([] { return false; }, kTelling);
@@ -109,7 +109,7 @@ std::string renewed_text(const ListedMember& one) {
   const auto& name = one.member.name;
   return fmt::format("{:<12} {}", name,
                      one.has_key ? "renewed; islands of this host: systemctl reload 'rubicon-proxy@*'"
-                                 : fmt::format("{}.trust: rubicon trust join it on its host", name));
+                                 : fmt::format("{}.trust: rubicon trust dds join it on its host", name));
 }
 
 int renew(const Settings& settings, const RenewOptions& options) {
@@ -130,7 +130,7 @@ int renew(const Settings& settings, const RenewOptions& options) {
     }
   }
   if (done > 0) return ended(out, code);
-  return failed({ErrorCode::kNotFound, fmt::format("{}: no member {}, expected one that `rubicon trust show` lists",
+  return failed({ErrorCode::kNotFound, fmt::format("{}: no member {}, expected one that `rubicon trust dds show` lists",
                                                    folder.string(), options.name.empty() ? "is there" : options.name)});
 }
 
@@ -193,7 +193,7 @@ int show(const Settings& settings) {
 void add_revoke(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<RevokeOptions>(
       {"revoke", "Shut a member out, at once and for good",
-       "  sudo rubicon trust revoke desk\n"
+       "  sudo rubicon trust dds revoke desk\n"
        "Components that are there end their connections to it; those that are not, when they hear\n"
        "any member again. Asks first, on a terminal, if the key of the member is on this host.\n",
        parent},
@@ -205,8 +205,8 @@ void add_revoke(Cli& cli, CLI::App* parent) {
 void add_renew(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<RenewOptions>(
       {"renew", "Give members new certificates before theirs end; they keep names, ids and keys",
-       "  sudo rubicon trust renew                # all\n"
-       "  sudo rubicon trust renew desk           # writes desk.trust, for `join` there\n",
+       "  sudo rubicon trust dds renew                # all\n"
+       "  sudo rubicon trust dds renew desk           # writes desk.trust, for `join` there\n",
        parent},
       renew);
   app->add_option("NAME", options->name, "name of the member; default all that are not revoked");
@@ -218,8 +218,8 @@ void add_renew(Cli& cli, CLI::App* parent) {
 
 void add_show(Cli& cli, CLI::App* parent) {
   cli.command({"show", "Show the realm of a folder, its fingerprint and its members, without secrets",
-               "  rubicon trust show\n"
-               "  rubicon trust show --json\n",
+               "  rubicon trust dds show\n"
+               "  rubicon trust dds show --json\n",
                parent},
               [](const Settings& settings) { return show(settings); });
 }

@@ -263,7 +263,7 @@ void DdsEcology::Impl::watch_end() {
     return;
   }
   log.error(
-      fmt::format("{}: this process left the ecology. Renew it (rubicon trust renew {})", ended(own).text, own.name));
+      fmt::format("{}: this process left the ecology. Renew it (rubicon trust dds renew {})", ended(own).text, own.name));
   leave();
   retry();
 }

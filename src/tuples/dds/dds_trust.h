@@ -50,7 +50,7 @@ class DdsTrust {
   virtual bool is_revoked() const { return false; }
   /// The newest signed list, to be published; empty = there is none.
   virtual std::string revoked() const = 0;
-  /// `call` runs on the loop, in a turn of its own, when a newer list was found on the disk (`rubicon trust revoke`
+  /// `call` runs on the loop, in a turn of its own, when a newer list was found on the disk (`rubicon trust dds revoke`
   /// wrote it): publish it, and drop the peers that who() no longer knows. It replaces the former call; empty ends it.
   virtual void watch_revoked(std::function<void()> call) { std::ignore = call; }
   /// What is known of a peer that was refused.

@@ -288,7 +288,7 @@ TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("anybody on this host may read and command island 6541"));
   options.interfaces = {"eth0"};
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` only prevents mistakes"));
-  EXPECT_THAT(check_access(island(), options).fix, HasSubstr("sudo rubicon trust init"));
+  EXPECT_THAT(check_access(island(), options).fix, HasSubstr("sudo rubicon trust dds init"));
   auto seen = island();
   EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
             "whoever may enter /run/rubicon may read and command island 6541");

@@ -39,7 +39,7 @@ class TrustCommands : public testing::Test {
     return with(trust(), std::move(words), input);
   }
   static Outcome with(const std::string& folder, std::vector<std::string> words, const std::string& input = {}) {
-    words.insert(words.begin(), "trust");
+    words.insert(words.begin(), {"trust", "dds"});
     words.insert(words.end(), {"--trust", folder});
     return rubicon(std::move(words), input);
   }

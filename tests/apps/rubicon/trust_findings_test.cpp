@@ -35,15 +35,15 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
        "sudo adduser USER rubicon, then log in again"},
       {"members/local/key.pem: this host has no group rubicon: run `sudo addgroup --system rubicon`, ... `sudo adduser",
        "sudo addgroup --system rubicon"},
-      {"members/local/key.pem: is for root only: run `sudo rubicon trust init`, which gives it to the group rubicon",
-       "sudo rubicon trust init"},
+      {"members/local/key.pem: is for root only: run `sudo rubicon trust dds init`, which gives it to the group rubicon",
+       "sudo rubicon trust dds init"},
       {"members/island-1/key.pem: systemd handed over no key (credential trust-key): ...", "journalctl"},
-      {"members/panel/key.pem: is for root only: `rubicon trust join` takes a member of your own",
-       "rubicon trust join FILE"},
+      {"members/panel/key.pem: is for root only: `rubicon trust dds join` takes a member of your own",
+       "rubicon trust dds join FILE"},
       {"members/desk/key.pem: others may use this key: expected the mode 0600", "revoke its member"},
       {"members/desk/key.pem: a group may read this key: expected the mode 0600", "revoke its member"},
       {"members/desk/certificate.pem: CN=desk ended on 2026-01-01, and the clock says 2027-01-01",
-       "rubicon trust renew"},
+       "rubicon trust dds renew"},
       {"members/desk/certificate.pem: CN=desk is not valid before 2026-01-01, and the clock says 1970-01-01", "clock"},
       {"members/desk/certificate.pem: CN=desk is of another realm than CN=x", "joined another realm"},
       {"desk was revoked", "another name"},
@@ -52,8 +52,8 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
       {"/usr/lib/rubicon/librubicon-guard.so: is of another version of Rubicon (guard 2, expected 1)",
        "sudo apt install rubicon librubicon1"},
       {"/x: has no realm, but islands of this host started with Rubicon 5f1c", "put the folder back from your copy"},
-      {"/x: has no realm: expected a folder that `rubicon trust init` or `rubicon trust join` made",
-       "rubicon trust init"},
+      {"/x: has no realm: expected a folder that `rubicon trust dds init` or `rubicon trust dds join` made",
+       "rubicon trust dds init"},
       {"desk may not set proxy.a", "rubicon trust may"},
   };
   for (const auto& [reason, fix] : cases) {
@@ -85,7 +85,7 @@ TEST(TrustFindings, TheEndOfACertificateIsToldInTime) {
   EXPECT_THAT(check_island_trust(seen).at(0).what, HasSubstr("island 6541 home ends in 29 days"));
   seen.properties["trust-days-left"] = "-1";
   EXPECT_EQ(check_island_trust(seen).at(0).grade, Grade::kProblem);
-  EXPECT_THAT(check_island_trust(seen).at(0).fix, HasSubstr("rubicon trust renew"));
+  EXPECT_THAT(check_island_trust(seen).at(0).fix, HasSubstr("rubicon trust dds renew"));
 }
 
 TEST(TrustFindings, WhatRightsRefusedIsToldWithWhereToLook) {

@@ -195,7 +195,7 @@ TEST_F(TrustCommands, WhoMayNotSeeTheAuthorityIsToldSo) {
   init();
   for (const auto& words : std::vector<std::vector<std::string>>{{"init"}, {"add", "panel", "--here"}}) {
     auto all = words;
-    all.insert(all.begin(), "trust");
+    all.insert(all.begin(), {"trust", "dds"});
     all.insert(all.end(), {"--trust", trust()});
     const auto refused = as_nobody(all);
     EXPECT_EQ(refused.code, 1) << words[0];

@@ -81,7 +81,7 @@ TEST_F(TrustMay, TakesTheRolesOfTheFolderOrOfTheCommandLine) {
   EXPECT_EQ(unknown.code, 3);
   EXPECT_THAT(unknown.errors, IsEmpty()) << "no folder, no word about who is not in it";
   EXPECT_EQ(may({"desk", "read", kLamp, "--role", "admin"}).code, 0);
-  ASSERT_EQ(rubicon({"trust", "init", "--trust", trust()}).code, 0);
+  ASSERT_EQ(rubicon({"trust", "dds", "init", "--trust", trust()}).code, 0);
   const auto local = may({"local", "read", kLamp});
   EXPECT_EQ(local.code, 0) << "the folder says that it is an admin";
   EXPECT_THAT(local.errors, IsEmpty());

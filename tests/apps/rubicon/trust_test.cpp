@@ -40,7 +40,7 @@ TEST_F(TrustCommands, WhoHoldsTheFolderIsNamedByItsLock) {
 TEST_F(TrustCommands, AProgramThatReadsKeysWritesNoCoreFile) {
   init();
   const auto [file, phrase] = added("desk");
-  support::Process joins({kProgram, "trust", "join", file, "--yes", "--trust", folder_.file("other")});
+  support::Process joins({kProgram, "trust", "dds", "join", file, "--yes", "--trust", folder_.file("other")});
   ASSERT_TRUE(joins.line_with("member"));  // it waits for the phrase
   EXPECT_THAT(text_in("/proc/" + std::to_string(joins.pid()) + "/limits"), ContainsRegex("Max core file size +0 +0 "));
   joins.write(phrase + "\n");
@@ -114,7 +114,7 @@ TEST_F(TrustCommands, JoiningNeedsAConfirmedFingerprint) {
   const auto [file, phrase] = added("desk");
   const auto other = folder_.file("other");
   EXPECT_THAT(with(other, {"join", file}, phrase + "\n").errors, HasSubstr("expected --yes"));
-  Terminal terminal({kProgram, "trust", "join", file, "--trust", other}, 30, 120);
+  Terminal terminal({kProgram, "trust", "dds", "join", file, "--trust", other}, 30, 120);
   ASSERT_TRUE(terminal.shows("[y/N]")) << terminal.text();
   EXPECT_THAT(terminal.text(), HasSubstr("fingerprint  "));
   terminal.type("y\n");
@@ -132,7 +132,7 @@ TEST_F(TrustCommands, ThePhraseIsShownOnATerminalOnly) {
   EXPECT_EQ(hidden.code, 2);
   EXPECT_THAT(hidden.errors, HasSubstr("expected --phrase-file FILE"));
   EXPECT_TRUE(member("desk", trust()).is_null()) << "nothing was made";
-  Terminal terminal({kProgram, "trust", "add", "desk", "--out", folder_.file("desk.trust"), "--trust", trust()}, 30,
+  Terminal terminal({kProgram, "trust", "dds", "add", "desk", "--out", folder_.file("desk.trust"), "--trust", trust()}, 30,
                     120);
   ASSERT_TRUE(terminal.shows("phrase  ")) << terminal.text();
   EXPECT_EQ(terminal.exit_code(), 0);
@@ -196,7 +196,7 @@ TEST_F(TrustCommands, ARevokedMemberStaysSoAndItsNameIsTaken) {
 TEST_F(TrustCommands, AMemberOfThisHostIsRevokedOnlyIfItIsMeant) {
   init();
   added("desk");
-  const std::vector<std::string> words{kProgram, "trust", "revoke", "local", "--trust", trust()};
+  const std::vector<std::string> words{kProgram, "trust", "dds", "revoke", "local", "--trust", trust()};
   Terminal asked(words, 30, 120);
   ASSERT_TRUE(asked.shows("revoke it for good? [y/N]")) << asked.text();
   EXPECT_THAT(asked.text(), HasSubstr("local's key is on this host"));
@@ -209,11 +209,11 @@ TEST_F(TrustCommands, AMemberOfThisHostIsRevokedOnlyIfItIsMeant) {
   ASSERT_TRUE(meant.shows("local is revoked; ")) << meant.text();
   EXPECT_EQ(meant.exit_code(), 0);
   auto sure = words;
-  sure[3] = "island-6541";
+  sure[4] = "island-6541";
   sure.emplace_back("--yes");
   Terminal skipped(sure, 30, 120);
   EXPECT_TRUE(skipped.shows("island-6541 is revoked; ")) << skipped.text();
-  Terminal elsewhere({kProgram, "trust", "revoke", "desk", "--trust", trust()}, 30, 120);
+  Terminal elsewhere({kProgram, "trust", "dds", "revoke", "desk", "--trust", trust()}, 30, 120);
   EXPECT_TRUE(elsewhere.shows("desk is revoked; ")) << elsewhere.text();
 }
 
@@ -258,14 +258,14 @@ TEST_F(TrustCommands, AnOlderFileIsTakenOnlyByRequest) {
   // Of a member of another host it writes a file here.
   fs::create_directory(folder_.file("renewed"));
   const auto renewed = support::run_to_end(
-      {"env", "-C", folder_.file("renewed"), kProgram, "trust", "renew", "desk", "--days", "900", "--trust", trust()});
+      {"env", "-C", folder_.file("renewed"), kProgram, "trust", "dds", "renew", "desk", "--days", "900", "--trust", trust()});
   ASSERT_EQ(renewed.code, 0) << renewed.errors;
   ASSERT_EQ(with(other, {"join", folder_.file("renewed/desk.trust"), "--yes"}).code, 0);
   const auto second = member("desk", other)["serial"];
   ASSERT_NE(second, first);
   const auto refused = with(other, {"join", file, "--yes"}, phrase + "\n");
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.errors, AllOf(HasSubstr("expected a newer one"), HasSubstr("rubicon trust join --older")));
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("expected a newer one"), HasSubstr("rubicon trust dds join --older")));
   EXPECT_EQ(member("desk", other)["serial"], second);
   const auto taken = with(other, {"join", file, "--yes", "--older"}, phrase + "\n");
   EXPECT_EQ(taken.code, 0) << taken.errors;
