@@ -20,6 +20,7 @@
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/service_notice.h"
+#include "apps/rubicon-proxy/site_part.h"
 #include "apps/rubicon-proxy/trust_part.h"
 #include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
@@ -197,7 +198,9 @@ class Session {
       auto space = engine.mqtt_space.options(transports_);
       if (!space) return fail(ErrorCode::kIo, "tuples.mqtt.broker: " + space.error().text);
       options.mqtt = std::move(*space);
-      if (config.rights) options.mqtt->judge = judge_;
+      if (auto known = site_.open(engine.mqtt_space, loop_.scheduler().wall_now()); !known) return known;
+      if (config.rights || site_.has_realm()) options.mqtt->judge = judge_;
+      if (site_.has_realm()) options.mqtt->member_of = [this](const std::string& user) { return site_.member(user); };
     }
     if (engine.peis) options.peis = engine.peis_options;
     if (options.dds) options.dds->judge = judge_;
@@ -419,6 +422,7 @@ class Session {
   std::shared_ptr<trust::rights::RightsJudge> judge_;  ///< null: no member is judged
   AuditPart audit_{loop_.scheduler(), lines_, live_log_};
   TrustPart trust_{loop_.scheduler(), lines_};
+  SitePart site_{Log(lines_, "mqtt")};
   std::unique_ptr<tuples::Ecology> ecology_;
   tuples::engines::Engines* engines_ = nullptr;  ///< the same; null: within this process only
   OwnerId console_{};

@@ -22,6 +22,8 @@ std::string who_may_command(const island::IslandConfig& config) {
   const bool open_dds = engine.dds && config.engine.trust_folder.empty();
   if ((open_dds && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan))
     return "without trust: anybody who reaches its interfaces may command it";
+  if (engine.mqtt && engine.mqtt_space.trust_broker && engine.mqtt_space.realm_folder().empty())
+    return "without a realm: anybody at its broker may command it";
   if (open_dds || engine.peis) return "without trust: anybody on this host may command it";
   const auto host = engine.host ? host_setup(engine) : fail(ErrorCode::kNotFound, "");
   return host ? fmt::format("whoever may enter {} may command it", host->place.path) : std::string();

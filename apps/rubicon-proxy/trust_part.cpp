@@ -34,8 +34,8 @@ std::string ending(const trust::Trust& trust) {
   const int days = trust.days_left();
   if (days >= kWarnDays) return {};
   const auto& name = trust.own().name;
-  const auto help =
-      fmt::format("renew it on the host with the authority (rubicon trust dds renew {}), then reload this island", name);
+  const auto help = fmt::format(
+      "renew it on the host with the authority (rubicon trust dds renew {}), then reload this island", name);
   if (days < 0) return fmt::format("the certificate of {} has ended: no other component sees this one; {}", name, help);
   return fmt::format("the certificate of {} ends in {} day{}; {}", name, days, days == 1 ? "" : "s", help);
 }

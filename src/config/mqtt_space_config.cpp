@@ -2,18 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
+#include "transport/mqtt_tls.h"
+
 namespace rubicon::config {
 
 namespace {
 
+constexpr const char* kRealmFile = "realm.p7s";
 constexpr Duration kLongestLease = std::chrono::minutes(10);
 
 void check_user(ConfigReader& mqtt, const transport::MqttOptions& line) {
-  const bool certificate = line.tls && !line.tls->certificate_file.empty();
-  if (line.user.empty() && certificate)
-    return mqtt.error("broker",
-                      "has a certificate and no user, expected user too: the name (CN) in the certificate, "
-                      "which is this program's place in the topics");
   if (line.user.empty()) return;
   if (const auto good = tuples::mqtt::check_user(line.user); !good) mqtt.error("broker", good.error().text);
 }
@@ -40,15 +40,25 @@ Result<tuples::mqtt::SpaceOptions> MqttSpaceSetup::options(transport::Transports
   if (!line) return fail(std::move(line.error()));
   tuples::mqtt::SpaceOptions found;
   found.broker = std::move(*line);
-  if (!found.broker.user.empty()) found.user = found.broker.user;
+  if (!found.broker.user.empty()) {
+    found.user = found.broker.user;
+  } else if (found.broker.tls && !found.broker.tls->certificate_file.empty()) {
+    auto name = transport::certificate_name(found.broker.tls->certificate_file);
+    if (!name) return fail(std::move(name.error()));
+    found.user = std::move(*name);
+  }
   found.space = space;
   found.lease = lease;
   found.trust_broker = trust_broker;
   return found;
 }
 
-std::string MqttSpaceSetup::text() const {
-  return fmt::format("{}:{}, space {}", broker.line.host, broker.line.port, space);
+std::string MqttSpaceSetup::realm_folder() const {
+  const auto& tls = broker.line.tls;
+  if (!tls || tls->ca_file.empty()) return {};
+  const auto folder = std::filesystem::path(tls->ca_file).parent_path();
+  std::error_code none;
+  return std::filesystem::exists(folder / kRealmFile, none) ? folder.string() : std::string();
 }
 
 }  // namespace rubicon::config

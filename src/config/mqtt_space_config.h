@@ -17,8 +17,8 @@ struct MqttSpaceSetup {
 
   /// With the password, as it is when the program starts; the errors of MqttBrokerOptions::with_password().
   Result<tuples::mqtt::SpaceOptions> options(transport::Transports& transports) const;
-  /// `broker.lan:8883, space city`, for texts.
-  std::string text() const;
+  /// The folder of the realm whose authority the broker is checked by (docs/sites.md); empty = it is in none.
+  std::string realm_folder() const;
 };
 
 /// Reads the map; relative paths start at `directory`. Everything wrong is in the reader's errors.

@@ -73,7 +73,8 @@ trust::rights::Rights rights_of(const IslandConfig& config) {
 }
 
 std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config) {
-  const bool judged = config.rights || !config.engine.trust_folder.empty();
+  const bool has_realm = config.engine.mqtt && !config.engine.mqtt_space.realm_folder().empty();
+  const bool judged = config.rights || !config.engine.trust_folder.empty() || has_realm;
   if (!judged) return nullptr;
   std::vector<std::string> operators{"user:0", fmt::format("user:{}", ::geteuid())};
   return std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix,

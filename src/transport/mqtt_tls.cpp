@@ -6,7 +6,9 @@
 #include <openssl/x509v3.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <memory>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -99,6 +101,18 @@ Result<void> MqttTlsContext::read(const MqttTls& tls, const std::string& host) {
   if (::SSL_CTX_use_certificate_chain_file(context, tls.certificate_file.c_str()) != 1)
     return tls_error("certificate", tls.certificate_file);
   return read_key(context, tls.key_file);
+}
+
+Result<std::string> certificate_name(const std::string& file) {
+  const std::unique_ptr<SSL_CTX, decltype(&::SSL_CTX_free)> context(::SSL_CTX_new(::TLS_client_method()),
+                                                                    ::SSL_CTX_free);
+  if (!context || ::SSL_CTX_use_certificate_chain_file(context.get(), file.c_str()) != 1)
+    return tls_error("certificate", file);
+  std::array<char, 256> name{};
+  auto* subject = ::X509_get_subject_name(::SSL_CTX_get0_certificate(context.get()));
+  const auto size = ::X509_NAME_get_text_by_NID(subject, NID_commonName, name.data(), static_cast<int>(name.size()));
+  if (size > 0) return std::string(name.data(), static_cast<std::size_t>(size));
+  return fail(ErrorCode::kInvalid, file + ": the certificate has no common name (CN)");
 }
 
 }  // namespace rubicon::transport

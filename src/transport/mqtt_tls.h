@@ -33,4 +33,8 @@ class MqttTlsContext {
   std::string fault_;
 };
 
+/// The common name in a certificate (PEM): the user, for a broker that takes it for that. kNotFound, kIo or kInvalid
+/// with the path.
+Result<std::string> certificate_name(const std::string& file);
+
 }  // namespace rubicon::transport

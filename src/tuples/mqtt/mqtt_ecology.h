@@ -12,6 +12,7 @@
 #include "base/limited_log.h"
 #include "transport/transports.h"
 #include "tuples/judge.h"
+#include "tuples/member.h"
 #include "tuples/mqtt/presence.h"
 #include "tuples/stand_in.h"
 
@@ -27,6 +28,8 @@ struct SpaceOptions {
   /// Take requests of others from a broker whose users may write in each other's names.
   bool trust_broker = false;
   std::shared_ptr<Judge> judge = nullptr;  ///< what members may do here; null: whatever the broker lets them
+  /// Who a user is, by the realm; nullptr: nobody. Empty: each user is a member without roles, and `island-7` island 7.
+  std::function<std::shared_ptr<const Member>(const std::string& user)> member_of{};
 };
 inline constexpr Duration kMinLease = std::chrono::seconds(13);
 /// kInvalid: user, space or lease.

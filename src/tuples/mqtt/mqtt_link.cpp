@@ -28,7 +28,8 @@ std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::string& host, con
 }
 
 /// The user that the broker vouches for.
-std::shared_ptr<const Member> member_of(const std::string& user) {
+std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user) {
+  if (options.member_of) return options.member_of(user);
   if (user == kAnonymous) return nullptr;
   auto member = std::make_shared<Member>();
   member->name = user;
@@ -96,7 +97,8 @@ void MqttLink::introduce() {
 // -- peers
 
 PeerIdentity MqttLink::identity_of(OwnerId id, const Reached& reached) const {
-  PeerIdentity identity{id, reached.shown.incarnation, reached.shown.host, member_of(reached.line.user)};
+  PeerIdentity identity{id, reached.shown.incarnation, reached.shown.host,
+                        member_of(ecology_.options_, reached.line.user)};
   identity.own_process = reached.line == ecology_.own_;
   return identity;
 }
