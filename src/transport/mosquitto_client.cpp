@@ -66,6 +66,11 @@ class MosquittoClient {
   struct Unacknowledged {
     std::string topic;
     std::uint64_t number = 0;
+    Clock::time_point since;
+  };
+  struct Asked {
+    std::vector<MqttAsk> asks;
+    Clock::time_point since;
   };
 
   static MosquittoClient& self(void* user) { return *static_cast<MosquittoClient*>(user); }
@@ -177,7 +182,24 @@ class MosquittoClient {
     if ((ready[1].revents & POLLOUT) != 0 && !over_) check(::mosquitto_loop_write(client_, 1));
     if (!over_) send();
     if (!over_) check(::mosquitto_loop_misc(client_));
+    if (!over_ && !leave_at_) look_for_answers();
     tell();
+  }
+
+  /// mosquitto 2.0 drops its answers too, for a client that did not read for a while.
+  void look_for_answers() {
+    const auto now = Clock::now();
+    if (now < next_look_) return;
+    next_look_ = now + seconds(1);
+    if (::mosquitto_want_write(client_)) written_ = now;
+    const auto late = [&](const auto& asked) { return std::max(asked.second.since, written_) + 2 * keep_alive_ < now; };
+    if (std::any_of(asked_.begin(), asked_.end(), late)) fail_with(no_answer("a subscription"));
+    if (!over_ && std::any_of(unacknowledged_.begin(), unacknowledged_.end(), late))
+      fail_with(no_answer("a publication"));
+  }
+
+  Error no_answer(const char* to) const {
+    return {ErrorCode::kUnreachable, fmt::format("{}: the broker does not answer {}", name_, to)};
   }
 
   milliseconds timeout() const { return leave_at_ ? milliseconds(20) : milliseconds(1000); }
@@ -219,9 +241,9 @@ class MosquittoClient {
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
     if (message.qos == 0) return;
     if (result == MOSQ_ERR_SUCCESS)
-      unacknowledged_[id] = {message.topic, message.number};
+      unacknowledged_[id] = {message.topic, message.number, Clock::now()};
     else
-      not_taken({message.topic, message.number}, MqttReason::kUnspecified,
+      not_taken({message.topic, message.number, {}}, MqttReason::kUnspecified,
                 {ErrorCode::kInvalid,
                  fmt::format("{}: cannot publish to {}: {}", name_, message.topic, ::mosquitto_strerror(result))});
   }
@@ -263,7 +285,11 @@ class MosquittoClient {
                            ? ::mosquitto_subscribe_multiple(client_, &id, count, filters.data(), first.qos, 0, nullptr)
                            : ::mosquitto_unsubscribe_multiple(client_, &id, count, filters.data(), nullptr);
     if (result == MOSQ_ERR_SUCCESS || is_end(result)) {
-      for (auto& ask : asks) first.wanted ? asked_[id].push_back(std::move(ask)) : exchange_.answered_ask(ask);
+      if (first.wanted) {
+        asked_[id] = {std::vector<MqttAsk>(asks.begin(), asks.end()), Clock::now()};
+      } else {
+        for (auto& ask : asks) exchange_.answered_ask(ask);
+      }
       return check(result);
     }
     if (asks.size() == 1) {
@@ -308,6 +334,7 @@ class MosquittoClient {
     event.kind = MqttEvent::Kind::kConnected;
     event.connack = std::make_unique<MqttConnack>(read_connack(properties, version_5_, options_.keep_alive));
     const auto largest = event.connack->largest_packet;
+    keep_alive_ = event.connack->keep_alive;
     constexpr std::size_t kHeader = 1 + 4, kPacketId = 2, kProperties = 1;
     if (largest > 0)
       filters_at_once_ = std::min(kFiltersAtOnce, largest - std::min(largest, kHeader + kPacketId + kProperties));
@@ -332,8 +359,9 @@ class MosquittoClient {
     heard_ += 1;
     const auto asked = asked_.extract(id);
     if (asked.empty()) return;
-    for (int i = 0; i < count && i < static_cast<int>(asked.mapped().size()); ++i) {
-      const auto& ask = asked.mapped()[static_cast<std::size_t>(i)];
+    const auto& asks = asked.mapped().asks;
+    for (int i = 0; i < count && i < static_cast<int>(asks.size()); ++i) {
+      const auto& ask = asks[static_cast<std::size_t>(i)];
       exchange_.answered_ask(ask);
       granted[i] < 0x80 ? subscribed(ask.filter) : refused(ask.filter, granted[i]);
     }
@@ -423,7 +451,7 @@ class MosquittoClient {
   std::string name_;
   std::unique_ptr<MqttTlsContext> tls_;
   mosquitto* client_ = nullptr;
-  std::map<int, std::vector<MqttAsk>> asked_;  ///< by the number of their SUBSCRIBE
+  std::map<int, Asked> asked_;  ///< by the number of their SUBSCRIBE
   std::vector<MqttEvent> events_;
   std::map<int, Unacknowledged> unacknowledged_;  ///< publications of QoS 1 by their packet identifiers
   /// What waits beyond it in the library would be overtaken by QoS 0.
@@ -432,6 +460,8 @@ class MosquittoClient {
   std::size_t heard_ = 0;                         ///< bytes, about, of the last call to the library
   int reason_ = kNoReason;  ///< that the broker gave for the end; below 0x80 a code of the library
   std::string complaint_;   ///< the first error in the library's log
+  Duration keep_alive_{};
+  Clock::time_point next_look_{}, written_{};  ///< for late answers; when something waited to be written
   std::optional<Clock::time_point> leave_at_;
   bool accepted_ = false, over_ = false;
   End end_ = End::kDone;

@@ -57,7 +57,7 @@ struct MqttConnack {
   std::size_t largest_packet = 0;         ///< that it takes, in bytes; 0 = not told. It may have a limit all the same.
   bool retains = true;                    ///< if false, it keeps no retained messages: those are sent on as all others
   Duration keep_alive{};                  ///< in force: the broker's if it has one (Server Keep Alive), else ours
-  std::string_view client_id;             ///< that of MqttOptions, or the one that the line made; valid during the call
+  std::string_view client_id{};           ///< that of MqttOptions, or the one that the line made; valid during the call
 };
 
 /// A received message; valid during the call.
@@ -153,8 +153,9 @@ struct MqttCounters {
 ///
 /// Received messages come in the order in which the broker sends them. A loop that takes them more slowly than they
 /// come makes the line stop reading at kMaxUndelivered; from then on the broker must wait, and it drops what is beyond
-/// its own limits (mosquitto: the newest, silently, at QoS 1 too). A loop that stands still with that much for longer
-/// than two keep-alive times loses the connection, because the answers to pings are not read either.
+/// its own limits: mosquitto the newest, silently, at QoS 1 too, and at QoS 0 also its answers to subscriptions and
+/// publications. A broker that owes such an answer, or one to a ping, for two keep-alive times is lost. So is one whose
+/// messages wait that long because the loop stands still.
 class MqttLine {
  public:
   /// Bounds of what waits for a busy line: publications, and their bytes.

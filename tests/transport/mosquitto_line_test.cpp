@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <arpa/inet.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -141,6 +144,40 @@ TEST_F(LiveBroker, ASecondClientWithTheSameIdTakesOverAndTheWillIsPublished) {
   EXPECT_THAT(bob.failures, IsEmpty());
   EXPECT_EQ(ann.line->publish({"a", "b"}).error().code, ErrorCode::kUnreachable);
   EXPECT_EQ(listener.next(), "online offline");
+}
+
+/// Of the sockets of this process that are connected to this port: how many, and how many have TCP_NODELAY.
+std::pair<int, int> connections_to(std::uint16_t port) {
+  std::pair<int, int> found{};
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    const int descriptor = std::stoi(entry.path().filename());
+    sockaddr_in peer{};
+    socklen_t size = sizeof peer;
+    if (::getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &size) != 0 || peer.sin_family != AF_INET)
+      continue;
+    if (ntohs(peer.sin_port) != port) continue;
+    int at_once = 0;
+    socklen_t length = sizeof at_once;
+    ::getsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &at_once, &length);
+    ++found.first;
+    if (at_once != 0) ++found.second;
+  }
+  return found;
+}
+
+TEST_F(LiveBroker, SmallMessagesAreNotHeldBack) {
+  start();
+  connect(ann, options());
+  EXPECT_EQ(connections_to(broker->port()), std::pair(1, 1));
+  ann.line.reset();
+  const Certificates certificates;
+  ASSERT_EQ(certificates.reason(), "");
+  start({.port = 8883, .tls = &certificates});
+  auto with = options();
+  with.port = 8883;
+  with.tls = MqttTls{certificates.path("ca.pem"), {}, {}, "broker.test"};
+  connect(bob, with);
+  EXPECT_EQ(connections_to(8883), std::pair(1, 1));
 }
 
 TEST_F(LiveBroker, AWrongPasswordIsRefusedAndNotRepeated) {

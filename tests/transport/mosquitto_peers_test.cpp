@@ -171,6 +171,28 @@ TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsReported) {
   EXPECT_THAT(client.failures[0].text, HasSubstr("another client with the same client id"));
 }
 
+/// mosquitto drops its answers for a client that did not read: without this its publications would wait for ever.
+TEST_F(OddPeers, AnAnswerThatNeverComesEndsTheLine) {
+  Peer peer(world.loop, [](const std::string& packet) {
+    if (level(packet) == 5) return std::pair(std::string("\x20\x03\x00\x00\x00", 5), false);
+    return std::pair(packet.ends_with(std::string("\xc0\x00", 2)) ? std::string("\xd0\x00", 2) : std::string(), false);
+  });
+  auto with = to(peer);
+  with.keep_alive = 5s;
+  MqttClient subscriber, publisher, other;
+  for (auto* client : {&subscriber, &publisher, &other}) {
+    client->open(world.local, with);
+    ASSERT_TRUE(world.until([&] { return client->connected == 1; }));
+  }
+  ASSERT_TRUE(subscriber.line->subscribe("a"));
+  ASSERT_TRUE(publisher.line->publish({"a", "1", false, 1}));
+  ASSERT_TRUE(other.line->publish({"a", "1"}));
+  ASSERT_TRUE(world.until([&] { return !subscriber.failures.empty() && !publisher.failures.empty(); }));
+  EXPECT_THAT(subscriber.failures[0].text, HasSubstr("the broker does not answer a subscription"));
+  EXPECT_THAT(publisher.failures[0].text, HasSubstr("the broker does not answer a publication"));
+  EXPECT_THAT(other.failures, IsEmpty()) << "pings are answered";
+}
+
 TEST_F(OddPeers, WrongOptionsAndUnknownHostsAreReported) {
   MqttOptions with;
   EXPECT_EQ(world.local.open_mqtt(with, {}).error().code, ErrorCode::kInvalid) << "no host";
@@ -271,6 +293,17 @@ TEST_F(Exchange, FiltersGoBeforeThePublicationsThatFollowThem) {
   EXPECT_THAT(work.asks, IsEmpty());
   ASSERT_TRUE(work.publication);
   EXPECT_FALSE(exchange->take_work(true).publication);
+}
+
+TEST_F(Exchange, FiltersThatWaitForTheBrokerAreBounded) {
+  const MqttAsk large{std::string(60'000, 'a'), 0, true};
+  std::size_t asked = 0;
+  while (exchange->ask(large)) ++asked;
+  EXPECT_EQ(asked, MqttLine::kMaxAskedBytes / MqttExchange::cost(large));
+  EXPECT_THAT(exchange->take_work(false).asks, SizeIs(asked));
+  EXPECT_EQ(exchange->ask(large).error().code, ErrorCode::kBusy) << "they wait for their answer";
+  exchange->answered_ask(large);
+  EXPECT_TRUE(exchange->ask(large));
 }
 
 /// The exchanges of lines, each with a thread.

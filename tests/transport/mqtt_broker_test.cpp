@@ -194,9 +194,122 @@ TEST_F(MemoryBroker, ASecondClientWithTheSameIdTakesOver) {
   connect(bob, options("same"));
   time.run_for(1s);
   ASSERT_THAT(ann.failures, SizeIs(1));
-  EXPECT_EQ(ann.failures[0].code, ErrorCode::kDuplicate);
+  EXPECT_EQ(ann.failures[0].code, ErrorCode::kUnreachable);
   EXPECT_THAT(bob.failures, IsEmpty());
   EXPECT_THAT(broker.clients(), ElementsAre("same"));
+  broker.tells_take_over = true;
+  MqttClient third;
+  connect(third, options("same"));
+  ASSERT_THAT(bob.failures, SizeIs(1));
+  EXPECT_EQ(bob.failures[0].code, ErrorCode::kDuplicate);
+}
+
+/// The will of the connection that is gone comes when the new one is long there.
+TEST_F(MemoryBroker, AHalfOpenConnectionHasItsWillLate) {
+  auto with_will = options("old");
+  with_will.keep_alive = 10s;
+  with_will.will = MqttWill{"p/old", "", true, 0};
+  connect(ann, with_will);
+  ASSERT_TRUE(ann.line->publish({"p/old", "here", true}));
+  time.run_for(1s);
+  broker.stall("old", true);
+  ASSERT_TRUE(ann.line->publish({"lost", "1"}));
+  ann.line.reset();
+  connect(bob, options("new"));
+  ASSERT_TRUE(bob.line->subscribe("p/#"));
+  time.run_for(19s);
+  EXPECT_THAT(bob.received, ElementsAre("p/old here*"));
+  EXPECT_THAT(broker.clients(), ElementsAre("new", "old"));
+  time.run_for(1s);
+  EXPECT_THAT(bob.received, ElementsAre("p/old here*", "p/old "));
+  EXPECT_THAT(broker.clients(), ElementsAre("new"));
+  EXPECT_THAT(broker.published("lost"), IsEmpty());
+}
+
+TEST_F(MemoryBroker, AHalfOpenLineIsLostAfterTwoKeepAliveTimesOrGoesOn) {
+  auto ten = options("ann");
+  ten.keep_alive = 10s;
+  connect(ann, ten);
+  connect(bob, options("bob"));
+  ASSERT_TRUE(ann.line->subscribe("a"));
+  time.run_for(1s);
+  broker.stall("ann", true);
+  ASSERT_TRUE(bob.line->publish({"a", "1"}));
+  ASSERT_TRUE(ann.line->publish({"b", "2"}));
+  time.run_for(9s);
+  EXPECT_THAT(ann.received, IsEmpty());
+  EXPECT_THAT(broker.published("b"), IsEmpty());
+  broker.stall("ann", false);
+  time.run_for(1min);
+  EXPECT_THAT(ann.received, ElementsAre("a 1"));
+  EXPECT_THAT(broker.published("b"), ElementsAre("2"));
+  broker.stall("ann", true);
+  time.run_for(19s);
+  EXPECT_THAT(ann.failures, IsEmpty());
+  EXPECT_TRUE(ann.line->publish({"b", "3"}));
+  time.run_for(2s);
+  ASSERT_THAT(ann.failures, SizeIs(1));
+  EXPECT_THAT(ann.failures[0].text, HasSubstr("does not answer"));
+  EXPECT_THAT(broker.clients(), ElementsAre("bob"));
+}
+
+TEST_F(MemoryBroker, ASlowReaderLosesTheNewest) {
+  broker.max_queued = 3;
+  broker.max_in_flight = 2;
+  connect(ann, options("ann"));
+  connect(bob, options("bob"));
+  for (const auto* filter : {"a", "b"}) ASSERT_TRUE(ann.line->subscribe(filter, *filter == 'b' ? 1 : 0));
+  time.run_for(1s);
+  broker.slow("ann", 1s);
+  for (int i = 0; i < 9; ++i) ASSERT_TRUE(bob.line->publish({"a", std::to_string(i), false, 1}));
+  time.run_for(10s);
+  EXPECT_THAT(ann.received, ElementsAre("a 0", "a 1", "a 2", "a 3"));
+  EXPECT_THAT(bob.taken, SizeIs(9));
+  ann.received.clear();
+  for (int i = 0; i < 9; ++i) ASSERT_TRUE(bob.line->publish({"b", std::to_string(i), false, 1}));
+  time.run_for(4s);
+  EXPECT_THAT(ann.received, SizeIs(4)) << "one a second";
+  time.run_for(10s);
+  EXPECT_THAT(ann.received, ElementsAre("b 0", "b 1", "b 2", "b 3", "b 4"));
+}
+
+TEST_F(MemoryBroker, WhatWaitsExpiresAtQos1Only) {
+  connect(ann, options("ann"));
+  connect(bob, options("bob"));
+  ASSERT_TRUE(ann.line->subscribe("a", 1));
+  time.run_for(1s);
+  broker.stall("ann", true);
+  for (const auto qos : {std::uint8_t{0}, std::uint8_t{1}})
+    ASSERT_TRUE(bob.line->publish({"a", std::to_string(qos), false, qos, MqttQueue::kInOrder, 2s}));
+  time.run_for(3s);
+  broker.stall("ann", false);
+  time.run_for(1s);
+  EXPECT_THAT(ann.received, ElementsAre("a 0"));
+}
+
+TEST_F(MemoryBroker, WhatIsRetainedBy311DoesNotExpire) {
+  auto old = options();
+  old.version = MqttVersion::k311;
+  connect(ann, old);
+  ASSERT_TRUE(ann.line->publish({"a", "1", true, 0, MqttQueue::kInOrder, 1s}));
+  broker.publish("b", "1", true, 0, 1s);
+  broker.publish("c", "1", true, 0, 1s);
+  broker.publish("c", "2", true);
+  time.run_for(2s);
+  EXPECT_THAT(broker.retained(), ElementsAre(std::pair("a", "1"), std::pair("c", "2")));
+}
+
+TEST_F(MemoryBroker, LosesWhatATestWants) {
+  broker.loses = [](const std::string& client, const MqttPublication& message) {
+    return client == "ann" && message.payload == "2";
+  };
+  connect(ann, options("ann"));
+  connect(bob, options("bob"));
+  for (auto* client : {&ann, &bob}) ASSERT_TRUE(client->line->subscribe("a"));
+  for (const auto* payload : {"1", "2", "3"}) ASSERT_TRUE(bob.line->publish({"a", payload}));
+  time.run_for(1s);
+  EXPECT_THAT(ann.received, ElementsAre("a 1", "a 3"));
+  EXPECT_THAT(bob.received, SizeIs(3));
 }
 
 TEST_F(MemoryBroker, DropsWhatAnAccessListForbidsAndRepeatsQos1WhereATestWants) {
@@ -242,6 +355,12 @@ TEST_F(MemoryBroker, WrongOptionsTopicsAndFiltersAreRefused) {
   wrong = options();
   wrong.password = "x";
   EXPECT_THAT(memory.open_mqtt(wrong, {}).error().text, HasSubstr("a password needs a user"));
+  wrong = options();
+  wrong.keep_alive = 4s;
+  EXPECT_THAT(memory.open_mqtt(wrong, {}).error().text, HasSubstr("keep-alive must be 5 s to"));
+  wrong.keep_alive = 5s;
+  wrong.will = MqttWill{"a", "", true, 2};
+  EXPECT_THAT(memory.open_mqtt(wrong, {}).error().text, HasSubstr("QoS of the will"));
   connect(ann, options());
   EXPECT_EQ(ann.line->publish({"a/+", ""}).error().code, ErrorCode::kInvalid);
   EXPECT_EQ(ann.line->subscribe("a/#/b").error().code, ErrorCode::kInvalid);

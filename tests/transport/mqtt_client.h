@@ -18,6 +18,7 @@ struct MqttClient {
   MqttConnack connack;                ///< without its client id
   std::vector<std::string> subscribed, refused, taken, not_taken;
   std::vector<std::string> outcomes;  ///< `number reason`, of both kinds
+  std::vector<std::string> order;     ///< of `received`, and of `subscribed` as `+filter`
   std::vector<std::string> too_long;  ///< `topic bytes`
   std::vector<Error> failures;
 
@@ -33,12 +34,16 @@ struct MqttClient {
     calls.received = [this](const MqttMessage& message) {
       received.push_back(std::string(message.topic) + ' ' + std::string(message.payload) +
                          (message.retained ? "*" : ""));
+      order.push_back(received.back());
     };
     calls.too_long = [this](std::string_view topic, std::size_t bytes) {
       too_long.push_back(std::string(topic) + ' ' + std::to_string(bytes));
     };
     calls.refused = [this](std::string_view filter, const Error&) { refused.emplace_back(filter); };
-    calls.subscribed = [this](std::string_view filter) { subscribed.emplace_back(filter); };
+    calls.subscribed = [this](std::string_view filter) {
+      subscribed.emplace_back(filter);
+      order.push_back('+' + std::string(filter));
+    };
     calls.taken = [this](const MqttOutcome& outcome) {
       taken.emplace_back(outcome.topic);
       outcomes.push_back(text_of(outcome));

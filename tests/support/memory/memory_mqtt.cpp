@@ -42,7 +42,8 @@ class MemoryMqttLine final : public MqttLine {
   Result<void> publish(MqttPublication publication) override {
     if (!session_->connected)
       return fail(ErrorCode::kUnreachable, fmt::format("{}: cannot publish: not connected", session_->name));
-    const auto largest = session_->version_5 ? session_->broker->largest_packet : kNoLimit;
+    const bool told = session_->version_5 && session_->broker != nullptr;
+    const auto largest = told ? session_->broker->largest_packet : kNoLimit;
     if (auto right = check_publication(publication, largest, session_->name); !right) return right;
     if (auto queued = session_->queue.push(std::move(publication), session_->name); !queued) return queued;
     flush();
@@ -74,7 +75,7 @@ class MemoryMqttLine final : public MqttLine {
     if (std::exchange(session_->flushing, true)) return;
     net_.scheduler().post([session = session_] {
       session->flushing = false;
-      if (session->alive && session->connected) session->broker->take_in(session);
+      if (session->alive && session->connected && session->broker != nullptr) session->broker->take_in(session);
     });
   }
 
@@ -88,6 +89,7 @@ void lose(MemoryNet& net, const SessionPtr& session, Error why) {
   session->broker = nullptr;
   session->deadline.cancel();
   session->silence.cancel();
+  session->backlog.clear();
   net.scheduler().post([session, why = std::move(why)] {
     if (session->alive && session->calls.failed) session->calls.failed(why);
   });
