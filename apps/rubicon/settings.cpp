@@ -54,8 +54,15 @@ Result<client::Broker> broker_of(const config::MqttSpaceSetup& setup) {
   auto space = setup.options(files);
   if (!space) return fail(std::move(space.error()));
   const auto& line = space->broker;
-  client::Broker broker{line.host, line.port, space->space, line.user, line.password, line.tls.has_value(),
-                        {},        {},        {},           {},        space->lease,  space->trust_broker};
+  client::Broker broker;
+  broker.host = line.host;
+  broker.port = line.port;
+  broker.space = space->space;
+  if (space->user != tuples::mqtt::kAnonymous) broker.user = space->user;
+  broker.password = line.password;
+  broker.tls = line.tls.has_value();
+  broker.lease = space->lease;
+  broker.trust = space->trust_broker;
   if (!line.tls) return broker;
   broker.ca_file = line.tls->ca_file;
   broker.certificate_file = line.tls->certificate_file;

@@ -87,7 +87,7 @@ struct Client::Impl {
 
   bool expects_components() const {
     return (ecology->dds() && ecology->dds()->expects_components()) ||
-           (ecology->host() && !ecology->host()->knows_all());
+           (ecology->host() && !ecology->host()->knows_all()) || (ecology->mqtt() && !ecology->mqtt()->knows_all());
   }
 
   MessageClient& office() {

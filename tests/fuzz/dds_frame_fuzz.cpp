@@ -18,6 +18,8 @@ struct Copy final : distant::FrameReader {
   void on_reply(Reply&& reply) override { frame.add(reply); }
   void on_identity_check(const distant::IdentityCheck& check) override { frame.add(check); }
   void on_times(const distant::FrameTimes& times) override { frame.add(times); }
+  void on_subscription(SubscriptionSpec&& spec) override { frame.add_subscription(spec); }
+  void on_unsubscription(std::uint32_t id) override { frame.add_unsubscription(id); }
 
   distant::FrameWriter frame;
 };

@@ -19,6 +19,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"tuples", {}},
     {"tuples/dds", {"transport"}},
     {"tuples/host", {"transport"}},
+    {"tuples/mqtt", {"transport"}},
     {"tuples/peis", {"transport"}},
     {"tuples/engines", {"transport"}},
     {"trust", {"tuples"}},
@@ -32,7 +33,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"sqlite", {}},
     {"state", {"sqlite"}},
     {"proxy", {"gateway", "tuples", "state"}},
-    {"config", {"recording", "trust", "tuples"}},
+    {"config", {"recording", "transport", "trust", "tuples"}},
     {"recorder", {"config", "recording", "transport", "tuples"}},
     {"history", {"config", "recording", "sqlite", "transport", "tuples"}},
     {"console", {"transport", "tuples"}},
@@ -114,10 +115,10 @@ std::string folder_of(const std::string& path) {
   return first + "/" + rest.substr(0, rest.find('/'));
 }
 
-/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS and the folder of a host,
-/// which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys; KNX
+/// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, the folder of a host
+/// and brokers, which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys; KNX
 /// projects, which are archives.
-const Names kRooms{"tuples/dds",  "tuples/host",          "tuples/peis",        "tuples/engines",
+const Names kRooms{"tuples/dds", "tuples/host", "tuples/mqtt", "tuples/peis", "tuples/engines",
                    "trust/guard", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {

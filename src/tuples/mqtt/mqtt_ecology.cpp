@@ -24,6 +24,8 @@ constexpr std::uint8_t kFence = 0xff;
 constexpr Duration kBrokerLooks = std::chrono::seconds(5);
 /// Frames that all others together may have under way to one process: below the queue that brokers have by default.
 constexpr std::uint32_t kQueue = 800, kLeastCredit = 4;
+/// A broker forgets what is retained after this time; it is written again before.
+constexpr Duration kRetained = std::chrono::hours(1), kShowAgain = std::chrono::minutes(25);
 constexpr Duration kLately = std::chrono::seconds(10);
 constexpr Duration kLook = std::chrono::seconds(1);
 
@@ -122,13 +124,13 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
   log_.unlimited().info(fmt::format("connected with {}:{} as {}", options_.broker.host, options_.broker.port,
                                     options_.user == kAnonymous ? "nobody" : options_.user));
   std::ignore = line_->subscribe(topics_.inbox_filter(own_), 0);
-  show_line();
-  each_link([this](const MqttLink& link) { show(link); });
+  show_all();
   fence();
 }
 
 void MqttEcology::on_failed(const Error& why) {
   const bool refused = why.code == ErrorCode::kRefused;
+  if (connected_) former_.push_back(own_);
   connected_ = false;
   fence_timer_.cancel();
   line_.reset();
@@ -150,8 +152,18 @@ void MqttEcology::connect_later() {
   pause_ = std::min(2 * pause_, std::max(pause_, kLongestPause));
 }
 
-void MqttEcology::show_line() {
+void MqttEcology::show_all() {
+  shown_at_ = scheduler_.now();
   publish(topics_.line(own_), line_text({count_, options_.lease}), true);
+  each_link([this](const MqttLink& link) { show(link); });
+}
+
+/// What earlier connections of this process showed; the broker's own message for their end may come later.
+void MqttEcology::empty_former() {
+  for (const auto& line : std::exchange(former_, {})) {
+    for (const auto id : presence_.shown_on(line)) publish(topics_.component(line, id), {}, true);
+    publish(topics_.line(line), {}, true);
+  }
 }
 
 void MqttEcology::fence() {
@@ -173,6 +185,7 @@ void MqttEcology::on_fence(ByteView payload) {
 
 void MqttEcology::on_complete() {
   knows_all_ = true;
+  empty_former();
   presence_.read_again();
   each_link([](MqttLink& link) { link.reconnected(); });
 }
@@ -180,7 +193,10 @@ void MqttEcology::on_complete() {
 bool MqttEcology::publish(std::string topic, std::string payload, bool retained) {
   if (!connected_) return false;
   transport::MqttPublication one{std::move(topic), std::move(payload), retained, 0, {}, {}, 0};
-  if (retained) one.qos = 1;  // the answer counts
+  if (retained) {
+    one.qos = 1;  // the answer counts
+    one.expiry = kRetained;
+  }
   auto done = line_->publish(std::move(one));
   if (!done && done.error().code != ErrorCode::kBusy) log_.warning("publish", done.error().text);
   return done.has_value();
@@ -339,6 +355,7 @@ void MqttEcology::look() {
   if (question_ == 0) question_ = static_cast<std::uint64_t>(std::random_device()()) << 16 | 1;
   std::erase_if(heard_, [now = scheduler_.now()](const auto& one) { return now - one.second > kLately; });
   if (!knows_all_ || !connected_) return;
+  if (scheduler_.now() - shown_at_ > kShowAgain) show_all();
   ask_rivals();
   const auto alive = lifetime_.watch();
   each_link([this](const MqttLink& link) {

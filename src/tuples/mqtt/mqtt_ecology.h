@@ -84,7 +84,8 @@ class MqttEcology final : public StandInEcology {
   void on_connected(const transport::MqttConnack& connack);
   void on_failed(const Error& why);
   void connect_later();
-  void show_line();
+  void show_all();
+  void empty_former();
   void fence();
   void on_fence(ByteView payload);
   void on_complete();
@@ -119,6 +120,7 @@ class MqttEcology final : public StandInEcology {
   Topics topics_;
   Presence presence_;
   Line own_;
+  std::vector<Line> former_;  ///< earlier connections of this process that may have left topics
   std::unique_ptr<transport::MqttLine> line_;
   bool connected_ = false, knows_all_ = false;
   unsigned fences_ = 0;        ///< that came back on this connection
@@ -133,6 +135,7 @@ class MqttEcology final : public StandInEcology {
   std::uint64_t question_ = 0;
   std::function<void(OwnerId)> displaced_;
   Counters counters_;
+  SteadyTime shown_at_{};  ///< presence, last
   Timer retry_, look_, fence_timer_;
   base::OncePerTurn flush_soon_;
   base::Lifetime lifetime_;

@@ -131,12 +131,18 @@ void MqttLink::peer_up(OwnerId id, const Reached& reached) {
   peer.summary = reached.shown.summary;
   if (std::exchange(peer.requests_of, identity.incarnation) != identity.incarnation) peer.last_request = 0;
   open_channel(peer);
-  policy_->peer_up(identity);
+  policy_->peer_up(as_judged(identity));
   send_interests(peer);
   const auto alive = lifetime_.watch();
   const auto summary = peer.summary;
   listener_->on_peer(identity, PeerEvent::kUp);
   if (!alive.ended() && attached() && !summary.empty() && find_up(id)) listener_->on_summary(id, summary);
+}
+
+/// Whoever reaches the broker may say to be of this host: without a judge that opens nothing.
+PeerIdentity MqttLink::as_judged(PeerIdentity identity) const {
+  if (!ecology_.options_.judge && !identity.own_process) identity.host = "broker:" + identity.host;
+  return identity;
 }
 
 /// Whenever an owner is met again it is asked again, and sends snapshots.

@@ -75,6 +75,7 @@ class MqttLink final : public Link, private distant::FrameReader {
   void peer_up(OwnerId id, const Reached& reached);
   void peer_down(OwnerId id, PeerEvent how);
   PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
+  PeerIdentity as_judged(PeerIdentity identity) const;
   void open_channel(Peer& peer);
   void send_interests(Peer& peer);
   void received(OwnerId id, ByteView entries);

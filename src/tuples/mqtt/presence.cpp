@@ -179,6 +179,12 @@ void Presence::review(OwnerId id, PeerEvent how) {
   calls_.changed(id, how);
 }
 
+std::vector<OwnerId> Presence::shown_on(const Line& line) const {
+  const auto found = lines_.find(line);
+  if (found == lines_.end()) return {};
+  return {found->second.components.begin(), found->second.components.end()};
+}
+
 const Reached* Presence::reached(OwnerId id) const {
   const auto found = reached_.find(id);
   return found == reached_.end() ? nullptr : &found->second;

@@ -52,6 +52,8 @@ class Presence {
   /// One component of each such line.
   std::vector<std::pair<OwnerId, Reached>> doubted() const;
 
+  /// What was shown on that line.
+  std::vector<OwnerId> shown_on(const Line& line) const;
   /// nullptr: not there.
   const Reached* reached(OwnerId id) const;
   std::vector<OwnerId> all() const;

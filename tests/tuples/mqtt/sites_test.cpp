@@ -7,6 +7,7 @@
 #include "support/memory/memory_transports.h"
 #include "support/memory/mqtt_broker.h"
 #include "tuples/component.h"
+#include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/mqtt_ecology.h"
 
 namespace rubicon::tuples::mqtt {
@@ -183,6 +184,23 @@ TEST_F(Sites, WhatIsLeftOfADeadConnectionIsNobody) {
   EXPECT_THAT(hall->displaced, IsEmpty()) << "who is dead answers nothing";
 }
 
+/// What a killed process showed goes by itself; what lives is written again before.
+TEST_F(Sites, WhatIsRetainedEndsAfterAnHour) {
+  const auto line = stranger();
+  time.run_for(3h);
+  EXPECT_EQ(broker.retained().size(), 4U);
+  EXPECT_THAT(lab->take(), IsEmpty());
+  EXPECT_EQ(command("on"), Verdict::kApplied);
+  const auto saved = broker.retained();
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  lab.reset();
+  for (const auto& [topic, payload] : saved) EXPECT_TRUE(line->publish({topic, payload, true, 0, {}, 1h, 0}));
+  time.run_for(2h);
+  EXPECT_THAT(broker.retained(), IsEmpty());
+}
+
 TEST_F(Sites, OfTwoWithOneIdTheLaterOneEnds) {
   const auto twin = site(kHall, "10.0.0.4");
   time.run_for(5s);
@@ -197,8 +215,8 @@ TEST_F(Sites, WhatStrangersWriteIsDroppedAndCounted) {
   const auto write = [&](const std::string& topic, const std::string& payload, bool retain = true) {
     EXPECT_TRUE(line->publish({root + topic, payload, retain, 0, {}, {}, 0}));
   };
-  write("p/a/ann/00000000000a", "not a version");
   write("p/a/ann/00000000000a/1", std::string("\2\1", 2));
+  write("p/a/ann/00000000000a", "not a version");
   write("p/a/ann/00000000000a/1/2", "x");
   write("p/a/ann/00000000000b", "the wrong part");
   write("p/a/ann/00000000000a/3", std::string(1'000'000, 'x'));

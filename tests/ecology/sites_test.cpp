@@ -1,0 +1,159 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "support/conversation.h"
+#include "support/folder.h"
+#include "support/meeting_folder.h"
+#include "support/mosquitto.h"
+#include "support/private_network.h"
+#include "support/process.h"
+#include "support/programs.h"
+
+namespace rubicon::ecology {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using nlohmann::json;
+using support::ask;
+using support::Outcome;
+using support::Process;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string kRubicon = RUBICON_BINARY_DIR "/bin/rubicon";
+
+/// Islands of two sites, and tools elsewhere, that have nothing in common but a broker: each has a folder of its own.
+class SitesOfABroker : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
+  }
+  /// A host has a folder where its programs meet, and a home.
+  std::vector<std::string> at(const std::string& host, std::vector<std::string> words) {
+    auto& meeting = meetings_[host];
+    if (!meeting) meeting = std::make_unique<support::MeetingFolder>();
+    const auto home = folder_ / host;
+    fs::create_directories(home);
+    std::vector<std::string> all{"env", "RUBICON_FOLDER=" + meeting->path(), "HOME=" + home, "RUBICON_TRUST=no"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  }
+  Outcome run(const std::string& host, std::vector<std::string> words) {
+    words.insert(words.begin(), kRubicon);
+    return support::run_to_end(at(host, std::move(words)));
+  }
+  std::unique_ptr<Process> island(int id, const std::string& mqtt, const std::string& more = "") {
+    const auto host = "site" + std::to_string(id);
+    const auto file = folder_ / (host + ".yaml");
+    std::ofstream(file) << "island: {id: " << id << ", name: " << host << "}\ntuples: {mqtt: " << mqtt << "}\n"
+                        << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: "
+                           "sine, low: 10, high: 30, period: 5s}}, actuators: {switch-1: {}}}}}\n"
+                        << more;
+    auto one =
+        std::make_unique<Process>(at(host, {support::kDaemon, "run", file, "--shell", "--log-level", "warning"}));
+    one->write("stats\n");
+    EXPECT_TRUE(one->line_with("\"ok\"")) << one->errors();
+    return one;
+  }
+  /// Until the command ends well, and says what it should.
+  testing::AssertionResult until(const std::string& host, const std::vector<std::string>& words,
+                                 const std::string& said) {
+    Outcome last;
+    for (int i = 0; i < 100; ++i) {
+      last = run(host, words);
+      if (last.code == 0 && last.output.find(said) != std::string::npos) return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << last.code << ": " << last.output << last.errors;
+  }
+
+  support::PrivateNetwork alone_;
+  support::Folder folder_;
+  std::map<std::string, std::unique_ptr<support::MeetingFolder>> meetings_;
+};
+
+TEST_F(SitesOfABroker, AreSeenAndCommandedFromEachOtherAndFromALaptop) {
+  support::Mosquitto broker;
+  const auto one = island(1, "{broker: \"127.0.0.1\", trust_broker: yes}");
+  const auto two = island(2, "{broker: \"127.0.0.1\", trust_broker: yes}");
+  ASSERT_TRUE(ask(*one, "subscribe 2:proxy.dummy-1.hall.sensor.temperature-1.value min=100ms").value("ok", false));
+  EXPECT_TRUE(
+      support::until(*one, "get 2:proxy.dummy-1.hall.sensor.temperature-1.value", 60s,
+                     [](const json& tuple) { return tuple.value("seq", 0) > 5 && !tuple.value("value", "").empty(); }))
+      << "its demand reaches the owner, which measures: " << one->errors() << two->errors();
+  const std::vector<std::string> laptop{"--broker", "127.0.0.1"};
+  const auto with = [&](std::vector<std::string> words) {
+    words.insert(words.end(), laptop.begin(), laptop.end());
+    return words;
+  };
+  EXPECT_TRUE(until("laptop", with({"islands"}), "site2"));
+  EXPECT_TRUE(until("laptop", with({"set", "2:proxy.dummy-1.hall.actuator.switch-1.command", "on"}), ""));
+  EXPECT_TRUE(until("laptop", with({"get", "2:proxy.dummy-1.hall.actuator.switch-1.value"}), "on"));
+  EXPECT_EQ(run("laptop", {"islands"}).code, 8) << "without the broker it sees nobody";
+  EXPECT_EQ(run("site1", {"set", "1:proxy.dummy-1.hall.actuator.switch-1.command", "off"}).code, 0) << "on its host";
+  broker.kill();
+  broker.start();
+  EXPECT_TRUE(until("laptop", with({"set", "1:proxy.dummy-1.hall.actuator.switch-1.command", "on"}), ""));
+  EXPECT_TRUE(until("laptop", with({"get", "1:proxy.dummy-1.hall.actuator.switch-1.value"}), "on"));
+}
+
+TEST_F(SitesOfABroker, WithoutRightsAtTheBrokerNobodyCommands) {
+  support::Mosquitto broker;
+  const auto one = island(1, "{broker: \"127.0.0.1\"}");
+  EXPECT_TRUE(until("laptop", {"islands", "--broker", "127.0.0.1"}, "site1"));
+  const auto refused =
+      run("laptop", {"set", "1:proxy.dummy-1.hall.actuator.switch-1.command", "on", "--broker", "127.0.0.1"});
+  EXPECT_NE(refused.code, 0);
+  EXPECT_THAT(refused.output + refused.errors, HasSubstr("refused"));
+}
+
+/// A realm with the commands of docs/sites.md, on a broker with exactly what they wrote.
+TEST_F(SitesOfABroker, OfARealmDoWhatRolesAndRulesGiveThem) {
+  const auto realm = (folder_ / "authority");
+  const auto trust = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "trust");
+    words.insert(words.end(), {"--realm", realm});
+    const auto outcome = run("authority", std::move(words));
+    EXPECT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    return outcome;
+  };
+  trust({"init", "--broker", "127.0.0.1"});
+  trust({"broker", "mosquitto", "--out", (folder_ / "broker")});
+  for (const auto* member : {"hall", "lab", "desk", "guest"}) {
+    std::vector<std::string> words{"add", member, "--here"};
+    if (std::string_view(member) == "hall") words.insert(words.end(), {"--island", "1"});
+    if (std::string_view(member) == "lab") words.insert(words.end(), {"--island", "2"});
+    if (std::string_view(member) == "desk") words.insert(words.end(), {"--role", "admin"});
+    trust(words);
+  }
+  Process broker({"mosquitto", "-c", (folder_ / "broker/mosquitto.conf")});
+  const auto mqtt = [&](const std::string& member) {
+    const auto of = realm + "/members/" + member;
+    return "{broker: {host: 127.0.0.1, port: 8883, tls: {ca: " + realm + "/ca.pem, certificate: " + of +
+           "/certificate.pem, key: " + of + "/key.pem}}}";
+  };
+  const auto one = island(1, mqtt("hall")), two = island(2, mqtt("lab"));
+  const auto tool = [&](const std::string& member) {
+    const auto file = (folder_ / (member + ".yaml"));
+    std::ofstream(file) << "tuples: {mqtt: " << mqtt(member) << "}\n";
+    return file;
+  };
+  const auto *value = "2:proxy.dummy-1.hall.actuator.switch-1.value",
+             *command = "2:proxy.dummy-1.hall.actuator.switch-1.command";
+  EXPECT_TRUE(until("desk", {"islands", "--config", tool("desk")}, "site2")) << two->errors() << broker.errors();
+  EXPECT_TRUE(until("desk", {"set", command, "on", "--config", tool("desk")}, "")) << two->errors();
+  EXPECT_TRUE(until("desk", {"get", value, "--config", tool("desk")}, "on"));
+  const auto guest = run("guest", {"set", command, "off", "--config", tool("guest")});
+  EXPECT_NE(guest.code, 0) << "without a role and without rules it may nothing";
+  EXPECT_NE(run("guest", {"get", value, "--config", tool("guest")}).output, "on\n");
+  EXPECT_TRUE(until("desk", {"get", value, "--config", tool("desk")}, "on"));
+}
+
+}  // namespace
+}  // namespace rubicon::ecology
