@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/island_points.h"
 #include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/site/commands.h"
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "config/rights_config.h"
@@ -49,16 +50,31 @@ Result<Rules> rules_of_file(const std::string& file) {
   return rules_of(*root);
 }
 
-/// The member with its roles and ids as the folder knows it; a name that is not in it has neither.
+/// Of the realm of brokers: its islands are its ids.
+std::optional<tuples::Member> realm_member(const std::string& name) {
+  const auto there = rubicon::trust::site::contents_of(site::folder_to_show(""), now());
+  if (!there) return {};
+  const auto found =
+      std::find_if(there->members.begin(), there->members.end(), [&](const auto& one) { return one.name == name; });
+  if (found == there->members.end()) return {};
+  tuples::Member member{name, found->roles};
+  for (const auto island : found->islands) member.ids.push_back({number(island), number(island)});
+  return member;
+}
+
+/// The member with its roles and ids as the folder of DDS knows it, or the realm of brokers; a name that is in neither
+/// has none.
 tuples::Member member_of(const Settings& settings, const MayOptions& options) {
-  tuples::Member member{options.name, options.roles};
+  const tuples::Member member{options.name, options.roles};
   const auto there = rubicon::trust::show(folder_of(settings), now());
-  if (!there) return member;
-  const auto found = std::find_if(there->members.begin(), there->members.end(),
-                                  [&](const auto& one) { return one.member.name == options.name; });
-  if (found != there->members.end()) member = found->member;
-  put_unreadable(*there);
-  if (found == there->members.end() && options.name != tuples::kPeisMember)
+  if (there) {
+    const auto found = std::find_if(there->members.begin(), there->members.end(),
+                                    [&](const auto& one) { return one.member.name == options.name; });
+    put_unreadable(*there);
+    if (found != there->members.end()) return found->member;
+  }
+  if (auto found = realm_member(options.name)) return std::move(*found);
+  if (there && options.name != tuples::kPeisMember)
     print_error(fmt::format("{}: not a member in {}; answered for a member without roles{}", options.name,
                             folder_of(settings).string(), options.roles.empty() ? "" : " but those given"));
   return member;

@@ -168,6 +168,20 @@ TEST_F(SiteCommands, WhoMeansTheTrustOverDdsIsToldSo) {
   EXPECT_THAT(rubicon({"trust", "--help"}).output, Not(HasSubstr("Moved to")));
 }
 
+TEST_F(SiteCommands, RolesOfTheRealmCountForTheQuestionWhatSomebodyMay) {
+  init();
+  added("hall", {"--role", "ops"});
+  const auto file =
+      folder_.write("home.yaml", "island: {id: 1}\nrights:\n  - {who: ops, may: set, keys: [proxy.**]}\n");
+  const auto may = [&](const std::string& name) {
+    return support::run_to_end({"env", "RUBICON_REALM=" + realm(), "RUBICON_TRUST=" + folder_.file("none"), kProgram,
+                                "trust", "may", name, "set", "proxy.a.b.actuator.lamp-1.command", "--config", file})
+        .code;
+  };
+  EXPECT_EQ(may("hall"), 0);
+  EXPECT_EQ(may("desk"), 3);
+}
+
 TEST_F(SiteCommands, ABrokerKeepsItsPortAndTakesTheNextFreeOne) {
   init();
   const auto port = [&](std::vector<std::string> words) {
