@@ -72,10 +72,11 @@ Result<std::string> choose_member_of_island(const std::filesystem::path& folder,
   if (found.damage) return fail(*found.damage);
   return fail(
       ErrorCode::kNotFound,
-      fmt::format("{}: has no member with the id of island {}: on the host with the authority run `sudo rubicon "
-                  "trust dds init`; else `rubicon trust dds add NAME --island {}` there, and `sudo rubicon trust dds join` "
-                  "here",
-                  folder.string(), model::number(island), model::number(island)));
+      fmt::format(
+          "{}: has no member with the id of island {}: on the host with the authority run `sudo rubicon "
+          "trust dds init`; else `rubicon trust dds add NAME --island {}` there, and `sudo rubicon trust dds join` "
+          "here",
+          folder.string(), model::number(island), model::number(island)));
 }
 
 Result<std::string> choose_member_of_people(const std::filesystem::path& folder) {
@@ -91,9 +92,9 @@ Result<std::string> choose_member_of_people(const std::filesystem::path& folder)
   });
   if (all.empty() && found.damage) return fail(*found.damage);
   if (all.empty())
-    return fail(
-        ErrorCode::kNotFound,
-        fmt::format("{}: has no member for people: `rubicon trust dds join` takes one from its bundle", folder.string()));
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: has no member for people: `rubicon trust dds join` takes one from its bundle",
+                            folder.string()));
   if (all.size() > 1 && !all[0].is_revoked && standing(all[0]) == standing(all[1]))
     return fail(ErrorCode::kDuplicate,
                 fmt::format("{}: has the members {} and {}: expected one, or one called {}", folder.string(),

@@ -220,8 +220,8 @@ Result<void> FolderFiles::check_folder(const std::string& name, mode_t mode) con
   return {};
 }
 
-Result<void> FolderFiles::write(const std::string& name, std::string_view text, mode_t mode,
-                                std::optional<gid_t> group, std::optional<uid_t> owner) const {
+Result<void> FolderFiles::write(const std::string& name, std::string_view text, mode_t mode, std::optional<gid_t> group,
+                                std::optional<uid_t> owner) const {
   const auto folder = open_folder_of(name);
   if (!folder) return fail(folder.error());
   const auto last = last_part(name);

@@ -78,9 +78,10 @@ Result<Issuer> Issuer::open(const std::filesystem::path& root, WallTime now) {
   if (auto seen = folder.files().check_exists(kIdentityCaFile, {}); !seen && seen.error().code != ErrorCode::kNotFound)
     return fail(seen.error());
   if (!folder.has_realm())
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{}: has no realm: `rubicon trust dds init` makes one, `rubicon trust dds join` takes part in one",
-                            root.string()));
+    return fail(
+        ErrorCode::kNotFound,
+        fmt::format("{}: has no realm: `rubicon trust dds init` makes one, `rubicon trust dds join` takes part in one",
+                    root.string()));
   if (auto there = folder.check_authority(); !there) return fail(there.error());
   auto lock = folder.files().lock();
   if (!lock) return fail(lock.error());
@@ -158,10 +159,11 @@ Result<void> Issuer::check(const MemberOptions& options, const EVP_PKEY* key) co
   if (ledger_.has_name(options.name) && !was_cut_short(options.name, key))
     return fail(
         ErrorCode::kDuplicate,
-        fmt::format("the name {} was given before: names of members are unique for ever, also those of revoked "
-                    "ones; `rubicon trust dds renew` gives a member a new certificate; if its key is lost, revoke it and "
-                    "add another name",
-                    options.name));
+        fmt::format(
+            "the name {} was given before: names of members are unique for ever, also those of revoked "
+            "ones; `rubicon trust dds renew` gives a member a new certificate; if its key is lost, revoke it and "
+            "add another name",
+            options.name));
   if (auto days = check_days(options.days); !days) return days;
   if (auto roles = parse_roles(roles_text(options.roles)); !roles) return fail(roles.error());
   if (auto meanings = check_meanings(options); !meanings) return meanings;

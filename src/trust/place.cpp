@@ -92,8 +92,9 @@ tl::unexpected<Error> not_for_user(const Place& place) {
   const bool is_for_group = FolderFiles(place.folder).key_readers(key_file(place.member)) == KeyReaders::kPeople;
   if (is_for_group || ::lstat(key.c_str(), &about) != 0) return not_in_group(key);
   if (place.member != kLocalMember || about.st_uid != 0)
-    return fail(ErrorCode::kRefused, fmt::format("{}: is for {} only: `rubicon trust dds join` takes a member of your own",
-                                                 key.string(), about.st_uid == 0 ? "root" : "its owner"));
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: is for {} only: `rubicon trust dds join` takes a member of your own", key.string(),
+                            about.st_uid == 0 ? "root" : "its owner"));
   const auto given = fmt::format("`sudo rubicon trust dds init{}`",
                                  place.folder == kHostFolder ? "" : " --trust " + place.folder.string());
   const auto user = user_name();
@@ -171,7 +172,8 @@ std::optional<fs::path> hidden_key(const Place& place) {
 }
 
 Result<Place> place_of_island(const fs::path& folder, OwnerId island) {
-  if (auto checked = check_has_realm(folder, "`rubicon trust dds init` makes one, `rubicon trust dds join` takes part in one");
+  if (auto checked =
+          check_has_realm(folder, "`rubicon trust dds init` makes one, `rubicon trust dds join` takes part in one");
       !checked)
     return fail(checked.error());
   auto member = choose_member_of_island(folder, island);

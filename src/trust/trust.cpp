@@ -213,8 +213,9 @@ void Trust::Impl::warn_of_end() {
   const int days = days_left();
   if (days > kWarningDays || warned_days == days) return;
   warned_days = days;
-  const auto text = fmt::format("the certificate of {} {} on {}: run `rubicon trust dds renew {}` where the realm was made",
-                                own.name, days < 0 ? "ended" : "ends", date_text(own.expires), own.name);
+  const auto text =
+      fmt::format("the certificate of {} {} on {}: run `rubicon trust dds renew {}` where the realm was made", own.name,
+                  days < 0 ? "ended" : "ends", date_text(own.expires), own.name);
   if (days < 0)
     log.error(text);
   else

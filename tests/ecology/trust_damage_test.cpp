@@ -120,7 +120,8 @@ TEST_F(DamagedTrust, GovernanceOfAnotherRealmIsNoStart) {
 TEST_F(DamagedTrust, AMissingFolderIsNoStart) {
   const auto ended = run_island();
   EXPECT_EQ(ended.code, 1) << ended.errors;
-  EXPECT_THAT(ended.errors, AllOf(HasSubstr(file("trust")), HasSubstr("rubicon trust dds init"), Not(HasSubstr("is up"))));
+  EXPECT_THAT(ended.errors,
+              AllOf(HasSubstr(file("trust")), HasSubstr("rubicon trust dds init"), Not(HasSubstr("is up"))));
 }
 
 TEST_F(DamagedTrust, AKeyThatOthersMayReadIsNoStart) {

@@ -117,14 +117,14 @@ TEST_F(DoctorBesideTrust, AmongItsOwnKindItCountsNone) {
 
 /// It does not know that it is revoked, tries again each second, and counts once.
 TEST_F(DoctorBesideTrust, AnIslandCountsWhomItRefused) {
-  ASSERT_EQ(run(0, {"trust", "dds", "add", "desk", "--out", file("desk.trust"), "--phrase-file", file("phrase"), "--trust",
-                    file("trust")})
+  ASSERT_EQ(run(0, {"trust", "dds", "add", "desk", "--out", file("desk.trust"), "--phrase-file", file("phrase"),
+                    "--trust", file("trust")})
                 .code,
             0);
-  ASSERT_EQ(
-      run(2, {"trust", "dds", "join", file("desk.trust"), "--yes", "--phrase-file", file("phrase"), "--trust", file("desk")})
-          .code,
-      0);
+  ASSERT_EQ(run(2, {"trust", "dds", "join", file("desk.trust"), "--yes", "--phrase-file", file("phrase"), "--trust",
+                    file("desk")})
+                .code,
+            0);
   ASSERT_EQ(run(0, {"trust", "dds", "revoke", "desk", "--trust", file("trust")}).code, 0);
   auto& island = start_closed();
   const auto stranger = doctor(file("desk"));

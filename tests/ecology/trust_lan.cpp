@@ -75,7 +75,8 @@ void TrustOnALan::add_member(const std::string& name, int host, const std::vecto
   words.insert(words.end(), more.begin(), more.end());
   const auto added = authority(words);
   ASSERT_EQ(added.code, 0) << added.errors;
-  const auto joined = on(host, {"trust", "dds", "join", bundle, "--yes", "--phrase-file", phrase, "--trust", file(name)});
+  const auto joined =
+      on(host, {"trust", "dds", "join", bundle, "--yes", "--phrase-file", phrase, "--trust", file(name)});
   ASSERT_EQ(joined.code, 0) << joined.errors;
 }
 

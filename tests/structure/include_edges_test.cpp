@@ -116,10 +116,10 @@ std::string folder_of(const std::string& path) {
 }
 
 /// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, the folder of a host
-/// and brokers, which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys; KNX
-/// projects, which are archives.
-const Names kRooms{"tuples/dds", "tuples/host", "tuples/mqtt", "tuples/peis", "tuples/engines",
-                   "trust/guard", "networks/knx/project", "networks/knx/secure"};
+/// and brokers, which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys;
+/// KNX projects, which are archives.
+const Names kRooms{"tuples/dds",     "tuples/host", "tuples/mqtt",          "tuples/peis",
+                   "tuples/engines", "trust/guard", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
   for (const auto& room : kRooms) {

@@ -148,7 +148,8 @@ TEST_F(TrustTest, WarnsOfItsEndOnceADay) {
   EXPECT_TRUE(log_.lines.empty()) << log_.lines.front();
   pass(69, 70);
   EXPECT_EQ(log_.lines.size(), 2U);
-  EXPECT_TRUE(log_.contains("the certificate of desk ends on 2026-04-11 00:00 UTC: run `rubicon trust dds renew desk`"));
+  EXPECT_TRUE(
+      log_.contains("the certificate of desk ends on 2026-04-11 00:00 UTC: run `rubicon trust dds renew desk`"));
   pass(71, 100);
   EXPECT_EQ(log_.lines.size(), 32U);
   EXPECT_TRUE(log_.contains("the certificate of desk ended on"));

@@ -262,8 +262,8 @@ void DdsEcology::Impl::watch_end() {
     end_timer = shared.scheduler.after(std::min(left, kLongestWatch), [this] { watch_end(); });
     return;
   }
-  log.error(
-      fmt::format("{}: this process left the ecology. Renew it (rubicon trust dds renew {})", ended(own).text, own.name));
+  log.error(fmt::format("{}: this process left the ecology. Renew it (rubicon trust dds renew {})", ended(own).text,
+                        own.name));
   leave();
   retry();
 }

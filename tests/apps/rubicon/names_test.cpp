@@ -166,7 +166,8 @@ TEST(CliCompletion, ANameOfAMemberIsNoFile) {
   for (const auto* command : {"revoke", "renew", "change"})
     EXPECT_EQ(wanted({"trust", command}), Wanted::kMember) << command;
   EXPECT_EQ(wanted({"trust", "may"}), Wanted::kAnyMember);
-  for (const auto* command : {"add", "request"}) EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kNoFile) << command;
+  for (const auto* command : {"add", "request"})
+    EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kNoFile) << command;
   EXPECT_EQ(wanted({"trust", "add"}), Wanted::kNoFile);
   for (const auto* command : {"join", "sign", "show"})
     EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kNothing) << command;

@@ -35,7 +35,8 @@ TEST(TrustFindings, EachRefusalHasARemedy) {
        "sudo adduser USER rubicon, then log in again"},
       {"members/local/key.pem: this host has no group rubicon: run `sudo addgroup --system rubicon`, ... `sudo adduser",
        "sudo addgroup --system rubicon"},
-      {"members/local/key.pem: is for root only: run `sudo rubicon trust dds init`, which gives it to the group rubicon",
+      {"members/local/key.pem: is for root only: run `sudo rubicon trust dds init`, which gives it to the group "
+       "rubicon",
        "sudo rubicon trust dds init"},
       {"members/island-1/key.pem: systemd handed over no key (credential trust-key): ...", "journalctl"},
       {"members/panel/key.pem: is for root only: `rubicon trust dds join` takes a member of your own",

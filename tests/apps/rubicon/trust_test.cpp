@@ -132,8 +132,8 @@ TEST_F(TrustCommands, ThePhraseIsShownOnATerminalOnly) {
   EXPECT_EQ(hidden.code, 2);
   EXPECT_THAT(hidden.errors, HasSubstr("expected --phrase-file FILE"));
   EXPECT_TRUE(member("desk", trust()).is_null()) << "nothing was made";
-  Terminal terminal({kProgram, "trust", "dds", "add", "desk", "--out", folder_.file("desk.trust"), "--trust", trust()}, 30,
-                    120);
+  Terminal terminal({kProgram, "trust", "dds", "add", "desk", "--out", folder_.file("desk.trust"), "--trust", trust()},
+                    30, 120);
   ASSERT_TRUE(terminal.shows("phrase  ")) << terminal.text();
   EXPECT_EQ(terminal.exit_code(), 0);
 }
@@ -257,8 +257,8 @@ TEST_F(TrustCommands, AnOlderFileIsTakenOnlyByRequest) {
   const auto first = member("desk", other)["serial"];
   // Of a member of another host it writes a file here.
   fs::create_directory(folder_.file("renewed"));
-  const auto renewed = support::run_to_end(
-      {"env", "-C", folder_.file("renewed"), kProgram, "trust", "dds", "renew", "desk", "--days", "900", "--trust", trust()});
+  const auto renewed = support::run_to_end({"env", "-C", folder_.file("renewed"), kProgram, "trust", "dds", "renew",
+                                            "desk", "--days", "900", "--trust", trust()});
   ASSERT_EQ(renewed.code, 0) << renewed.errors;
   ASSERT_EQ(with(other, {"join", folder_.file("renewed/desk.trust"), "--yes"}).code, 0);
   const auto second = member("desk", other)["serial"];
