@@ -7,10 +7,10 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-constexpr std::size_t kOverhead = 256;
+constexpr std::size_t kShownOverhead = 256;
 
 std::size_t size_of(const Reached& one) {
-  return kOverhead + 2 * one.line.user.size() + one.shown.host.size() + one.shown.summary.size();
+  return kShownOverhead + 2 * one.line.user.size() + one.shown.host.size() + one.shown.summary.size();
 }
 
 bool is_same(const Reached& one, const Reached& other) {
@@ -25,8 +25,8 @@ Presence::Presence(Scheduler& scheduler, Calls calls)
 
 bool Presence::show(const Line& line, const LineShown& shown) {
   if (!lines_.contains(line)) {
-    if (bytes_ + kOverhead > kMaxBytes) return false;
-    bytes_ += kOverhead;
+    if (bytes_ + kShownOverhead > kMaxBytes) return false;
+    bytes_ += kShownOverhead;
   }
   auto& state = lines_[line];
   state.shown = shown;
@@ -61,7 +61,7 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
   bytes_ += size_of(one) - before;
   all.insert_or_assign(line, std::move(one));
   if (!lines_.contains(line)) {  // its own topic may follow
-    bytes_ += kOverhead;
+    bytes_ += kShownOverhead;
     end_at(lines_[line], scheduler_.now() + kReturn);
     lines_[line].seen = true;
   }
@@ -128,7 +128,7 @@ void Presence::expire() {
   for (const auto& line : over) {
     const auto ids = lines_.at(line).components;
     lines_.erase(line);
-    bytes_ -= kOverhead;
+    bytes_ -= kShownOverhead;
     for (const auto id : ids) hide(line, id, false);
   }
   for (const auto& [line, state] : lines_) expiry_.advance_to(state.until);
