@@ -313,7 +313,11 @@ EngineSetup read_engine(ConfigReader& root, const std::string& directory) {
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
   check_trust(tuples, engine);
-  if (engine.mqtt) engine.mqtt_space = read_mqtt_space(tuples, directory);
+  if (engine.mqtt && !tuples.node("mqtt")) {
+    tuples.error("engine", "mqtt needs a broker, expected mqtt: {broker: HOST} too");
+  } else if (engine.mqtt) {
+    engine.mqtt_space = read_mqtt_space(tuples, directory);
+  }
   read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
   static constexpr std::string_view kAll[] = {"engine", "domain", "peers", "port", "transport"};

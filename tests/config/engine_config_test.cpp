@@ -109,6 +109,22 @@ TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
   EXPECT_THAT(good("{engine: [dds, peis], peis: {carry: kitchen.**}}").carry.patterns, ElementsAre("kitchen.**"));
 }
 
+TEST(EngineConfig, ABrokerAddsTheSpaceOfSites) {
+  EXPECT_FALSE(good("{}").mqtt);
+  const auto site =
+      good("{mqtt: {broker: {host: b, tls: yes, user: hall}, space: city, lease: 1min, trust_broker: yes}}");
+  EXPECT_TRUE(site.mqtt && site.host && !site.dds);
+  EXPECT_EQ(site.mqtt_space.broker.line.port, 8883);
+  EXPECT_EQ(site.mqtt_space.broker.line.user, "hall");
+  EXPECT_EQ(site.mqtt_space.space, "city");
+  EXPECT_EQ(site.mqtt_space.lease, std::chrono::minutes(1));
+  EXPECT_TRUE(site.mqtt_space.trust_broker);
+  const auto alone = good("{host: no, engine: mqtt, mqtt: {broker: \"10.0.0.1:1884\"}}");
+  EXPECT_TRUE(alone.mqtt && !alone.host && !alone.alone());
+  EXPECT_EQ(alone.mqtt_space.broker.line.port, 1884);
+  EXPECT_FALSE(alone.mqtt_space.trust_broker);
+}
+
 TEST(EngineConfig, TakesTheFolderOfTrust) {
   using Choice = TrustSetup::Choice;
   EXPECT_EQ(good("{}").trust, TrustSetup());
@@ -123,9 +139,17 @@ TEST(EngineConfig, TakesTheFolderOfTrust) {
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
   const std::string long_tag(65, 'x'), long_name(16, 'e');
   const std::pair<std::string, std::string> cases[] = {
-      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, host, dds, peis"},
+      {"{engine: zenoh}", "home.yaml:2:18: tuples.engine: is 'zenoh', expected one of: memory, host, dds, mqtt, peis"},
+      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: mqtt needs a broker, expected mqtt: {broker: HOST} too"},
+      {"{engine: host, mqtt: {broker: b}}", "home.yaml:2:30: tuples.mqtt: only engine mqtt has these options"},
+      {"{mqtt: {}}", "tuples.mqtt: 'broker' is missing, expected HOST[:PORT] of the MQTT broker, or a map"},
+      {"{mqtt: {broker: {host: b, user: a/b}}}", "tuples.mqtt.broker: the user name 'a/b' has a '/', expected none of"},
+      {"{mqtt: {broker: {host: b, user: peis}}}", "tuples.mqtt.broker: 'peis' is no user name"},
+      {"{mqtt: {broker: b, space: a/b}}", "tuples.mqtt.space: expected 1 to 64 of"},
+      {"{mqtt: {broker: b, lease: 5s}}", "tuples.mqtt.lease: expected from 13s to 10min"},
+      {"{mqtt: {broker: b, trust: yes}}", "tuples.mqtt: unknown key 'trust'"},
       {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine[1]: 'dds' is listed twice"},
-      {"{engine: []}", "tuples.engine: expected memory, or one or more of: host, dds, peis"},
+      {"{engine: []}", "tuples.engine: expected memory, or one or more of: host, dds, mqtt, peis"},
       {"{engine: [memory, peis]}", "tuples.engine: memory cannot be combined"},
       {"{engine: peis, domain: 3}", "tuples.domain: only engine dds has this option; for PEIS peis.network decides"},
       {"{engine: peis, port: 3}", "tuples.port: only engine dds has this option; for PEIS peis.listen is the port"},
@@ -184,7 +208,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: peis, trust: yes}", "tuples.trust: only engine dds has this option: in a PEIS network no peer proves"},
       {"{engine: memory, trust: /srv/trust}", "tuples.trust: only engine dds has this option"},
       {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
-      {"{host: no}", "home.yaml:2:16: tuples.host: leaves no engine, expected engine too: dds, peis, or memory"},
+      {"{host: no}", "home.yaml:2:16: tuples.host: leaves no engine, expected engine too: dds, mqtt, peis, or memory"},
       {"{engine: memory, host: yes}", "tuples.host: memory cannot be combined with others"},
       {"{engine: memory, lease: 2s}", "tuples.lease: engine memory has no such option"},
       {"{engine: memory, space: a}", "tuples.space: only engine host has this option"},
