@@ -146,8 +146,7 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   EXPECT_THAT(errors, SizeIs(8));
   EXPECT_THAT(errors, Contains("x.yaml:1:14: island.id: is '70000', expected a whole number from 1 to 65532"));
   EXPECT_THAT(errors, Contains(StartsWith("x.yaml:1:33: island: unknown key 'colour', known: id, name, prefix")));
-  EXPECT_THAT(errors,
-              Contains("x.yaml:2:18: tuples.engine: is 'zenoh', expected one of: memory, host, dds, mqtt, peis"));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:2:18: tuples.engine: is 'zenoh', expected one of: memory, host")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:4:10: limits.queue: is 'many', expected a whole number")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:8:14: networks.dummy-1.silence: is '60', expected a duration")));
   EXPECT_THAT(errors,
