@@ -228,6 +228,8 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
   if (payload == kLeft && at.component) return presence_.hide(at.line, *at.component, true);
   if (payload.size() > kMaxPresence) return foreign(at.line, fmt::format("presence of {} bytes", payload.size()));
   bool room = true;
+  if (at.component && !may_have(at.line, *at.component))
+    return foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
   if (at.component) {
     auto shown = read_component(payload);
     if (!shown) return foreign(at.line, shown.error().text);
@@ -244,9 +246,21 @@ void MqttEcology::on_frame(const Line& from, ByteView payload) {
   ByteView entries;
   const auto head = read_head(payload, entries);
   if (!head) return foreign(from, head.error().text);
-  const auto now = scheduler_.now();
-  heard_[head->source] = now;
+  if (is_own(head->source, head->source_incarnation))
+    return foreign(from, fmt::format("a frame in the name of component {} of this process", number(head->source)));
   take(from, *head, entries);
+}
+
+bool MqttEcology::is_own(OwnerId id, std::uint64_t incarnation) const {
+  const auto* link = find_link(id);
+  return link && link->attached() && link->incarnation() == incarnation;
+}
+
+/// Where somebody vouches for users.
+bool MqttEcology::may_have(const Line& line, OwnerId id) const {
+  if (!options_.judge && !options_.member_of) return true;
+  const auto member = member_of(options_, line.user);
+  return member && member->may_use(id);
 }
 
 /// From the line of the component that counts, and for the present start of an own one.
@@ -259,6 +273,7 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
   if (!known) return hold(from, head, entries);
   if (source->line.user != from.user)
     return foreign(from, fmt::format("a frame in the name of component {}", number(head.source)));
+  heard_[head.source] = scheduler_.now();
   link->arrived(head, entries);
 }
 
@@ -374,6 +389,10 @@ void MqttEcology::ask_doubted() {
 // -- for links
 
 bool MqttEcology::send(const FrameHead& head, ByteView entries) {
+  if (is_own(head.target, head.target_incarnation)) {
+    lifetime_.post(scheduler_, [this, head, kept = Bytes(entries.begin(), entries.end())] { take(own_, head, kept); });
+    return true;
+  }
   const auto* target = presence_.reached(head.target);
   return target && send_to(target->line, head, entries);
 }

@@ -34,6 +34,8 @@ struct SpaceOptions {
 inline constexpr Duration kMinLease = std::chrono::seconds(13);
 /// kInvalid: user, space or lease.
 Result<void> check_options(const SpaceOptions& options);
+/// Who a user of the broker is here; nullptr: nobody.
+std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user);
 
 /// Components that meet at an MQTT broker (docs/sites.md): one connection a process, whatever components it has. The
 /// broker says which user is behind a connection.
@@ -101,6 +103,9 @@ class MqttEcology final : public StandInEcology {
   void foreign(const Line& from, const std::string& what);
   void on_changed(OwnerId id, PeerEvent how);
   // -- for links
+  /// A component of this process: what it says does not pass the broker, where others could say it too.
+  bool is_own(OwnerId id, std::uint64_t incarnation) const;
+  bool may_have(const Line& line, OwnerId id) const;
   bool send(const FrameHead& head, ByteView entries);
   bool send_to(const Line& to, const FrameHead& head, ByteView entries);
   void show(const MqttLink& link);

@@ -27,6 +27,8 @@ std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::string& host, con
   return std::make_unique<HostPolicy>(self, host, options.trust_broker, log.unlimited());
 }
 
+}  // namespace
+
 /// The user that the broker vouches for.
 std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user) {
   if (options.member_of) return options.member_of(user);
@@ -40,6 +42,8 @@ std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::
   if (id && *id < kFirstFreeId) member->ids.push_back({*id, *id});
   return member;
 }
+
+namespace {
 
 std::size_t size_of(const RemoteSet& set) {
   return sizeof(RemoteSet) + 64 + set.key.size() + set.value.size() + set.media_type.size();
@@ -99,7 +103,7 @@ void MqttLink::introduce() {
 PeerIdentity MqttLink::identity_of(OwnerId id, const Reached& reached) const {
   PeerIdentity identity{id, reached.shown.incarnation, reached.shown.host,
                         member_of(ecology_.options_, reached.line.user)};
-  identity.own_process = reached.line == ecology_.own_;
+  identity.own_process = ecology_.is_own(id, reached.shown.incarnation);
   return identity;
 }
 
@@ -108,7 +112,8 @@ void MqttLink::review(OwnerId id, PeerEvent how) {
   const auto* found = ecology_.presence_.reached(id);
   const auto known = peers_.find(id);
   const bool was_up = known != peers_.end() && known->second.up;
-  const bool same = found && was_up && known->second.identity.incarnation == found->shown.incarnation;
+  const bool same = found && was_up && known->second.user == found->line.user &&
+                    known->second.identity.incarnation == found->shown.incarnation;
   const auto alive = lifetime_.watch();
   const auto now = found ? std::optional(*found) : std::nullopt;
   if (was_up && !same) peer_down(id, how);
@@ -127,6 +132,7 @@ void MqttLink::peer_up(OwnerId id, const Reached& reached) {
     return void(ecology_.log_.warning(fmt::format("refused {}", number(id)), may.error().text + ": ignored"));
   auto& peer = peers_[id];
   peer.identity = identity;
+  peer.user = reached.line.user;
   peer.up = true;
   peer.summary = reached.shown.summary;
   if (std::exchange(peer.requests_of, identity.incarnation) != identity.incarnation) peer.last_request = 0;

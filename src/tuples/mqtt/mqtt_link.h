@@ -54,7 +54,7 @@ class MqttLink final : public Link, private distant::FrameReader {
   /// One that is up, or was.
   struct Peer {
     PeerIdentity identity;
-    std::string summary;
+    std::string user, summary;
     bool up = false;
     std::unique_ptr<Channel> channel;
     std::uint64_t last_request = 0, requests_of = 0;  ///< highest number of its requests, and by which start

@@ -153,8 +153,13 @@ const Reached* Presence::best(OwnerId id) const {
   const auto found = components_.find(id);
   if (found == components_.end()) return nullptr;
   const Reached* chosen = nullptr;
+  // Nobody takes an id from another user who is there.
+  const auto before = reached_.find(id);
+  const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second.line);
+  const bool stays_there = stays != found->second.end() && counts(stays->first);
   for (const auto& [line, one] : found->second) {
-    if (counts(line) && (!chosen || is_better(one, *chosen))) chosen = &one;
+    if (!counts(line) || (stays_there && line.user != stays->first.user)) continue;
+    if (!chosen || is_better(one, *chosen)) chosen = &one;
   }
   return chosen;
 }

@@ -227,6 +227,56 @@ TEST_F(Sites, WhatStrangersWriteIsDroppedAndCounted) {
   EXPECT_EQ(command("on"), Verdict::kApplied);
 }
 
+/// With the same start and host, which all can read.
+TEST_F(Sites, NobodyTakesTheIdOfAnotherUser) {
+  const auto line = stranger();
+  const std::string root = "rubicon-space/1/default/p/a/";
+  for (const auto& [topic, payload] : std::map(broker.retained())) {
+    if (!topic.ends_with("/2")) continue;
+    EXPECT_TRUE(line->publish({root + "!/00000000000a", line_text({99, 20s}), true, 0, {}, {}, 0}));
+    EXPECT_TRUE(line->publish({root + "!/00000000000a/2", payload, true, 0, {}, {}, 0}));
+  }
+  time.run_for(2s);
+  EXPECT_THAT(hall->take(), IsEmpty());
+  EXPECT_EQ(command("on"), Verdict::kApplied) << "who was hurt still commands";
+}
+
+/// Its user is nobody's: it writes what it likes, in the name of this process too.
+TEST_F(Sites, NobodySpeaksInTheNameOfTheOwnProcess) {
+  auto console = std::move(*hall->ecology->join(OwnerId(70001)));
+  TupleSpace of_console(OwnerId(70001), time, *console);
+  time.run_for(2s);
+  std::optional<Verdict> verdict;
+  of_console.set_remote(kHall, "lamp", "own", 5s, [&](const Reply& reply) { verdict = reply.verdict; });
+  time.run_for(1s);
+  EXPECT_EQ(verdict, Verdict::kApplied);
+  FrameHead head;
+  std::string line;
+  for (const auto& [topic, payload] : broker.retained()) {
+    if (topic.ends_with("/1")) line = topic.substr(topic.size() - 14, 12);
+    if (!topic.ends_with("/1") && !topic.ends_with("/70001")) continue;
+    const auto shown = read_component(payload);
+    (topic.ends_with("/1") ? head.target_incarnation : head.source_incarnation) = shown->incarnation;
+  }
+  head.source = OwnerId(70001);
+  head.target = kHall;
+  head.stream = std::uint64_t{1} << 60;
+  head.number = head.first = 1;
+  distant::FrameWriter entry;
+  RemoteSet set;
+  set.request = 1000;
+  set.key = "lamp";
+  set.value = "stolen";
+  entry.add(set);
+  const auto frame = frame_of(head, entry.view());
+  const auto thief = stranger();
+  EXPECT_TRUE(thief->publish(
+      {"rubicon-space/1/default/to/-/" + line + "/-/" + line, std::string(base::as_text(frame)), false, 0, {}, {}, 0}));
+  time.run_for(1s);
+  EXPECT_THAT(decided, ElementsAre("own"));
+  EXPECT_TRUE(hall->log.contains("in the name of component 70001 of this process"));
+}
+
 /// The broker lets it write to the inbox of another, in its own name.
 TEST_F(Sites, NobodySpeaksInTheNameOfAnother) {
   std::string inbox;
