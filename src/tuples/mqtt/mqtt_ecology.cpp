@@ -26,6 +26,8 @@ constexpr Duration kBrokerLooks = std::chrono::seconds(5);
 constexpr std::uint32_t kQueue = 800, kLeastCredit = 4;
 /// A broker forgets what is retained after this time; it is written again before.
 constexpr Duration kRetained = std::chrono::hours(1), kShowAgain = std::chrono::minutes(25);
+/// Connections whose topics are emptied; what others left ends by itself.
+constexpr std::size_t kMaxFormer = 16;
 constexpr Duration kLately = std::chrono::seconds(10);
 constexpr Duration kLook = std::chrono::seconds(1);
 
@@ -130,7 +132,7 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
 
 void MqttEcology::on_failed(const Error& why) {
   const bool refused = why.code == ErrorCode::kRefused;
-  if (connected_) former_.push_back(own_);
+  if (connected_ && former_.size() < kMaxFormer) former_.push_back(own_);
   connected_ = false;
   fence_timer_.cancel();
   line_.reset();
@@ -172,6 +174,7 @@ void MqttEcology::fence() {
     log_.warning("fence", fmt::format("the broker does not hand on what {} sends to itself: it takes and drops, or its "
                                       "rights lack this user's inbox ({})",
                                       options_.user, topics_.inbox_filter(own_)));
+    fence();  // it may have been dropped
   });
 }
 
@@ -403,7 +406,8 @@ bool MqttEcology::send_to(const Line& to, const FrameHead& head, ByteView entrie
 }
 
 void MqttEcology::show(const MqttLink& link) {
-  publish(topics_.component(own_, link.id()), component_text(link.shown()), true);
+  const bool shown = publish(topics_.component(own_, link.id()), component_text(link.shown()), true);
+  if (!shown) shown_at_ = scheduler_.now() - 2 * kShowAgain;  // all of it again soon
 }
 
 /// First that it leaves, so that nobody takes it for lost.

@@ -318,12 +318,15 @@ TEST_F(Sites, TheWillOfAnOldConnectionComesAfterTheNewOne) {
   EXPECT_EQ(command("on"), Verdict::kApplied);
 }
 
-TEST_F(Sites, ABrokerThatHandsOnNothingIsNamed) {
+TEST_F(Sites, ABrokerThatHandsOnNothingIsNamedAndAskedAgain) {
   broker.ignored_topics = {"#"};
   const auto robot = site(kRobot, "10.0.0.5");
   time.run_for(30s);
   EXPECT_TRUE(robot->log.contains("does not hand on what - sends to itself"));
   EXPECT_FALSE(robot->ecology->knows_all());
+  broker.ignored_topics.clear();
+  time.run_for(15s);
+  EXPECT_TRUE(robot->ecology->knows_all());
 }
 
 TEST_F(Sites, AWrongPasswordIsTriedSeldom) {
