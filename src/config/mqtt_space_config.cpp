@@ -11,7 +11,7 @@ namespace rubicon::config {
 namespace {
 
 constexpr const char* kRealmFile = "realm.p7s";
-constexpr Duration kLongestBrokerLease = std::chrono::minutes(10);
+constexpr Duration kMaxBrokerLease = std::chrono::minutes(10);
 
 void check_user(ConfigReader& mqtt, const transport::MqttOptions& line) {
   if (line.user.empty()) return;
@@ -28,7 +28,7 @@ MqttSpaceSetup read_mqtt_space(ConfigReader& tuples, const std::string& director
   setup.space = mqtt.text("space", setup.space);
   if (!tuples::mqtt::is_space(setup.space)) mqtt.error("space", "expected 1 to 64 of A-Z a-z 0-9 . _ -");
   setup.lease = mqtt.duration("lease", setup.lease);
-  if (setup.lease < tuples::mqtt::kMinLease || setup.lease > kLongestBrokerLease)
+  if (setup.lease < tuples::mqtt::kMinLease || setup.lease > kMaxBrokerLease)
     mqtt.error("lease", "expected from 13s to 10min: a broker notices a silent connection only so late");
   setup.trust_broker = mqtt.boolean("trust_broker", setup.trust_broker);
   mqtt.finish();

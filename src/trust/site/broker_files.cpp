@@ -11,7 +11,7 @@ namespace {
 
 constexpr mode_t kBrokerFolderMode = 0755, kStateMode = 0700;
 constexpr mode_t kOpenMode = 0644, kBrokerSecretMode = 0640;
-constexpr std::size_t kLargestPasswordFile = 4UL << 20U;
+constexpr std::size_t kMaxPasswordFile = 4UL << 20U;
 constexpr int kBrokerDays = 3650;
 
 /// Files that the broker alone reads belong to its user: newer releases of mosquitto refuse others.
@@ -55,7 +55,7 @@ Result<PrivateKey> key_of_broker(const FolderFiles& files) {
 Result<void> write_passwords(const BrokerFiles& broker, const SiteIssuer& issuer) {
   PasswordLines lines;
   if (broker.files().exists(kBrokerPasswordsFile)) {
-    const auto text = broker.files().read(kBrokerPasswordsFile, kLargestPasswordFile);
+    const auto text = broker.files().read(kBrokerPasswordsFile, kMaxPasswordFile);
     if (!text) return fail(text.error());
     auto read = parse_passwords(*text, broker.files().path(kBrokerPasswordsFile));
     if (!read) return fail(read.error());

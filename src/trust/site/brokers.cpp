@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kBrokersFile = "ca/brokers";
-constexpr std::size_t kLargestBrokers = 64UL * 1024;
+constexpr std::size_t kMaxBrokerList = 64UL * 1024;
 constexpr std::size_t kBrokerLevels = 3;
 constexpr mode_t kBrokersMode = 0600;
 constexpr std::uint16_t kDefaultPort = 8883;
@@ -71,7 +71,7 @@ Result<void> check_broker(const std::string& text) {
 }
 
 Result<BrokerList> BrokerList::read(const SiteFolder& folder) {
-  const auto text = folder.files().read(kBrokersFile, kLargestBrokers);
+  const auto text = folder.files().read(kBrokersFile, kMaxBrokerList);
   if (!text) return fail(text.error());
   const auto json = base::is_nested_deeper(*text, kBrokerLevels) ? Json() : model::parse_json(*text);
   auto list = list_in(json);

@@ -21,7 +21,7 @@ Result<KnownRealm> KnownRealm::open(const SitePlace& place, WallTime now) {
   KnownRealm known(place, std::move(*authority), std::move(*realm), std::move(*document));
   if (place.state.empty()) return known;
   const FolderFiles state(place.state);
-  auto kept = state.read(kRealmFile, kLargestRealm);
+  auto kept = state.read(kRealmFile, kMaxRealm);
   if (!kept) return known;
   auto newer = read_realm(*kept, known.authority_, state.path(kRealmFile));
   if (!newer || !known.is_newer(*newer)) return known;
@@ -63,7 +63,7 @@ void KnownRealm::keep() const {
 
 /// Another process may have heard a newer one.
 bool KnownRealm::keep_in(const FolderFiles& folder) const {
-  if (const auto there = folder.read(kRealmFile, kLargestRealm)) {
+  if (const auto there = folder.read(kRealmFile, kMaxRealm)) {
     const auto realm = read_realm(*there, authority_, kRealmFile);
     if (realm && !(realm_.number > realm->number)) return true;
   }

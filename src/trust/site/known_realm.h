@@ -18,7 +18,7 @@ class KnownRealm {
   static Result<KnownRealm> open(const SitePlace& place, WallTime now);
 
   const SiteRealm& realm() const { return realm_; }
-  /// As it is handed on, at most kLargestRealm bytes.
+  /// As it is handed on, at most kMaxRealm bytes.
   const std::string& document() const { return document_; }
   const Certificate& authority() const { return authority_; }
 

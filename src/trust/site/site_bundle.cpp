@@ -74,8 +74,7 @@ std::string bundle_text(const SiteBundle& bundle) {
 }
 
 Result<SiteBundle> read_site_bundle(std::string_view text) {
-  if (text.size() > kLargestSiteBundle)
-    return no_site_bundle(fmt::format("has more than {} bytes", kLargestSiteBundle));
+  if (text.size() > kMaxSiteBundle) return no_site_bundle(fmt::format("has more than {} bytes", kMaxSiteBundle));
   if (base::is_nested_deeper(text, 1)) return no_site_bundle("is no JSON object of texts");
   const auto json = model::parse_json(text);
   if (!json.is_object() || !json.contains(kSiteFormName)) return no_site_bundle("is no JSON object of texts");

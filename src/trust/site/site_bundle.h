@@ -8,7 +8,7 @@
 
 namespace rubicon::trust::site {
 
-inline constexpr std::size_t kLargestSiteBundle = 512UL * 1024;  ///< bytes
+inline constexpr std::size_t kMaxSiteBundle = 512UL * 1024;  ///< bytes
 
 /// What a member takes to its host in one file (`NAME.trust`).
 struct SiteBundle {

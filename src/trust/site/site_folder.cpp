@@ -71,7 +71,7 @@ Result<Certificate> SiteFolder::authority(WallTime now) const {
 }
 
 Result<std::string> SiteFolder::realm_document() const {
-  return files_.read(kRealmFile, kLargestRealm);
+  return files_.read(kRealmFile, kMaxRealm);
 }
 
 Result<SiteRealm> SiteFolder::realm(const Certificate& authority) const {

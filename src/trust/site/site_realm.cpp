@@ -123,7 +123,7 @@ Result<SiteRealm> parse_realm(std::string_view json, std::string_view where) {
                             "{} islands and {} revoked names",
                             where, SiteRealm::kMaxMembers, SiteRealm::kMaxIslands, SiteRealm::kMaxRevoked));
   };
-  if (json.size() > kLargestRealm || base::is_nested_deeper(json, kRealmLevels)) return wrong();
+  if (json.size() > kMaxRealm || base::is_nested_deeper(json, kRealmLevels)) return wrong();
   const auto parsed = model::parse_json(json);
   SiteRealm realm;
   if (parsed.is_discarded() || !read_parts(parsed, realm)) return wrong();
@@ -134,16 +134,16 @@ Result<std::string> sign_realm(const SiteRealm& realm, const Certificate& author
   const auto text = realm_text(realm);
   if (!text) return text;
   auto document = sign_text(*text, authority, key);
-  if (document && document->size() > kLargestRealm)
-    return fail(ErrorCode::kBusy,
-                fmt::format("the realm file would have more than {} bytes: fewer members, roles or shorter names",
-                            kLargestRealm));
+  if (document && document->size() > kMaxRealm)
+    return fail(
+        ErrorCode::kBusy,
+        fmt::format("the realm file would have more than {} bytes: fewer members, roles or shorter names", kMaxRealm));
   return document;
 }
 
 Result<SiteRealm> read_realm(std::string_view document, const Certificate& authority, std::string_view where) {
-  if (document.size() > kLargestRealm)
-    return fail(ErrorCode::kInvalid, fmt::format("{}: has more than {} bytes", where, kLargestRealm));
+  if (document.size() > kMaxRealm)
+    return fail(ErrorCode::kInvalid, fmt::format("{}: has more than {} bytes", where, kMaxRealm));
   const auto text = verified_text(document, authority, where);
   if (!text) return fail(text.error());
   auto realm = parse_realm(*text, where);

@@ -15,7 +15,7 @@
 namespace rubicon::trust::site {
 
 /// Bytes of the largest realm file, with its signature. A thousand members with an island and a role each take 60 kB.
-inline constexpr std::size_t kLargestRealm = 256UL * 1024;
+inline constexpr std::size_t kMaxRealm = 256UL * 1024;
 
 /// What the members of the brokers of a realm know of each other: who is a member, with which roles, which user an
 /// island is, and who was shut out. A plain value. Whoever has the newest one hands it on: the signature counts.
@@ -54,7 +54,7 @@ Result<std::string> realm_text(const SiteRealm& realm);
 /// shut a member out. kInvalid: anything else than realm_text() writes. `where` names the source in errors.
 Result<SiteRealm> parse_realm(std::string_view json, std::string_view where);
 
-/// The realm file: realm_text() signed by the authority (S/MIME). kBusy also if it has more than kLargestRealm bytes.
+/// The realm file: realm_text() signed by the authority (S/MIME). kBusy also if it has more than kMaxRealm bytes.
 Result<std::string> sign_realm(const SiteRealm& realm, const Certificate& authority, const PrivateKey& key);
 /// The reverse: kInvalid if another key signed it, if it was changed, or is of another name than the authority.
 Result<SiteRealm> read_realm(std::string_view document, const Certificate& authority, std::string_view where);

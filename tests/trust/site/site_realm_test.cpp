@@ -111,7 +111,7 @@ TEST(SiteRealmText, IsBoundedInMembersAndBytes) {
   EXPECT_THAT(large.error().text, HasSubstr("262144 bytes"));
   realm.members.emplace("one-more", std::vector<std::string>());
   EXPECT_EQ(realm_text(realm).error().code, ErrorCode::kBusy);
-  EXPECT_THAT(read_realm(std::string(kLargestRealm + 1, 'x'), *authority, "input").error().text,
+  EXPECT_THAT(read_realm(std::string(kMaxRealm + 1, 'x'), *authority, "input").error().text,
               HasSubstr("input: has more than 262144 bytes"));
 }
 
@@ -208,7 +208,7 @@ TEST_F(KnownSiteRealm, RefusesWhatOthersMadeUp) {
   ASSERT_FALSE(strange);
   EXPECT_THAT(strange.error().text, HasSubstr("lab: "));
   EXPECT_FALSE(realm.take("", "lab"));
-  EXPECT_FALSE(realm.take(std::string(kLargestRealm + 1, 'x'), "lab"));
+  EXPECT_FALSE(realm.take(std::string(kMaxRealm + 1, 'x'), "lab"));
   EXPECT_EQ(realm.document(), before);
 }
 
