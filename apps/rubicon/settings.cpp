@@ -53,12 +53,17 @@ Result<client::Broker> broker_of(const config::MqttSpaceSetup& setup) {
   transport::LocalTransports files;
   auto space = setup.options(files);
   if (!space) return fail(std::move(space.error()));
-  const auto& line = space->broker;
+  const auto& line = space->brokers.front().line;
+  const auto& user = space->brokers.front().user;
   client::Broker broker;
   broker.host = line.host;
   broker.port = line.port;
   broker.space = space->space;
-  if (space->user != tuples::mqtt::kAnonymous) broker.user = space->user;
+  if (user != tuples::mqtt::kAnonymous) broker.user = user;
+  for (const auto& [host, port] : setup.spare) {
+    const bool is_v6 = host.find(':') != host.npos;
+    broker.spare.push_back(is_v6 ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port));
+  }
   broker.password = line.password;
   broker.tls = line.tls.has_value();
   broker.lease = space->lease;

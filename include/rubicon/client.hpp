@@ -34,7 +34,9 @@ struct PeisNetwork {
 
 /// The MQTT broker at which components of several sites meet, as in the islands' `tuples.mqtt` (docs/sites.md).
 struct Broker {
-  std::string host;               ///< name or address; empty = none
+  std::string host;  ///< name or address; empty = none
+  /// `HOST[:PORT]` of brokers that are used while those before are away, with the same user and TLS.
+  std::vector<std::string> spare;
   std::uint16_t port = 0;         ///< 0 = 1883, with TLS 8883
   std::string space = "default";  ///< components of other spaces are not seen; 1 to 64 of `[0-9A-Za-z_.-]`
   std::string user, password;     ///< of a certificate the name (CN) in it; empty = without

@@ -80,14 +80,16 @@ struct Client::Impl {
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
     pace = engines->peis ? kPeisPace : trusted ? kTrustPace : engines->dds ? kDdsPace : kHostPace;
-    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space, pace, [this] { return expects_components(); });
+    peer_discovery =
+        std::make_unique<PeerDiscovery>(*loop, *space, pace, [this](auto owner) { return expects(owner); });
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
 
-  bool expects_components() const {
-    return (ecology->dds() && ecology->dds()->expects_components()) ||
-           (ecology->host() && !ecology->host()->knows_all()) || (ecology->mqtt() && !ecology->mqtt()->knows_all());
+  bool expects(std::optional<OwnerId> owner) const {
+    const bool at_broker = ecology->mqtt() && ecology->mqtt()->seeks(owner);
+    return at_broker || (ecology->dds() && ecology->dds()->expects_components()) ||
+           (ecology->host() && !ecology->host()->knows_all());
   }
 
   MessageClient& office() {

@@ -63,15 +63,24 @@ tuples::peis::PeisOptions peis_options(const Options& options) {
   return peis;
 }
 
+std::uint16_t port_of(const Broker& broker) {
+  return broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
+}
+
 tuples::mqtt::SpaceOptions space_options(const Broker& broker) {
   tuples::mqtt::SpaceOptions space;
-  space.broker.host = broker.host;
-  space.broker.port = broker.port != 0 ? broker.port : broker.tls ? 8883 : 1883;
-  space.broker.user = broker.user;
-  space.broker.password = broker.password;
+  tuples::mqtt::SpaceBroker first;
+  first.line.host = broker.host;
+  first.line.port = port_of(broker);
+  first.line.user = broker.user;
+  first.line.password = broker.password;
   if (broker.tls)
-    space.broker.tls = transport::MqttTls{broker.ca_file, broker.certificate_file, broker.key_file, broker.server_name};
-  if (!broker.user.empty()) space.user = broker.user;
+    first.line.tls = transport::MqttTls{broker.ca_file, broker.certificate_file, broker.key_file, broker.server_name};
+  if (!broker.user.empty()) first.user = broker.user;
+  std::vector<base::HostPort> spare;
+  for (const auto& one : broker.spare)
+    spare.push_back(base::parse_host_port(one, port_of(broker)).value_or(base::HostPort{}));
+  space.brokers = tuples::mqtt::with_spare(std::move(first), spare);
   space.space = broker.space;
   space.lease = broker.lease;
   space.trust_broker = broker.trust;
@@ -80,6 +89,10 @@ tuples::mqtt::SpaceOptions space_options(const Broker& broker) {
 
 Result<void> check_broker(const Broker& broker) {
   if (broker.host.empty()) return fail(ErrorCode::kInvalid, "engine mqtt needs a broker");
+  for (const auto& one : broker.spare) {
+    if (!base::parse_host_port(one, 1883))
+      return fail(ErrorCode::kInvalid, fmt::format("spare broker '{}': expected HOST[:PORT]", one));
+  }
   if (broker.certificate_file.empty() != broker.key_file.empty())
     return fail(ErrorCode::kInvalid, "broker: a certificate needs a key, and a key a certificate");
   if (auto good = tuples::mqtt::check_options(space_options(broker)); !good)

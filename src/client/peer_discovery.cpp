@@ -60,7 +60,8 @@ bool PeerDiscovery::present(OwnerId id) const {
 
 std::optional<bool> PeerDiscovery::has(OwnerId owner) const {
   if (present(owner)) return true;
-  return pace_.is_fact && !(expects_ && expects_()) ? std::optional(false) : std::nullopt;
+  const bool expected = expects_ && expects_(owner);
+  return pace_.is_fact && !expected ? std::optional(false) : std::nullopt;
 }
 
 SteadyTime PeerDiscovery::complete_at(OwnerId owner, Duration patience) {
@@ -71,10 +72,11 @@ SteadyTime PeerDiscovery::complete_at(OwnerId owner, Duration patience) {
 
 SteadyTime PeerDiscovery::complete_at() {
   notice_stop();
+  const bool expected = expects_ && expects_(std::nullopt);
   if (left_alone_ && !pace_.is_fact) return started_ + std::max(pace_.expected, kReturn);
   const auto usual = std::max(last_change_ + pace_.quiet, started_ + pace_.search);
   const auto now = scheduler_.now(), longest = started_ + pace_.expected;
-  if (usual > now || now >= longest || !expects_ || !expects_()) return usual;
+  if (usual > now || now >= longest || !expected) return usual;
   return std::min(now + (pace_.is_fact ? kLookAtHost : kLookAgain), longest);
 }
 

@@ -31,8 +31,8 @@ inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::ch
 /// lost by it is awaited again.
 class PeerDiscovery {
  public:
-  /// Whether the engine has found a component that is no peer yet.
-  using Expects = std::function<bool()>;
+  /// Whether there may be a component that is no peer yet: that one, or any. The engine looks for it from then on.
+  using Expects = std::function<bool(std::optional<OwnerId>)>;
 
   PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace, Expects expects = {});
 

@@ -78,8 +78,14 @@ class Link {
   /// kNotFound if no such owner is present, kBusy if the queue is full.
   virtual Result<void> remote_set(const RemoteSet& set) = 0;
   virtual void reply(const Reply& reply) = 0;
-  /// The components that are present, by id.
+  /// The components that are present, by id. An engine may meet only those that this one deals with, and those that
+  /// deal with it.
   virtual std::vector<OwnerId> peers() const = 0;
+  /// Whether a component that is not among them may be there: it is looked for from now on. False: it is not there.
+  virtual bool seeks(OwnerId id) {
+    std::ignore = id;
+    return false;
+  }
   /// Sets the summary that all others receive, at most kMaxSummary bytes. It is kept when the listener changes.
   virtual void describe(std::string summary) = 0;
   /// Calls `visit` with each number that the engine counts since attach(), for metrics; the names (`peis-refused-keys`)

@@ -23,26 +23,32 @@ Requests::Requests(OwnerId self, Scheduler& scheduler) : self_(self), scheduler_
 
 void Requests::open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call) {
   const auto ends = scheduler_.now() + time_to_live;
-  open_.emplace(request, Open{owner, std::move(call), ends});
+  open_.emplace(request, Open{owner, std::move(call), ends, true});
   next_.advance_to(ends);
 }
 
 void Requests::expire() {
   const auto now = scheduler_.now();
   auto next = SteadyTime::max();
-  std::vector<std::tuple<SteadyTime, std::uint64_t, OwnerId>> over;
+  std::vector<std::tuple<SteadyTime, std::uint64_t, OwnerId, bool>> over;
   for (const auto& [request, one] : open_) {
-    if (one.ends <= now) over.emplace_back(one.ends, request, one.owner);
+    if (one.ends <= now) over.emplace_back(one.ends, request, one.owner, one.left);
     if (one.ends > now) next = std::min(next, one.ends);
   }
   if (next != SteadyTime::max()) next_.set_at(std::max(next, now + kStep));
   std::sort(over.begin(), over.end());
   const auto alive = lifetime_.watch();
-  for (const auto& [ends, request, owner] : over) {
+  for (const auto& [ends, request, owner, left] : over) {
     if (alive.ended()) return;
-    answer(owner, {self_, request, Verdict::kTimedOut, ErrorCode::kExpired,
-                   "no answer within the time to live: it is not known whether it was executed"});
+    answer(owner, left ? Reply{self_, request, Verdict::kTimedOut, ErrorCode::kExpired,
+                               "no answer within the time to live: it is not known whether it was executed"}
+                       : Reply{self_, request, Verdict::kExpired, ErrorCode::kExpired,
+                               "its owner was not found within the time to live: it was not sent"});
   }
+}
+
+void Requests::set_left(std::uint64_t request, bool left) {
+  if (const auto found = open_.find(request); found != open_.end()) found->second.left = left;
 }
 
 std::optional<Duration> Requests::remaining(std::uint64_t request) const {

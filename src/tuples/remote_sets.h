@@ -24,6 +24,8 @@ class Requests {
   void open(std::uint64_t request, OwnerId owner, Duration time_to_live, ReplyCall call);
   /// The time that remains for a request; nullopt if it was answered.
   std::optional<Duration> remaining(std::uint64_t request) const;
+  /// Whether it may have been executed: from the beginning on, unless it waits here.
+  void set_left(std::uint64_t request, bool left);
   /// False: another component than the owner answers, which changes nothing: numbers are easy to guess.
   bool answer(OwnerId from, const Reply& reply);
 
@@ -32,6 +34,7 @@ class Requests {
     OwnerId owner;
     ReplyCall call;
     SteadyTime ends;
+    bool left = true;
   };
   void expire();
 

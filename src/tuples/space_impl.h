@@ -4,10 +4,12 @@
 #include <map>
 #include <set>
 
+#include "base/deadline.h"
 #include "base/lifetime.h"
 #include "tuples/deadlines.h"
 #include "tuples/demand_watches.h"
 #include "tuples/event_queue.h"
+#include "tuples/held_sets.h"
 #include "tuples/link.h"
 #include "tuples/outbox.h"
 #include "tuples/remote_sets.h"
@@ -118,6 +120,9 @@ struct TupleSpace::Impl final : LinkListener {
   void peer_down(OwnerId owner);
   std::uint64_t start_request(RemoteSet&& set, ReplyCall call);
   void send(RemoteSet&& set);
+  void refuse(const RemoteSet& set, const Error& why);
+  void hold(const RemoteSet& set);
+  void release_sought();
   static Result<void> check_sizes(const RemoteSet& set);
   void refuse_unsound(const RemoteSet& set, const Error& why);
   SetDecision decide(const RemoteSet& set);
@@ -137,6 +142,8 @@ struct TupleSpace::Impl final : LinkListener {
   Expiry expiry;
   Pacer pacer;
   Requests requests;
+  HeldSets sought;  // whose owners the link looks for
+  base::Deadline sought_due{scheduler, [this] { release_sought(); }};
   SetPolicies policies;
 
   struct Peer {

@@ -7,6 +7,9 @@ namespace rubicon::tuples {
 
 namespace {
 
+/// Between two looks whether the owners of sets that wait were found.
+constexpr Duration kSeekStep = std::chrono::milliseconds(5);
+
 SetOptions options_of(const RemoteSet& set) {
   return {set.media_type, set.user_time, set.lifetime, set.expected_sequence};
 }
@@ -31,11 +34,41 @@ std::uint64_t TupleSpace::Impl::start_request(RemoteSet&& set, ReplyCall call) {
 void TupleSpace::Impl::send(RemoteSet&& set) {
   if (set.owner == self) {
     later([this, set = std::move(set)] { answer_own(set); });
+  } else if (sought.has(set.owner)) {
+    hold(set);
   } else if (auto sent = link.remote_set(set); !sent) {
-    const auto verdict = sent.error().code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
-    later([this, owner = set.owner, reply = Reply{self, set.request, verdict, sent.error().code, sent.error().text}] {
-      requests.answer(owner, reply);
-    });
+    const bool may_come = sent.error().code == ErrorCode::kNotFound && link.seeks(set.owner);
+    may_come ? hold(set) : refuse(set, sent.error());
+  }
+}
+
+void TupleSpace::Impl::refuse(const RemoteSet& set, const Error& why) {
+  const auto verdict = why.code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
+  later([this, owner = set.owner, reply = Reply{self, set.request, verdict, why.code, why.text}] {
+    requests.answer(owner, reply);
+  });
+}
+
+/// Until the link has found the owner, or knows that it is not there.
+void TupleSpace::Impl::hold(const RemoteSet& set) {
+  if (!sought.hold(set, scheduler.now()))
+    return refuse(set, {ErrorCode::kBusy, "too many remote sets wait for their owners"});
+  requests.set_left(set.request, false);
+  sought_due.advance_to(scheduler.now() + kSeekStep);
+}
+
+void TupleSpace::Impl::release_sought() {
+  const auto alive = lifetime.watch();
+  for (const auto owner : sought.owners()) {
+    if (link.seeks(owner)) {
+      sought_due.advance_to(scheduler.now() + kSeekStep);
+      continue;
+    }
+    for (auto& set : sought.take(owner, scheduler.now())) {
+      requests.set_left(set.request, true);
+      send(std::move(set));
+      if (alive.ended()) return;
+    }
   }
 }
 

@@ -32,7 +32,7 @@ TEST_F(ClientParts, OnPeisAReadingWaitsUntilKernelsHadTimeToAppear) {
 /// As with trust, where the first component of a process may come long before the next one.
 TEST_F(ClientParts, AReadingWaitsForComponentsThatAreOnTheirWay) {
   bool expected = true;
-  PeerDiscovery search{time, self.space, kTrustPace, [&] { return expected; }};
+  PeerDiscovery search{time, self.space, kTrustPace, [&](auto) { return expected; }};
   const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
   time.run_for(kTrustPace.expected - 100ms);
   EXPECT_EQ(times, 0);
@@ -46,7 +46,7 @@ TEST_F(ClientParts, AReadingWaitsForComponentsThatAreOnTheirWay) {
 }
 
 TEST_F(ClientParts, AReadingDoesNotWaitForeverForThem) {
-  PeerDiscovery search{time, self.space, kTrustPace, [] { return true; }};
+  PeerDiscovery search{time, self.space, kTrustPace, [](auto) { return true; }};
   const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
   time.run_for(kTrustPace.expected - 1ms);
   EXPECT_EQ(times, 0);
@@ -169,7 +169,7 @@ TEST_F(ClientParts, AReadingTakesTheOwnerThatComesLate) {
 /// The folder of a host knows who is there.
 TEST_F(ClientParts, OnAHostThatAnOwnerIsNotThereIsKnownAtOnce) {
   bool expected = true;
-  PeerDiscovery search{time, self.space, kHostPace, [&] { return expected; }};
+  PeerDiscovery search{time, self.space, kHostPace, [&](auto) { return expected; }};
   const TupleQuery query(time, self.space, search, {OwnerId(7), "a"}, keep, 10s);
   const TupleQuery of_all(time, self.space, search, {std::nullopt, "a"}, keep, 10s);
   time.run_for(100ms);

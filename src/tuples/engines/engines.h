@@ -57,7 +57,7 @@ class Engines final : public Ecology {
   /// Null: not among them.
   const host::HostEcology* host() const { return host_.get(); }
   const dds::DdsEcology* dds() const { return dds_.get(); }
-  const mqtt::MqttEcology* mqtt() const { return mqtt_.get(); }
+  mqtt::MqttEcology* mqtt() const { return mqtt_.get(); }
   const peis::PeisEcology* peis() const { return peis_.get(); }
 
  private:

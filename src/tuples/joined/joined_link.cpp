@@ -161,6 +161,12 @@ std::vector<OwnerId> JoinedLink::peers() const {
   return present;
 }
 
+/// All of them, so that each begins to look.
+bool JoinedLink::seeks(OwnerId id) {
+  if (home_of(id)) return false;
+  return std::count_if(ports_.begin(), ports_.end(), [id](const auto& port) { return port->link->seeks(id); }) > 0;
+}
+
 void JoinedLink::each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
   for (const auto& port : ports_) port->link->each_counter(visit);
 }

@@ -9,7 +9,7 @@
 
 #include "base/deadline.h"
 #include "base/limited_log.h"
-#include "tuples/joined/held_sets.h"
+#include "tuples/held_sets.h"
 #include "tuples/joined/joined_policy.h"
 #include "tuples/joined/met_peer.h"
 
@@ -43,6 +43,7 @@ class JoinedLink final : public Link {
   Result<void> remote_set(const RemoteSet& set) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
+  bool seeks(OwnerId id) override;
   void describe(std::string summary) override;
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
   PeerPolicy& policy() override { return policy_; }

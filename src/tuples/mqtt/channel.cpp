@@ -11,8 +11,10 @@ constexpr unsigned kAnswerFrames = 16;
 constexpr Duration kAnswerTime = std::chrono::milliseconds(50);
 /// Without an acknowledgement for so long, what is kept is sent again; then after twice the time, up to the longest.
 constexpr Duration kRepeat = std::chrono::seconds(1), kLongestRepeat = std::chrono::seconds(8);
-/// Approximate size of an entry besides its texts.
-constexpr std::size_t kOverhead = 64;
+/// A large frame that was sent so often, for so long, while smaller ones arrived, exceeds what the broker takes: one of
+/// version 3.1.1 does not say so.
+constexpr unsigned kLargeSent = 3;
+constexpr Duration kLargeTime = std::chrono::seconds(6);
 
 }  // namespace
 
@@ -36,7 +38,7 @@ void Channel::add(Bytes entries) {
 }
 
 void Channel::add(RemoteSet set) {
-  const auto size = set.key.size() + set.value.size() + kOverhead;
+  const auto size = size_of(set);
   push(TimedSet{std::move(set), scheduler_.now()}, size);
 }
 
@@ -76,7 +78,7 @@ void Channel::flush() {
   if (unsent_ < next_ && !send_kept(unsent_)) return;
   while ((!entries_.empty() || times_due_) && may_send()) {
     if (kept_.empty()) oldest_since_ = scheduler_.now();
-    auto& frame = kept_.emplace_back(Kept{next_++, next_entries()});
+    auto& frame = kept_.emplace_back(Kept{next_++, next_entries(), 0, false});
     kept_bytes_ += frame.entries.size();
     if (!send(frame)) return;
   }
@@ -95,16 +97,44 @@ FrameHead Channel::head() const {
   return head;
 }
 
-bool Channel::send(const Kept& frame) {
+bool Channel::send(Kept& frame) {
   auto with = head();
   with.number = frame.number;
   with.first = kept_.front().number;
   answer_later_.clear();
   unanswered_ = 0;
   if (!repeat_.is_set()) repeat_.set(repeat_pause_);
-  if (!calls_.send(with, frame.entries)) return false;
+  auto sent = calls_.send(with, frame.entries);
+  if (sent == Sent::kTooLarge) {
+    give_up(frame);
+    sent = calls_.send(with, frame.entries);
+  }
+  if (sent != Sent::kYes) return false;
+  ++frame.sent;
   unsent_ = std::max(unsent_, frame.number + 1);
   return true;
+}
+
+/// Its number goes on without them.
+void Channel::give_up(Kept& frame) {
+  distant::FrameWriter times;
+  times.add(ages_.next(calls_.since_boot(), false));
+  const auto entries = std::exchange(frame.entries, times.take());
+  kept_bytes_ -= entries.size() - frame.entries.size();
+  calls_.too_large(entries);
+}
+
+void Channel::too_large(std::uint64_t stream, std::uint64_t number) {
+  if (stream != stream_) return;
+  const auto frame = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& one) { return one.number == number; });
+  if (frame == kept_.end() || frame->entries.size() <= kFrameBytes) return;
+  give_up(*frame);
+  send_kept(number);
+}
+
+bool Channel::is_swallowed(const Kept& frame) const {
+  return frame.entries.size() > kFrameBytes && frame.missing && frame.sent >= kLargeSent &&
+         scheduler_.now() - oldest_since_ > kLargeTime;
 }
 
 /// An acknowledgement by itself.
@@ -117,7 +147,7 @@ void Channel::answer(bool again) {
 }
 
 bool Channel::send_kept(std::uint64_t from) {
-  return std::all_of(kept_.begin(), kept_.end(), [&](const Kept& frame) { return frame.number < from || send(frame); });
+  return std::all_of(kept_.begin(), kept_.end(), [&](Kept& frame) { return frame.number < from || send(frame); });
 }
 
 /// Nothing was acknowledged for a while: the last frames may be lost, after which no gap shows.
@@ -125,12 +155,15 @@ void Channel::send_again() {
   if (kept_.empty()) return;
   repeat_pause_ = std::min(2 * repeat_pause_, kLongestRepeat);
   repeat_.set(repeat_pause_);
+  if (is_swallowed(kept_.front())) give_up(kept_.front());
+  if (kept_.front().entries.size() > kFrameBytes) times_due_ = true;  // a later one shows that this one is missing
   send_kept(0);
+  flush();
 }
 
 void Channel::reconnected() {
   repeat_pause_ = kRepeat;
-  if (heard_ > 0) answer_later_.advance_to(scheduler_.now() + kAnswerTime);
+  if (heard_ > 0 || next_ > 1) answer_later_.advance_to(scheduler_.now() + kAnswerTime);  // says where this side is
   if (send_kept(0)) flush();
 }
 
@@ -177,7 +210,9 @@ void Channel::acknowledged(const FrameHead& head) {
     oldest_since_ = scheduler_.now();
     if (!kept_.empty()) repeat_.set(repeat_pause_);
   }
-  if (head.again) send_kept(0);
+  if (!head.again || kept_.empty()) return;
+  kept_.front().missing = true;
+  send_kept(0);
 }
 
 std::optional<SteadyTime> Channel::unanswered_since() const {

@@ -10,6 +10,11 @@
 
 namespace rubicon::tuples::mqtt {
 
+/// Bytes of memory that it takes while it waits, about those of its entry.
+inline std::size_t size_of(const RemoteSet& set) {
+  return sizeof(RemoteSet) + 64 + set.key.size() + set.value.size() + set.media_type.size();
+}
+
 /// Everything between one own component and one other, in order and without loss, over a broker that drops what it
 /// likes and says nothing: frames have numbers, are kept until the other side acknowledges them, and sent again from
 /// the first that is missing. The other side says how many may be under way. Without I/O: frames leave by a call.
@@ -19,9 +24,12 @@ class Channel {
     OwnerId self{}, peer{};
     std::uint64_t self_incarnation = 0, peer_incarnation = 0;
   };
+  /// kLater: flush() tries again. kTooLarge: never.
+  enum class Sent : std::uint8_t { kYes, kLater, kTooLarge };
   struct Calls {
-    /// False: it cannot be sent now. flush() tries again.
-    std::function<bool(const FrameHead& head, ByteView entries)> send;
+    std::function<Sent(const FrameHead& head, ByteView entries)> send;
+    /// These are given up: no frame can carry them.
+    std::function<void(ByteView entries)> too_large;
     /// The entries of a frame, in the order of frames, each once. May destroy the channel.
     std::function<void(ByteView entries)> received;
     /// The other side met this one again, and knows nothing of what went before.
@@ -43,8 +51,10 @@ class Channel {
   void flush();
   /// A frame of the other side.
   void arrived(const FrameHead& head, ByteView entries);
-  /// The connection was lost, and is back: what was under way is sent again.
+  /// The connection was lost, or that of the other side, and is back: what was under way is sent again.
   void reconnected();
+  /// The broker refused that frame for its size.
+  void too_large(std::uint64_t stream, std::uint64_t number);
 
   /// Bytes that wait or are not acknowledged.
   std::size_t waiting() const { return waiting_ + kept_bytes_; }
@@ -65,12 +75,16 @@ class Channel {
   struct Kept {
     std::uint64_t number = 0;
     Bytes entries;
+    unsigned sent = 0;     ///< how often
+    bool missing = false;  ///< the other side has a later one
   };
 
   void push(Entry entry, std::size_t size);
   Bytes next_entries();
   bool may_send() const;
-  bool send(const Kept& frame);
+  bool send(Kept& frame);
+  bool is_swallowed(const Kept& frame) const;
+  void give_up(Kept& frame);
   void answer(bool again = false);
   bool send_kept(std::uint64_t from);
   void acknowledged(const FrameHead& head);

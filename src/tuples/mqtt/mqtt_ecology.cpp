@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "base/text.h"
 #include "transport/host_name.h"
 #include "tuples/mqtt/mqtt_link.h"
 
@@ -12,24 +13,23 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-constexpr Duration kFirstPause = std::chrono::milliseconds(500), kLongestPause = std::chrono::seconds(10);
-/// A wrong password does not become right by repetition.
-constexpr Duration kRefusedPause = std::chrono::seconds(30);
-/// A message to oneself comes back within this time.
-constexpr Duration kFenceTime = std::chrono::seconds(10);
-constexpr unsigned kShards = 16;
 /// First byte of a message to oneself; frames begin with the version.
 constexpr std::uint8_t kFence = 0xff;
 /// A broker looks each 5 s whom it did not hear for one and a half keep-alive times (mosquitto 2.0).
 constexpr Duration kBrokerLooks = std::chrono::seconds(5);
 /// Frames that all others together may have under way to one process: below the queue that brokers have by default.
 constexpr std::uint32_t kQueue = 800, kLeastCredit = 4;
-/// A broker forgets what is retained after this time; it is written again before.
-constexpr Duration kRetained = std::chrono::hours(1), kShowAgain = std::chrono::minutes(25);
+/// A broker forgets what is retained after this time.
+constexpr Duration kRetained = std::chrono::hours(1);
 /// Connections whose topics are emptied; what others left ends by itself.
 constexpr std::size_t kMaxFormer = 16;
-constexpr Duration kLately = std::chrono::seconds(10);
-constexpr Duration kLook = std::chrono::seconds(1);
+/// Topic and head of a frame, at most, in bytes.
+constexpr std::size_t kMaxHead = 600;
+/// Frames whose size a broker has to judge.
+constexpr std::size_t kMaxLarge = 64;
+/// Brokers forget what expires without a word, and drop what exceeds their queue: presence is read again from time to
+/// time.
+constexpr Duration kReadAgain = std::chrono::minutes(15);
 
 std::string random_token() {
   static constexpr std::string_view kDigits = "0123456789abcdef";
@@ -45,17 +45,21 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
                          base::LogSink& log, Clock since_boot)
     : options_(std::move(options)),
       scheduler_(scheduler),
-      transports_(transports),
       log_(Log(log, "mqtt"), scheduler),
       since_boot_(std::move(since_boot)),
       topics_(options_.space),
-      presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); }}),
+      presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); },
+                            [this](const Line& line) { on_forgotten(line); }}),
+      search_(topics_, scheduler, search_calls()),
+      uplink_(options_.brokers, (options_.lease - kBrokerLooks) * 2 / 3, scheduler, transports, log_, uplink_calls()),
       streams_(static_cast<std::uint64_t>(since_boot_() / std::chrono::microseconds(1))),
-      pause_(kFirstPause),
       flush_soon_(scheduler, [this] { each_link([](MqttLink& link) { link.flush(); }); }) {}
 
 Result<void> check_options(const SpaceOptions& options) {
-  if (auto good = options.user == kAnonymous ? Result<void>() : check_user(options.user); !good) return good;
+  if (options.brokers.empty()) return fail(ErrorCode::kInvalid, "no broker");
+  for (const auto& broker : options.brokers) {
+    if (auto good = broker.user == kAnonymous ? Result<void>() : check_user(broker.user); !good) return good;
+  }
   if (!is_space(options.space))
     return fail(ErrorCode::kInvalid,
                 fmt::format("'{}' is no space, expected 1 to 64 letters, digits, _ . -", options.space));
@@ -71,136 +75,93 @@ Result<std::unique_ptr<MqttEcology>> MqttEcology::open(SpaceOptions options, Sch
   if (auto good = check_options(options); !good) return fail(std::move(good.error()));
   std::unique_ptr<MqttEcology> ecology(
       new MqttEcology(std::move(options), scheduler, transports, log, std::move(since_boot)));
-  if (auto begun = ecology->connect(); !begun) return fail(std::move(begun.error()));
+  if (auto begun = ecology->uplink_.open(); !begun) return fail(std::move(begun.error()));
+  if (ecology->options_.watch_all) ecology->search_.all();
   ecology->look();
   return ecology;
 }
 
 MqttEcology::~MqttEcology() {
-  if (connected_) publish(topics_.line(own_), {}, true);
+  publish(topics_.line(own_), {}, true);
 }
 
 // -- the connection
 
-Result<void> MqttEcology::connect() {
-  own_ = {options_.user, random_token()};
-  auto options = options_.broker;
-  options.keep_alive = (options_.lease - kBrokerLooks) * 2 / 3;
-  options.will = transport::MqttWill{topics_.line(own_), {}, true, 1};
-  auto opened = transports_.open_mqtt(options, line_calls());
-  if (!opened) return fail(std::move(opened.error()));
-  line_ = std::move(*opened);
-  return {};
-}
-
-transport::MqttCalls MqttEcology::line_calls() {
-  transport::MqttCalls calls;
+Uplink::Calls MqttEcology::uplink_calls() {
+  Uplink::Calls calls;
+  calls.begins = [this](const std::string& user) {
+    own_ = {user, random_token()};
+    return transport::MqttWill{topics_.line(own_), {}, true, 1};
+  };
   calls.connected = [this](const transport::MqttConnack& connack) { on_connected(connack); };
   calls.received = [this](const transport::MqttMessage& message) { on_message(message); };
-  calls.too_long = [this](std::string_view topic, std::size_t bytes) {
-    log_.warning("too long", fmt::format("a message of {} bytes at {} is dropped", bytes, topic));
-  };
-  calls.subscribed = [](std::string_view) {};
-  calls.refused = [this](std::string_view filter, const Error& why) {
-    log_.warning("refused", fmt::format("the broker refuses {}: {}", filter, why.text));
-  };
-  calls.taken = [](const transport::MqttOutcome&) {};
-  calls.not_taken = [this](const transport::MqttOutcome& outcome, const Error& why) {
-    log_.warning("not taken", fmt::format("the broker does not take {}: {}", outcome.topic, why.text));
-  };
-  calls.failed = [this](const Error& why) { on_failed(why); };
+  calls.taken = [this](const transport::MqttOutcome& outcome) { on_taken(outcome); };
+  calls.not_taken = [this](const transport::MqttOutcome& outcome, const Error& why) { on_not_taken(outcome, why); };
+  calls.leaves = [this] { leave(); };
+  calls.lost = [this] { on_lost(); };
   return calls;
 }
 
-/// The own inbox first; then presence, one part after the other: the end of each is a message to oneself, which follows
-/// all that is retained.
 void MqttEcology::on_connected(const transport::MqttConnack& connack) {
-  if (!connack.retains)
-    return on_failed({ErrorCode::kRefused, "the broker keeps no retained messages, which presence needs"});
   if (count_++ > 0) ++counters_.reconnects;
-  connected_ = true;
-  knows_all_ = false;
-  fences_ = 0;
-  pause_ = kFirstPause;
-  trouble_.clear();
-  log_.unlimited().info(fmt::format("connected with {}:{} as {}", options_.broker.host, options_.broker.port,
-                                    options_.user == kAnonymous ? "nobody" : options_.user));
-  std::ignore = line_->subscribe(topics_.inbox_filter(own_), 0);
+  returns_ = true;
+  answers_ = connack.version == transport::MqttVersion::k5;
+  largest_ = connack.largest_packet > kMaxHead ? connack.largest_packet - kMaxHead : SIZE_MAX;
+  proven_ = 0;
+  large_.clear();
+  std::ignore = uplink_.line()->subscribe(topics_.inbox_filter(own_), 0);
   show_all();
-  fence();
+  search_.connected();
 }
 
-void MqttEcology::on_failed(const Error& why) {
-  const bool refused = why.code == ErrorCode::kRefused;
-  if (connected_ && former_.size() < kMaxFormer) former_.push_back(own_);
-  connected_ = false;
-  fence_timer_.cancel();
-  line_.reset();
-  trouble_ = why.text;
-  log_.warning("connection", fmt::format("{}:{}: {}", options_.broker.host, options_.broker.port, why.text));
+void MqttEcology::on_lost() {
+  if (former_.size() < kMaxFormer) former_.push_back(own_);
+  search_.cut();
   presence_.cut();
-  if (refused) pause_ = kRefusedPause;
-  connect_later();
 }
 
-void MqttEcology::connect_later() {
-  retry_ = scheduler_.after(pause_, [this] {
-    if (auto begun = connect(); !begun) {
-      trouble_ = begun.error().text;
-      log_.warning("connection", begun.error().text);
-      connect_later();
-    }
-  });
-  pause_ = std::min(2 * pause_, std::max(pause_, kLongestPause));
-}
-
-void MqttEcology::show_all() {
-  shown_at_ = scheduler_.now();
-  publish(topics_.line(own_), line_text({count_, options_.lease}), true);
-  each_link([this](const MqttLink& link) { show(link); });
-}
-
-/// What earlier connections of this process showed; the broker's own message for their end may come later.
-void MqttEcology::empty_former() {
-  for (const auto& line : std::exchange(former_, {})) {
-    for (const auto id : presence_.shown_on(line)) publish(topics_.component(line, id), {}, true);
-    publish(topics_.line(line), {}, true);
-  }
-}
-
-void MqttEcology::fence() {
-  publish(topics_.inbox(own_, own_), {static_cast<char>(kFence), static_cast<char>(fences_)}, false);
-  fence_timer_ = scheduler_.after(kFenceTime, [this] {
+Search::Calls MqttEcology::search_calls() {
+  Search::Calls calls;
+  calls.subscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->subscribe(filter, 0); };
+  calls.unsubscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->unsubscribe(filter); };
+  calls.fence = [this](std::uint64_t step) {
+    publish(topics_.inbox(own_, own_), static_cast<char>(kFence) + std::to_string(step), false);
+  };
+  calls.late = [this] {
     log_.warning("fence", fmt::format("the broker does not hand on what {} sends to itself: it takes and drops, or its "
                                       "rights lack this user's inbox ({})",
-                                      options_.user, topics_.inbox_filter(own_)));
-    fence();  // it may have been dropped
-  });
+                                      own_.user, topics_.inbox_filter(own_)));
+  };
+  calls.line_read = [this](const Line& line) {
+    if (!presence_.has(line)) search_.forget(line);
+  };
+  calls.complete = [this] { on_complete(); };
+  return calls;
 }
 
-void MqttEcology::on_fence(ByteView payload) {
-  if (payload.size() != 2 || payload[1] != fences_) return;
-  fence_timer_.cancel();
-  if (++fences_ > kShards) return on_complete();
-  std::ignore = line_->subscribe(topics_.presence_filter("0123456789abcdef"[fences_ - 1]), 0);
-  fence();
-}
-
+/// All that is looked for was read, or was read again.
 void MqttEcology::on_complete() {
-  knows_all_ = true;
+  read_at_ = scheduler_.now();
+  read_again_in_ = about(kReadAgain);
+  const auto alive = lifetime_.watch();
+  presence_.end_reading();
+  if (alive.ended() || !std::exchange(returns_, false)) return;
   empty_former();
-  presence_.read_again();
   each_link([](MqttLink& link) { link.reconnected(); });
 }
 
 bool MqttEcology::publish(std::string topic, std::string payload, bool retained) {
-  if (!connected_) return false;
   transport::MqttPublication one{std::move(topic), std::move(payload), retained, 0, {}, {}, 0};
   if (retained) {
     one.qos = 1;  // the answer counts
     one.expiry = kRetained;
   }
-  auto done = line_->publish(std::move(one));
+  return publish(std::move(one));
+}
+
+bool MqttEcology::publish(transport::MqttPublication one) {
+  if (!uplink_.line()) return false;
+  auto done = uplink_.line()->publish(std::move(one));
   if (!done && done.error().code != ErrorCode::kBusy) log_.warning("publish", done.error().text);
   return done.has_value();
 }
@@ -212,7 +173,10 @@ void MqttEcology::on_message(const transport::MqttMessage& message) {
   if (const auto* inbox = std::get_if<Topics::Inbox>(&at)) {
     if (message.retained || inbox->to != own_) return foreign(inbox->from, "a retained message");
     const auto payload = base::as_bytes(message.payload);
-    if (inbox->from == own_ && !payload.empty() && payload[0] == kFence) return on_fence(payload);
+    if (inbox->from == own_ && !payload.empty() && payload[0] == kFence) {
+      const auto step = base::parse_number<std::uint64_t>(base::as_text(payload.subspan(1)));
+      return search_.passed(step.value_or(0));
+    }
     return on_frame(inbox->from, payload);
   }
   if (const auto* presence = std::get_if<Topics::Presence>(&at))
@@ -226,9 +190,10 @@ void MqttEcology::foreign(const Line& from, const std::string& what) {
   log_.warning("foreign " + from.user, fmt::format("{} of user {}: dropped", what, from.user));
 }
 
-void MqttEcology::on_presence(const Topics::Presence& at, std::string_view payload, bool) {
-  if (payload.empty()) return at.component ? presence_.hide(at.line, *at.component, false) : presence_.hide(at.line);
-  if (payload == kLeft && at.component) return presence_.hide(at.line, *at.component, true);
+void MqttEcology::on_presence(const Topics::Presence& at, std::string_view payload, bool retained) {
+  if (!retained) ++shown_lately_;
+  if (payload.empty()) return at.component ? presence_.fade(at.line, *at.component) : presence_.hide(at.line);
+  if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
   if (payload.size() > kMaxPresence) return foreign(at.line, fmt::format("presence of {} bytes", payload.size()));
   bool room = true;
   if (at.component && !may_have(at.line, *at.component))
@@ -237,12 +202,16 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
     auto shown = read_component(payload);
     if (!shown) return foreign(at.line, shown.error().text);
     room = presence_.show(at.line, *at.component, std::move(*shown));
+    if (room) search_.line(at.line);
   } else {
     const auto shown = read_line(payload);
     if (!shown) return foreign(at.line, shown.error().text);
     room = presence_.show(at.line, *shown);
   }
-  if (!room) log_.warning("presence", "too many components are in this space: some are ignored");
+  if (room) return;
+  search_.forget(at.line);
+  log_.warning("presence " + at.line.user,
+               fmt::format("user {} shows too many components, or all together do: some are ignored", at.line.user));
 }
 
 void MqttEcology::on_frame(const Line& from, ByteView payload) {
@@ -276,12 +245,14 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
   if (!known) return hold(from, head, entries);
   if (source->line.user != from.user)
     return foreign(from, fmt::format("a frame in the name of component {}", number(head.source)));
+  if (source->line != from && from != own_) search_.line(from);  // its new connection
   heard_[head.source] = scheduler_.now();
   link->arrived(head, entries);
 }
 
-/// Its presence may be under way: it is kept a moment, else its sender sends it again.
+/// Nobody looked for it so far, or its presence is under way: it is kept a moment, else its sender sends it again.
 void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries) {
+  search_.line(from);
   const auto now = scheduler_.now();
   while (!early_.empty() && now - early_.front().since > kLately) {
     early_bytes_ -= early_.front().entries.size() + sizeof(Early);
@@ -290,6 +261,10 @@ void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries
   if (early_bytes_ + entries.size() + sizeof(Early) > kMaxEarly) return;
   early_bytes_ += entries.size() + sizeof(Early);
   early_.push_back({from, head, Bytes(entries.begin(), entries.end()), now});
+}
+
+void MqttEcology::on_forgotten(const Line& line) {
+  search_.forget(line);
 }
 
 void MqttEcology::on_changed(OwnerId id, PeerEvent how) {
@@ -311,110 +286,50 @@ void MqttEcology::on_changed(OwnerId id, PeerEvent how) {
   }
 }
 
-// -- who has an id, and who answers
-
-namespace {
-
-struct Check final : distant::FrameReader {
-  void on_changes(std::span<const Change>) override {}
-  void on_set(RemoteSet&&) override {}
-  void on_reply(Reply&&) override {}
-  void on_times(const distant::FrameTimes&) override {}
-  void on_identity_check(const distant::IdentityCheck& check) override { found = check; }
-  std::optional<distant::IdentityCheck> found;
-};
-
-}  // namespace
-
-/// Whether a component lives.
-void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
-  distant::FrameWriter entry;
-  entry.add(distant::IdentityCheck{false, question_});
-  FrameHead head;
-  head.source = asker.id();
-  head.source_incarnation = asker.incarnation();
-  head.target = id;
-  head.target_incarnation = who.shown.incarnation;
-  send_to(who.line, head, entry.view());
-}
-
-/// A question is answered by whoever lives. The answer of an earlier start of an own component displaces that.
-void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView entries) {
-  Check check;
-  if (!distant::read_frame(entries, head.source, head.target, check) || !check.found) return;
-  if (!check.found->is_answer) {
-    distant::FrameWriter answer;
-    answer.add(distant::IdentityCheck{true, check.found->number});
-    FrameHead back;
-    back.source = head.target;
-    back.source_incarnation = head.target_incarnation;
-    back.target = head.source;
-    back.target_incarnation = head.source_incarnation;
-    return void(send_to(from, back, answer.view()));
-  }
-  if (check.found->number != question_) return;
-  presence_.believe(from);
-  if (head.source != head.target || head.source_incarnation >= head.target_incarnation) return;
-  if (auto* link = find_link(head.target)) link->displace();
-}
-
-/// Another component with the id of an own one that began before it.
-void MqttEcology::ask_rivals() {
-  each_link([this](const MqttLink& link) {
-    for (const auto& other : presence_.all_with(link.id())) {
-      if (other.line.token != own_.token && other.shown.incarnation < link.incarnation()) ask(link, link.id(), other);
-    }
-  });
-}
-
-/// Once a second.
-void MqttEcology::look() {
-  look_ = scheduler_.after(kLook, [this] { look(); });
-  if (question_ == 0) question_ = static_cast<std::uint64_t>(std::random_device()()) << 16 | 1;
-  std::erase_if(heard_, [now = scheduler_.now()](const auto& one) { return now - one.second > kLately; });
-  if (!knows_all_ || !connected_) return;
-  if (scheduler_.now() - shown_at_ > kShowAgain) show_all();
-  ask_rivals();
-  const auto alive = lifetime_.watch();
-  each_link([this](const MqttLink& link) {
-    for (const auto id : link.silent(options_.lease)) {
-      if (const auto* silent = presence_.reached(id)) presence_.doubt(Line(silent->line));
-    }
-  });
-  if (!alive.ended()) ask_doubted();
-}
-
-void MqttEcology::ask_doubted() {
-  if (links_.empty()) return;
-  for (const auto& [id, who] : presence_.doubted()) ask(*links_.begin()->second, id, who);
-}
-
 // -- for links
 
-bool MqttEcology::send(const FrameHead& head, ByteView entries) {
+Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
   if (is_own(head.target, head.target_incarnation)) {
     lifetime_.post(scheduler_, [this, head, kept = Bytes(entries.begin(), entries.end())] { take(own_, head, kept); });
-    return true;
+    return Channel::Sent::kYes;
   }
   const auto* target = presence_.reached(head.target);
-  return target && send_to(target->line, head, entries);
+  return target ? send_to(target->line, head, entries) : Channel::Sent::kLater;
 }
 
-bool MqttEcology::send_to(const Line& to, const FrameHead& head, ByteView entries) {
-  const auto frame = frame_of(head, entries);
-  return publish(topics_.inbox(to, own_), std::string(base::as_text(frame)), false);
+/// A broker that takes no message of that size tells so at QoS 1 only: so the first ones of a size go that way.
+Channel::Sent MqttEcology::send_to(const Line& to, const FrameHead& head, ByteView entries) {
+  const auto size = entries.size();
+  if (size > largest_) return Channel::Sent::kTooLarge;
+  transport::MqttPublication frame;
+  frame.topic = topics_.inbox(to, own_);
+  frame.payload = base::as_text(frame_of(head, entries));
+  if (answers_ && size > std::max(proven_, Channel::kFrameBytes) && large_.size() < kMaxLarge) {
+    frame.qos = 1;
+    frame.number = ++large_number_;
+    large_[frame.number] = {head.source, head.target, head.stream, head.number, size};
+  }
+  return publish(std::move(frame)) ? Channel::Sent::kYes : Channel::Sent::kLater;
 }
 
-void MqttEcology::show(const MqttLink& link) {
-  const bool shown = publish(topics_.component(own_, link.id()), component_text(link.shown()), true);
-  if (!shown) shown_at_ = scheduler_.now() - 2 * kShowAgain;  // all of it again soon
+void MqttEcology::on_taken(const transport::MqttOutcome& outcome) {
+  if (const auto found = large_.find(outcome.number); found != large_.end()) {
+    proven_ = std::max(proven_, found->second.size);
+    large_.erase(found);
+  }
 }
 
-/// First that it leaves, so that nobody takes it for lost.
-void MqttEcology::hide(const MqttLink& link) {
-  const auto topic = topics_.component(own_, link.id());
-  publish(topic, std::string(kLeft), false);
-  publish(topic, {}, true);
+void MqttEcology::on_not_taken(const transport::MqttOutcome& outcome, const Error& why) {
+  const auto large = large_.extract(outcome.number);
+  if (large.empty() || why.code != ErrorCode::kOutOfRange)
+    return void(log_.warning("not taken", fmt::format("the broker does not take {}: {}", outcome.topic, why.text)));
+  const auto& one = large.mapped();
+  if (auto* link = find_link(one.source)) link->too_large(one.target, one.stream, one.number);
+}
+
+/// Until the connection ends: then the broker may have other settings.
+void MqttEcology::learn_limit(std::size_t too_large) {
+  largest_ = std::min(largest_, too_large - 1);
 }
 
 std::uint32_t MqttEcology::credit() const {

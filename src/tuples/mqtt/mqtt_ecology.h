@@ -13,7 +13,10 @@
 #include "transport/transports.h"
 #include "tuples/judge.h"
 #include "tuples/member.h"
+#include "tuples/mqtt/channel.h"
 #include "tuples/mqtt/presence.h"
+#include "tuples/mqtt/search.h"
+#include "tuples/mqtt/uplink.h"
 #include "tuples/stand_in.h"
 
 namespace rubicon::tuples::mqtt {
@@ -21,12 +24,12 @@ namespace rubicon::tuples::mqtt {
 class MqttLink;
 
 struct SpaceOptions {
-  transport::MqttOptions broker;              ///< without client id, will and keep-alive time
-  std::string user{kAnonymous};               ///< whom the broker takes this process for: check_user()
-  std::string space = "default";              ///< is_space(): components of other spaces are not seen
+  std::vector<SpaceBroker> brokers{};  ///< the first one that is there; all must be brokers of the same components
+  std::string space = "default";       ///< is_space(): components of other spaces are not seen
   Duration lease = std::chrono::seconds(20);  ///< at least kMinLease; others lose this process after such a silence
   /// Take requests of others from a broker whose users may write in each other's names.
   bool trust_broker = false;
+  bool watch_all = false;                  ///< meet all components of the space, whether they matter here or not
   std::shared_ptr<Judge> judge = nullptr;  ///< what members may do here; null: whatever the broker lets them
   /// Who a user is, by the realm; nullptr: nobody. Empty: each user is a member without roles, and `island-7` island 7.
   std::function<std::shared_ptr<const Member>(const std::string& user)> member_of{};
@@ -56,16 +59,18 @@ class MqttEcology final : public StandInEcology {
   /// `call` receives, in a later turn and once per start, the component of this process whose id another one uses that
   /// lives and began before. That component should end.
   void watch_displaced(std::function<void(OwnerId)> call) { displaced_ = std::move(call); }
-  /// Whether all presence was read: a component that is not present then was not there.
-  bool knows_all() const { return knows_all_; }
+  /// As Link::seeks(); nullopt: all components of the space.
+  bool seeks(std::optional<OwnerId> id);
   /// Why there is no connection; empty: there is one, or the first attempt goes on.
-  const std::string& trouble() const { return trouble_; }
+  const std::string& trouble() const { return uplink_.trouble(); }
 
   struct Counters {
     std::uint64_t reconnects = 0;  ///< connections after the first one
     std::uint64_t foreign = 0;     ///< messages at our topics that are none of ours, or in the name of another
+    std::uint64_t too_large = 0;   ///< values that exceed what the broker takes
   };
   const Counters& counters() const { return counters_; }
+  std::size_t presence_bytes() const { return presence_.bytes(); }
 
  private:
   friend class MqttLink;
@@ -75,23 +80,31 @@ class MqttEcology final : public StandInEcology {
     Bytes entries;
     SteadyTime since;
   };
+  /// A frame that the broker may find too large.
+  struct Large {
+    OwnerId source{}, target{};
+    std::uint64_t stream = 0, number = 0;
+    std::size_t size = 0;
+  };
+  static constexpr Duration kLately = std::chrono::seconds(10);
   static constexpr std::size_t kMaxEarly = std::size_t{4} << 20;
 
   MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::Transports& transports, base::LogSink& log,
               Clock since_boot);
 
   // -- the connection (mqtt_ecology.cpp)
-  Result<void> connect();
-  transport::MqttCalls line_calls();
+  Uplink::Calls uplink_calls();
   void on_connected(const transport::MqttConnack& connack);
-  void on_failed(const Error& why);
-  void connect_later();
+  void on_lost();
+  void leave();
   void show_all();
   void empty_former();
-  void fence();
-  void on_fence(ByteView payload);
+  Search::Calls search_calls();
   void on_complete();
   bool publish(std::string topic, std::string payload, bool retained);
+  bool publish(transport::MqttPublication one);
+  void on_taken(const transport::MqttOutcome& outcome);
+  void on_not_taken(const transport::MqttOutcome& outcome, const Error& why);
   void look();
   // -- what arrives
   void on_message(const transport::MqttMessage& message);
@@ -102,15 +115,18 @@ class MqttEcology final : public StandInEcology {
   void on_check(const Line& from, const FrameHead& head, ByteView entries);
   void foreign(const Line& from, const std::string& what);
   void on_changed(OwnerId id, PeerEvent how);
+  void on_forgotten(const Line& line);
   // -- for links
   /// A component of this process: what it says does not pass the broker, where others could say it too.
   bool is_own(OwnerId id, std::uint64_t incarnation) const;
   bool may_have(const Line& line, OwnerId id) const;
-  bool send(const FrameHead& head, ByteView entries);
-  bool send_to(const Line& to, const FrameHead& head, ByteView entries);
+  Channel::Sent send(const FrameHead& head, ByteView entries);
+  Channel::Sent send_to(const Line& to, const FrameHead& head, ByteView entries);
+  void learn_limit(std::size_t too_large);
   void show(const MqttLink& link);
   void hide(const MqttLink& link);
   std::uint32_t credit() const;
+  void read_again();
   void ask_rivals();
   void ask_doubted();
   void ask(const MqttLink& asker, OwnerId id, const Reached& who);
@@ -119,29 +135,34 @@ class MqttEcology final : public StandInEcology {
 
   SpaceOptions options_;
   Scheduler& scheduler_;
-  transport::Transports& transports_;
   base::LimitedLog log_;
   Clock since_boot_;
   Topics topics_;
   Presence presence_;
+  Search search_;
+  Uplink uplink_;
   Line own_;
-  std::vector<Line> former_;  ///< earlier connections of this process that may have left topics
-  std::unique_ptr<transport::MqttLine> line_;
-  bool connected_ = false, knows_all_ = false;
-  unsigned fences_ = 0;        ///< that came back on this connection
+  std::vector<Line> former_;   ///< earlier connections of this process that may have left topics
+  bool returns_ = false;       ///< until presence was read on this connection
   std::uint64_t count_ = 0;    ///< of connections
   std::uint64_t streams_ = 0;  ///< the last one that a channel began
-  Duration pause_;
-  std::string trouble_;
   std::map<OwnerId, MqttLink*> links_;
   std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately
   std::deque<Early> early_;
   std::size_t early_bytes_ = 0;
   std::uint64_t question_ = 0;
+  bool answers_ = false;            ///< the broker says what it does not take
+  std::size_t largest_ = SIZE_MAX;  ///< bytes of entries that the broker takes in one message, as far as known
+  std::size_t proven_ = 0;          ///< so many bytes it took
+  std::map<std::uint64_t, Large> large_;
+  std::uint64_t large_number_ = 0;
   std::function<void(OwnerId)> displaced_;
   Counters counters_;
-  SteadyTime shown_at_{};  ///< presence, last
-  Timer retry_, look_, fence_timer_;
+  SteadyTime shown_at_{};  ///< own presence, last
+  SteadyTime read_at_{};   ///< presence of others, completely
+  Duration read_again_in_{};
+  unsigned shown_lately_ = 0;  ///< messages of presence since the last look
+  Timer look_;
   base::OncePerTurn flush_soon_;
   base::Lifetime lifetime_;
 };

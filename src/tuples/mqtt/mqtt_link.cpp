@@ -14,8 +14,6 @@ namespace {
 
 /// Bytes that may wait for one component; beyond them publish() and remote_set() refuse.
 constexpr std::size_t kMaxWaiting = std::size_t{512} * 1024, kMaxSetsWaiting = std::size_t{32} << 20;
-constexpr std::size_t kMaxHeld = std::size_t{32} << 20;  ///< bytes of requests whose age is not known yet
-constexpr Duration kAskAgain = std::chrono::seconds(1);
 /// Components that are remembered after they went, because their requests may arrive again.
 constexpr std::size_t kMaxGone = 1000;
 /// Ids from here on are free: an id below is that of an island.
@@ -45,8 +43,9 @@ std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::
 
 namespace {
 
-std::size_t size_of(const RemoteSet& set) {
-  return sizeof(RemoteSet) + 64 + set.key.size() + set.value.size() + set.media_type.size();
+Error too_large_for_broker(std::string_view key, std::size_t size, std::size_t largest) {
+  return {ErrorCode::kOutOfRange,
+          fmt::format("{} with its value has {} bytes, the broker takes at most {}", key, size, largest)};
 }
 
 bool may_meet(const SubscriptionSpec& spec, OwnerId owner) {
@@ -69,6 +68,7 @@ void MqttLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   detach();
   listener_ = &listener;
   incarnation_ = std::max(incarnation, incarnation_ + 1);
+  ecology_.search_.component(who_.id);  // who else may have it
   ecology_.show(*this);
   lifetime_.post(ecology_.scheduler_, [this, start = incarnation_] {
     if (attached() && incarnation_ == start) introduce();
@@ -112,7 +112,7 @@ void MqttLink::review(OwnerId id, PeerEvent how) {
   const auto* found = ecology_.presence_.reached(id);
   const auto known = peers_.find(id);
   const bool was_up = known != peers_.end() && known->second.up;
-  const bool same = found && was_up && known->second.user == found->line.user &&
+  const bool same = found && was_up && known->second.line.user == found->line.user &&
                     known->second.identity.incarnation == found->shown.incarnation;
   const auto alive = lifetime_.watch();
   const auto now = found ? std::optional(*found) : std::nullopt;
@@ -120,6 +120,7 @@ void MqttLink::review(OwnerId id, PeerEvent how) {
   if (alive.ended() || !attached() || !now) return;
   if (!same) return peer_up(id, *now);
   auto& peer = known->second;
+  if (std::exchange(peer.line, now->line) != now->line) peer.channel->reconnected();
   if (peer.summary != now->shown.summary) {
     peer.summary = now->shown.summary;
     listener_->on_summary(id, peer.summary);
@@ -132,11 +133,13 @@ void MqttLink::peer_up(OwnerId id, const Reached& reached) {
     return void(ecology_.log_.warning(fmt::format("refused {}", number(id)), may.error().text + ": ignored"));
   auto& peer = peers_[id];
   peer.identity = identity;
-  peer.user = reached.line.user;
+  peer.line = reached.line;
   peer.up = true;
   peer.summary = reached.shown.summary;
-  if (std::exchange(peer.requests_of, identity.incarnation) != identity.incarnation) peer.last_request = 0;
+  const bool again = std::exchange(peer.requests_of, identity.incarnation) == identity.incarnation;
+  if (!again) peer.last_request = 0;
   open_channel(peer);
+  if (again) peer.channel->add_times(false);  // it may not have noticed, and has to subscribe again
   policy_->peer_up(as_judged(identity));
   send_interests(peer);
   const auto alive = lifetime_.watch();
@@ -166,6 +169,7 @@ void MqttLink::open_channel(Peer& peer) {
   const auto id = peer.identity.id;
   Channel::Calls calls;
   calls.send = [this](const FrameHead& head, ByteView entries) { return ecology_.send(head, entries); };
+  calls.too_large = [this, id](ByteView entries) { give_up(id, entries); };
   calls.received = [this, id](ByteView entries) { received(id, entries); };
   calls.met_again = [this, id] {
     if (auto* again = find_up(id)) send_interests(*again);
@@ -247,6 +251,10 @@ bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   if (peer->channel->waiting() > kMaxWaiting) return false;
   distant::FrameWriter entries;
   for (const auto& change : changes) {
+    if (text_size(change) > ecology_.largest_) {
+      if (const auto* set = std::get_if<TupleSet>(&change)) exceeds(subscriber, set->tuple.key, text_size(change));
+      continue;
+    }
     if (entries.size() > 0 && entries.size() + text_size(change) > Channel::kFrameBytes / 2)
       peer->channel->add(entries.take());
     entries.add(change);
@@ -256,7 +264,13 @@ bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
+void MqttLink::look_for(const SubscriptionSpec& spec) {
+  if (spec.pattern.owner) return void(ecology_.seeks(*spec.pattern.owner));
+  ecology_.seeks(std::nullopt);
+}
+
 void MqttLink::subscribe(const SubscriptionSpec& spec) {
+  look_for(spec);
   subscriptions_.insert_or_assign(spec.id, spec);
   for (auto& [id, peer] : peers_) {
     if (!peer.up || !may_meet(spec, id)) continue;
@@ -286,9 +300,47 @@ Result<void> MqttLink::remote_set(const RemoteSet& set) {
   if (peer->channel->waiting() > kMaxSetsWaiting)
     return fail(ErrorCode::kBusy,
                 fmt::format("component {} does not accept requests at the moment", number(set.owner)));
+  if (size_of(set) > ecology_.largest_) return fail(too_large_for_broker(set.key, size_of(set), ecology_.largest_));
   peer->channel->add(set);
   ecology_.flush_soon_.request();
   return {};
+}
+
+void MqttLink::exceeds(OwnerId peer, std::string_view key, std::size_t size) {
+  ++ecology_.counters_.too_large;
+  ecology_.log_.warning(fmt::format("too large {}", key),
+                        fmt::format("component {} does not get it: {}", number(peer),
+                                    too_large_for_broker(key, size, ecology_.largest_).text));
+}
+
+void MqttLink::too_large(OwnerId id, std::uint64_t stream, std::uint64_t number) {
+  if (auto* peer = find_up(id)) peer->channel->too_large(stream, number);
+}
+
+/// One entry that no frame can carry: it is named, and who asked for it hears so.
+void MqttLink::give_up(OwnerId id, ByteView entries) {
+  struct Finder final : distant::FrameReader {
+    void on_changes(std::span<const Change> changes) override {
+      for (const auto& change : changes) {
+        if (const auto* one = std::get_if<TupleSet>(&change)) key = one->tuple.key;
+      }
+    }
+    void on_set(RemoteSet&& one) override { set = std::move(one); }
+    void on_reply(Reply&&) override {}
+    void on_identity_check(const distant::IdentityCheck&) override {}
+    void on_times(const distant::FrameTimes&) override {}
+    std::string key;
+    std::optional<RemoteSet> set;
+  } found;
+  ecology_.learn_limit(entries.size());
+  std::ignore = distant::read_frame(entries, who_.id, id, found);
+  exceeds(id, found.set ? found.set->key : found.key, entries.size());
+  if (!found.set) return;
+  const auto why = too_large_for_broker(found.set->key, entries.size(), ecology_.largest_);
+  lifetime_.post(ecology_.scheduler_,
+                 [this, id, reply = Reply{who_.id, found.set->request, Verdict::kRefused, why.code, why.text}] {
+                   if (listener_) listener_->on_reply(id, reply);
+                 });
 }
 
 /// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
@@ -313,110 +365,7 @@ void MqttLink::describe(std::string summary) {
 void MqttLink::each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const {
   visit("mqtt-reconnects", ecology_.counters().reconnects);
   visit("mqtt-foreign-messages", ecology_.counters().foreign);
-}
-
-// -- what is received
-
-void MqttLink::arrived(const FrameHead& head, ByteView entries) {
-  if (auto* peer = find_up(head.source); peer && peer->identity.incarnation == head.source_incarnation)
-    peer->channel->arrived(head, entries);
-}
-
-void MqttLink::received(OwnerId id, ByteView entries) {
-  if (!find_up(id)) return;
-  reading_from_ = id;
-  reading_sent_.reset();
-  if (auto read = distant::read_frame(entries, id, who_.id, *this); !read)
-    ecology_.log_.warning(fmt::format("frame {}", number(id)), read.error().text);
-}
-
-void MqttLink::on_changes(std::span<const Change> changes) {
-  if (find_up(reading_from_) && listener_) listener_->on_changes(reading_from_, changes);
-}
-
-void MqttLink::on_reply(Reply&& reply) {
-  if (listener_ && !listener_->on_reply(reading_from_, reply))
-    ecology_.log_.warning(
-        fmt::format("replies of {}", number(reading_from_)),
-        fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));
-}
-
-void MqttLink::on_subscription(SubscriptionSpec&& spec) {
-  if (find_up(reading_from_) && listener_) listener_->on_subscribe(reading_from_, spec);
-}
-
-void MqttLink::on_unsubscription(std::uint32_t id) {
-  if (find_up(reading_from_) && listener_) listener_->on_unsubscribe(reading_from_, id);
-}
-
-// -- requests, which may be late
-
-void MqttLink::on_times(const distant::FrameTimes& times) {
-  auto* peer = find_up(reading_from_);
-  if (!peer) return;
-  reading_sent_ = times.sent;
-  peer->channel->ages().arrived(times, ecology_.since_boot_());
-  if (times.asks) {
-    peer->channel->add_times(false);
-    ecology_.flush_soon_.request();
-  }
-  if (times.echo && !peer->held.empty()) take_held(reading_from_);
-}
-
-void MqttLink::on_set(RemoteSet&& set) {
-  auto* peer = find_up(reading_from_);
-  if (!listener_ || !peer) return;
-  const bool waits = !peer->held.empty() || (set.time_to_live > Duration(0) && reading_sent_ &&
-                                             !peer->channel->ages().age(*reading_sent_, ecology_.since_boot_()));
-  if (!waits) return take_set(*peer, std::move(set), reading_sent_);
-  const auto size = size_of(set);
-  if (peer->held_bytes + size > kMaxHeld)
-    return reply({set.from, set.request, Verdict::kRefused, ErrorCode::kBusy,
-                  "too many requests wait until this process knows whether they may be carried out"});
-  if (peer->held.empty()) peer->channel->add_times(true), ecology_.flush_soon_.request();
-  peer->held_bytes += size;
-  peer->held.push_back({std::move(set), reading_sent_.value_or(Duration(0)), ecology_.scheduler_.now()});
-  if (!held_timer_.pending())
-    held_timer_ = ecology_.scheduler_.after(kAskAgain, [this] {
-      std::vector<OwnerId> ids;
-      for (const auto& [id, one] : peers_) {
-        if (!one.held.empty()) ids.push_back(id);
-      }
-      for (const auto id : ids) take_held(id);
-    });
-}
-
-/// Exactly zero remains: a negative time, because zero means that none was given.
-void MqttLink::take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent) {
-  if (set.request <= peer.last_request) return;  // sent again after it was acknowledged to nobody
-  peer.last_request = set.request;
-  if (set.time_to_live > Duration(0)) {
-    const auto age = sent ? peer.channel->ages().age(*sent, ecology_.since_boot_()) : std::nullopt;
-    const auto left = age ? set.time_to_live - *age : Duration(0);
-    set.time_to_live = left > Duration(0) ? left : Duration(-1);
-  }
-  listener_->on_remote_set(set);
-}
-
-/// Those whose age is known, or whose time is over by the own clock, in order.
-void MqttLink::take_held(OwnerId id) {
-  const auto before = std::exchange(reading_from_, id);
-  for (auto* peer = find_up(id); peer && listener_ && !peer->held.empty(); peer = find_up(id)) {
-    auto& first = peer->held.front();
-    const bool known = peer->channel->ages().age(first.sent, ecology_.since_boot_()).has_value();
-    const auto lives = first.set.time_to_live;
-    if (!known && lives > Duration(0) && ecology_.scheduler_.now() - first.since < lives) break;
-    auto one = std::move(first);
-    peer->held_bytes -= size_of(one.set);
-    peer->held.pop_front();
-    take_set(*peer, std::move(one.set), one.sent);
-  }
-  reading_from_ = before;
-  auto* peer = find_up(id);
-  if (!peer || peer->held.empty() || held_timer_.pending()) return;
-  peer->channel->add_times(true);
-  ecology_.flush_soon_.request();
-  held_timer_ = ecology_.scheduler_.after(kAskAgain, [this, id] { take_held(id); });
+  visit("mqtt-too-large", ecology_.counters().too_large);
 }
 
 }  // namespace rubicon::tuples::mqtt

@@ -13,7 +13,7 @@
 namespace rubicon::tuples::mqtt {
 
 /// The link of one component: has a channel to each other component that is there.
-class MqttLink final : public Link, private distant::FrameReader {
+class MqttLink final : public Link {
  public:
   MqttLink(MqttEcology& ecology, StandIn who);
   ~MqttLink() override;
@@ -26,6 +26,7 @@ class MqttLink final : public Link, private distant::FrameReader {
   Result<void> remote_set(const RemoteSet& set) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
+  bool seeks(OwnerId id) override { return !find_up(id) && (!introduced_ || ecology_.seeks(id)); }
   void describe(std::string summary) override;
   PeerPolicy& policy() override { return *policy_; }
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
@@ -44,8 +45,10 @@ class MqttLink final : public Link, private distant::FrameReader {
   /// Those that owe an acknowledgement for longer than that.
   std::vector<OwnerId> silent(Duration patience) const;
   void displace();
+  void too_large(OwnerId peer, std::uint64_t stream, std::uint64_t number);
 
  private:
+  class Reader;
   struct Held {
     RemoteSet set;
     Duration sent;
@@ -54,7 +57,8 @@ class MqttLink final : public Link, private distant::FrameReader {
   /// One that is up, or was.
   struct Peer {
     PeerIdentity identity;
-    std::string user, summary;
+    Line line;
+    std::string summary;
     bool up = false;
     std::unique_ptr<Channel> channel;
     std::uint64_t last_request = 0, requests_of = 0;  ///< highest number of its requests, and by which start
@@ -62,14 +66,13 @@ class MqttLink final : public Link, private distant::FrameReader {
     std::size_t held_bytes = 0;
   };
 
-  // distant::FrameReader: the entries of the present frame
-  void on_changes(std::span<const Change> changes) override;
-  void on_set(RemoteSet&& set) override;
-  void on_reply(Reply&& reply) override;
-  void on_identity_check(const distant::IdentityCheck&) override {}
-  void on_times(const distant::FrameTimes& times) override;
-  void on_subscription(SubscriptionSpec&& spec) override;
-  void on_unsubscription(std::uint32_t id) override;
+  // the entries of the present frame
+  void on_changes(std::span<const Change> changes);
+  void on_set(RemoteSet&& set);
+  void on_reply(Reply&& reply);
+  void on_times(const distant::FrameTimes& times);
+  void on_subscription(SubscriptionSpec&& spec);
+  void on_unsubscription(std::uint32_t id);
 
   void introduce();
   void peer_up(OwnerId id, const Reached& reached);
@@ -77,6 +80,9 @@ class MqttLink final : public Link, private distant::FrameReader {
   PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
   PeerIdentity as_judged(PeerIdentity identity) const;
   void open_channel(Peer& peer);
+  void look_for(const SubscriptionSpec& spec);
+  void give_up(OwnerId peer, ByteView entries);
+  void exceeds(OwnerId peer, std::string_view key, std::size_t size);
   void send_interests(Peer& peer);
   void received(OwnerId id, ByteView entries);
   Peer* find_up(OwnerId id);

@@ -23,11 +23,20 @@ bool is_same(const Reached& one, const Reached& other) {
 Presence::Presence(Scheduler& scheduler, Calls calls)
     : scheduler_(scheduler), calls_(std::move(calls)), expiry_(scheduler, [this] { expire(); }) {}
 
-bool Presence::show(const Line& line, const LineShown& shown) {
-  if (!lines_.contains(line)) {
-    if (bytes_ + kShownOverhead > kMaxBytes) return false;
-    bytes_ += kShownOverhead;
+/// False: no room.
+bool Presence::add_bytes(const std::string& user, std::size_t more, std::size_t less) {
+  auto& of_user = bytes_of_[user];
+  const bool fits = bytes_ - less + more <= kMaxBytes && of_user - less + more <= kMaxUserBytes;
+  if (fits || more == 0) {
+    bytes_ += more - less;
+    of_user += more - less;
   }
+  if (of_user == 0) bytes_of_.erase(user);
+  return fits;
+}
+
+bool Presence::show(const Line& line, const LineShown& shown) {
+  if (!lines_.contains(line) && !add_bytes(line.user, kShownOverhead, 0)) return false;
   auto& state = lines_[line];
   state.shown = shown;
   state.until = SteadyTime::max();
@@ -54,48 +63,71 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
   auto& all = components_[id];
   const auto known = all.find(line);
   const auto before = known == all.end() ? 0 : size_of(known->second);
-  if (bytes_ - before + size_of(one) > kMaxBytes) {
+  const bool is_new = !lines_.contains(line);
+  if (!add_bytes(line.user, size_of(one) + (is_new ? kShownOverhead : 0), before)) {
     if (all.empty()) components_.erase(id);
     return false;
   }
-  bytes_ += size_of(one) - before;
   all.insert_or_assign(line, std::move(one));
-  if (!lines_.contains(line)) {  // its own topic may follow
-    bytes_ += kShownOverhead;
-    end_at(lines_[line], scheduler_.now() + kReturn);
-    lines_[line].seen = true;
+  auto& state = lines_[line];
+  if (is_new) {  // its own topic may follow
+    end_at(state, scheduler_.now() + kReturn);
+    state.seen = true;
   }
-  lines_[line].components.insert(id);
+  state.components[id] = {true};
   review(id, PeerEvent::kLost);
   return true;
 }
 
-void Presence::hide(const Line& line, OwnerId id, bool left) {
+void Presence::fade(const Line& line, OwnerId id) {
+  const auto found = lines_.find(line);
+  if (found == lines_.end()) return;
+  const auto one = found->second.components.find(id);
+  if (one == found->second.components.end()) return;
+  one->second.until = std::min(one->second.until, scheduler_.now() + kReturn);
+  expiry_.advance_to(one->second.until);
+}
+
+void Presence::remove(const Line& line, OwnerId id, PeerEvent how) {
   const auto found = components_.find(id);
   if (found == components_.end()) return;
   const auto one = found->second.find(line);
   if (one == found->second.end()) return;
-  bytes_ -= size_of(one->second);
+  add_bytes(line.user, 0, size_of(one->second));
   found->second.erase(one);
   if (found->second.empty()) components_.erase(found);
   if (const auto state = lines_.find(line); state != lines_.end()) state->second.components.erase(id);
-  review(id, left ? PeerEvent::kLeft : PeerEvent::kLost);
+  review(id, how);
+}
+
+void Presence::begin_reading() {
+  for (auto& [line, state] : lines_) {
+    state.seen = false;
+    for (auto& [id, one] : state.components) one.seen = false;
+  }
 }
 
 void Presence::cut() {
+  begin_reading();
   for (auto& [line, state] : lines_) {
-    state.seen = false;
     if (state.here) end_at(state, scheduler_.now() + state.shown.lease);
   }
 }
 
-void Presence::read_again() {
+void Presence::end_reading() {
+  std::vector<std::pair<Line, OwnerId>> gone;
   for (auto& [line, state] : lines_) {
-    if (state.seen) continue;
-    state.here = false;
-    state.until = scheduler_.now() + std::max(state.shown.lease, kReturn);
-    expiry_.advance_to(state.until);
+    if (state.seen) {
+      for (const auto& [id, one] : state.components) {
+        if (!one.seen) gone.emplace_back(line, id);
+      }
+    } else if (state.here) {
+      state.here = false;
+      state.until = scheduler_.now() + std::max(state.shown.lease, kReturn);
+      expiry_.advance_to(state.until);
+    }
   }
+  for (const auto& [line, id] : gone) fade(line, id);
 }
 
 void Presence::doubt(const Line& line) {
@@ -113,7 +145,7 @@ std::vector<std::pair<OwnerId, Reached>> Presence::doubted() const {
   std::vector<std::pair<OwnerId, Reached>> all;
   for (const auto& [line, state] : lines_) {
     if (!state.doubted || state.components.empty()) continue;
-    const auto id = *state.components.begin();
+    const auto id = state.components.begin()->first;
     all.emplace_back(id, components_.at(id).at(line));
   }
   return all;
@@ -122,16 +154,25 @@ std::vector<std::pair<OwnerId, Reached>> Presence::doubted() const {
 void Presence::expire() {
   const auto now = scheduler_.now();
   std::vector<Line> over;
+  std::vector<std::pair<Line, OwnerId>> faded;
   for (const auto& [line, state] : lines_) {
     if (state.until <= now) over.push_back(line);
+    for (const auto& [id, one] : state.components) {
+      if (one.until <= now) faded.emplace_back(line, id);
+    }
   }
+  for (const auto& [line, id] : faded) remove(line, id, PeerEvent::kLost);
   for (const auto& line : over) {
-    const auto ids = lines_.at(line).components;
+    const auto shown = shown_on(line);
     lines_.erase(line);
-    bytes_ -= kShownOverhead;
-    for (const auto id : ids) hide(line, id, false);
+    add_bytes(line.user, 0, kShownOverhead);
+    for (const auto id : shown) remove(line, id, PeerEvent::kLost);
+    calls_.forgotten(line);
   }
-  for (const auto& [line, state] : lines_) expiry_.advance_to(state.until);
+  for (const auto& [line, state] : lines_) {
+    expiry_.advance_to(state.until);
+    for (const auto& [id, one] : state.components) expiry_.advance_to(one.until);
+  }
 }
 
 /// A line that goes may come back: until then what is there stays.
@@ -165,8 +206,7 @@ const Reached* Presence::best(OwnerId id) const {
 }
 
 void Presence::review_line(const Line& line, PeerEvent how) {
-  const auto ids = lines_.at(line).components;
-  for (const auto id : ids) review(id, how);
+  for (const auto id : shown_on(line)) review(id, how);
 }
 
 void Presence::review(OwnerId id, PeerEvent how) {
@@ -187,7 +227,9 @@ void Presence::review(OwnerId id, PeerEvent how) {
 std::vector<OwnerId> Presence::shown_on(const Line& line) const {
   const auto found = lines_.find(line);
   if (found == lines_.end()) return {};
-  return {found->second.components.begin(), found->second.components.end()};
+  std::vector<OwnerId> ids;
+  for (const auto& [id, one] : found->second.components) ids.push_back(id);
+  return ids;
 }
 
 const Reached* Presence::reached(OwnerId id) const {

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -29,9 +28,12 @@ class Presence {
   struct Calls {
     /// What is reached by that id changed; `how`: if nothing is any longer.
     std::function<void(OwnerId id, PeerEvent how)> changed;
+    /// Nothing is there of that connection any longer, or of its topic.
+    std::function<void(const Line& line)> forgotten;
   };
   static constexpr Duration kReturn = std::chrono::seconds(3);
-  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  ///< of all that is kept
+  /// Of all that is kept, and of what one user shows.
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20, kMaxUserBytes = std::size_t{8} << 20;
 
   Presence(Scheduler& scheduler, Calls calls);
 
@@ -39,13 +41,18 @@ class Presence {
   bool show(const Line& line, const LineShown& shown);
   void hide(const Line& line);
   bool show(const Line& line, OwnerId id, ComponentShown shown);
-  /// Its topic is empty, or (`left`) it said that it leaves.
-  void hide(const Line& line, OwnerId id, bool left);
+  /// Its topic is empty: as hide() of its connection.
+  void fade(const Line& line, OwnerId id);
+  /// It said that it leaves.
+  void leave(const Line& line, OwnerId id) { remove(line, id, PeerEvent::kLeft); }
 
   /// The own connection is lost: others may stay unseen for their lease.
   void cut();
-  /// All that is retained was read again: those that were not seen have their lease.
-  void read_again();
+  /// Everything will be read again.
+  void begin_reading();
+  /// All that is retained was read again: connections that were not seen have their lease; what was not seen of the
+  /// others is gone.
+  void end_reading();
   /// Nobody answers there: what it shows does not count, until somebody does.
   void doubt(const Line& line);
   void believe(const Line& line);
@@ -56,22 +63,30 @@ class Presence {
   std::vector<OwnerId> shown_on(const Line& line) const;
   /// nullptr: not there.
   const Reached* reached(OwnerId id) const;
+  bool has(const Line& line) const { return lines_.contains(line); }
   std::vector<OwnerId> all() const;
+  std::size_t bytes() const { return bytes_; }
   /// Those of others with that id, whether they count or not.
   std::vector<Reached> all_with(OwnerId id) const;
 
  private:
+  struct Component {
+    bool seen = false;
+    SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
+  };
   struct LineState {
     LineShown shown;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
     bool here = false, seen = false, doubted = false;
-    std::set<OwnerId> components;
+    std::map<OwnerId, Component> components;
   };
+  bool add_bytes(const std::string& user, std::size_t more, std::size_t less);
   bool counts(const Line& line) const;
   const Reached* best(OwnerId id) const;
   bool is_better(const Reached& one, const Reached& other) const;
   void review(OwnerId id, PeerEvent how);
   void review_line(const Line& line, PeerEvent how);
+  void remove(const Line& line, OwnerId id, PeerEvent how);
   void expire();
   void end_at(LineState& line, SteadyTime when);
 
@@ -81,6 +96,7 @@ class Presence {
   std::map<OwnerId, std::map<Line, Reached>> components_;
   std::map<OwnerId, Reached> reached_;
   std::size_t bytes_ = 0;
+  std::map<std::string, std::size_t> bytes_of_;  ///< by user
   base::Deadline expiry_;
 };
 

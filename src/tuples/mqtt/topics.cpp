@@ -76,6 +76,14 @@ std::string Topics::presence_filter(char shard) const {
   return fmt::format("{}p/{}/#", root_, shard);
 }
 
+std::string Topics::component_filter(OwnerId id) const {
+  return fmt::format("{}p/+/+/+/{}", root_, number(id));
+}
+
+std::string Topics::line_filter(const Line& line) const {
+  return this->line(line) + "/#";
+}
+
 std::string Topics::inbox(const Line& to, const Line& from) const {
   return fmt::format("{}to/{}/{}/{}/{}", root_, to.user, to.token, from.user, from.token);
 }

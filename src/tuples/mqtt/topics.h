@@ -37,8 +37,13 @@ class Topics {
   std::string line(const Line& line) const;
   /// Retained: a component has that connection.
   std::string component(const Line& line, OwnerId id) const;
-  /// Of one of the 16 parts of all presence: `shard` is a hexadecimal digit.
+  /// Of one of the 16 parts of all presence: `shard` is one of kShards.
   std::string presence_filter(char shard) const;
+  /// Of a component, whatever its connection.
+  std::string component_filter(OwnerId id) const;
+  /// Of a connection and its components.
+  std::string line_filter(const Line& line) const;
+  static constexpr std::string_view kShards = "0123456789abcdef";
   std::string inbox(const Line& to, const Line& from) const;
   std::string inbox_filter(const Line& own) const;
 

@@ -22,15 +22,16 @@ struct End {
   void open(std::uint64_t stream) {
     Channel::Calls calls;
     calls.send = [this](const FrameHead& head, ByteView entries) {
-      if (busy) return false;
+      if (busy) return Channel::Sent::kLater;
       ++frames;
       largest = std::max(largest, entries.size());
-      if (!other || drops(head)) return true;
+      if (!other || drops(head)) return Channel::Sent::kYes;
       (void)time_.at(time_.now() + delay, [] {});
       const auto bytes = frame_of(head, entries);
       time_.post([to = other, bytes] { to->take(bytes); });
-      return true;
+      return Channel::Sent::kYes;
     };
+    calls.too_large = [](ByteView) {};
     calls.received = [this](ByteView entries) { read(entries); };
     calls.met_again = [this] { ++met_again; };
     calls.credit = [this] { return credit; };

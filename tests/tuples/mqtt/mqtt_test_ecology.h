@@ -25,9 +25,10 @@ class MqttTestEcology {
 
   Result<std::unique_ptr<Link>> join(OwnerId id) {
     SpaceOptions options;
-    options.broker.host = kAt.address;
-    options.broker.port = kAt.port;
+    options.brokers.emplace_back().line.host = kAt.address;
+    options.brokers.back().line.port = kAt.port;
     options.trust_broker = true;
+    options.watch_all = true;
     auto opened =
         MqttEcology::open(options, time_, transports_, log_, [this] { return time_.now().time_since_epoch(); });
     if (!opened) return fail(opened.error());

@@ -1,14 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "base/virtual_scheduler.h"
-#include "rubicon/tuple_space.hpp"
-#include "support/collecting_log.h"
-#include "support/memory/memory_transports.h"
-#include "support/memory/mqtt_broker.h"
-#include "tuples/component.h"
 #include "tuples/distant/frame_codec.h"
-#include "tuples/mqtt/mqtt_ecology.h"
+#include "tuples/mqtt/site.h"
 
 namespace rubicon::tuples::mqtt {
 namespace {
@@ -18,45 +12,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
-
-const transport::Endpoint kBroker{"10.0.0.1", 1883};
-constexpr OwnerId kHall{1}, kLab{2}, kRobot{70000};
-
-/// A process with one component, at its own site.
-struct Site {
-  Site(VirtualScheduler& scheduler, transport::MemoryNet& net, OwnerId id, const std::string& address)
-      : time(scheduler) {
-    machine.join(net, address);
-    SpaceOptions options;
-    options.broker.host = kBroker.address;
-    options.broker.port = kBroker.port;
-    options.trust_broker = true;
-    ecology =
-        std::move(*MqttEcology::open(options, time, machine, log, [this] { return time.now().time_since_epoch(); }));
-    ecology->watch_displaced([this](OwnerId one) { displaced.push_back(one); });
-    link = std::move(*ecology->join(id));
-    space = std::make_unique<TupleSpace>(id, time, *link);
-    peers = space->watch_peers([this](OwnerId peer, PeerEvent event) {
-      const auto* what = event == PeerEvent::kUp ? "up " : event == PeerEvent::kLeft ? "left " : "lost ";
-      events.push_back(what + std::to_string(number(peer)));
-    });
-  }
-  std::vector<std::string> take() { return std::exchange(events, {}); }
-  std::string value(OwnerId owner, std::string_view key) const {
-    const auto found = space->get(owner, key);
-    return found ? std::string(found->value) : "none";
-  }
-
-  VirtualScheduler& time;
-  transport::MemoryTransports machine;
-  support::CollectingLog log;
-  std::unique_ptr<MqttEcology> ecology;
-  std::unique_ptr<Link> link;
-  std::unique_ptr<TupleSpace> space;
-  std::vector<OwnerId> displaced;
-  std::vector<std::string> events;
-  Handle peers;
-};
 
 struct Sites : testing::Test {
   Sites() { start(); }
@@ -75,7 +30,9 @@ struct Sites : testing::Test {
     EXPECT_THAT(seen.take(), ElementsAre("lamp=off"));
   }
   std::unique_ptr<Site> site(OwnerId id, const std::string& address) {
-    return std::make_unique<Site>(time, net, id, address);
+    auto options = options_at({kBroker});
+    options.watch_all = true;
+    return std::make_unique<Site>(time, net, id, address, options);
   }
   Verdict command(const std::string& value, Duration lives = 5s) {
     std::optional<Verdict> verdict;
@@ -110,7 +67,7 @@ struct Sites : testing::Test {
 };
 
 TEST_F(Sites, ReadAndCommandEachOther) {
-  EXPECT_TRUE(lab->ecology->knows_all());
+  EXPECT_FALSE(lab->ecology->seeks(std::nullopt));
   EXPECT_EQ(command("on"), Verdict::kApplied);
   EXPECT_THAT(decided, ElementsAre("on"));
   EXPECT_THAT(seen.take(), ElementsAre("lamp=on"));
@@ -323,10 +280,10 @@ TEST_F(Sites, ABrokerThatHandsOnNothingIsNamedAndAskedAgain) {
   const auto robot = site(kRobot, "10.0.0.5");
   time.run_for(30s);
   EXPECT_TRUE(robot->log.contains("does not hand on what - sends to itself"));
-  EXPECT_FALSE(robot->ecology->knows_all());
+  EXPECT_TRUE(robot->ecology->seeks(std::nullopt));
   broker.ignored_topics.clear();
   time.run_for(15s);
-  EXPECT_TRUE(robot->ecology->knows_all());
+  EXPECT_FALSE(robot->ecology->seeks(std::nullopt));
 }
 
 TEST_F(Sites, AWrongPasswordIsTriedSeldom) {

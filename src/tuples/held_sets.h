@@ -7,10 +7,10 @@
 #include "base/scheduler.h"
 #include "rubicon/tuple.hpp"
 
-namespace rubicon::tuples::joined {
+namespace rubicon::tuples {
 
-/// Remote sets to components of which only a stand-in is met so far: they wait a little for the component itself. A
-/// carrier does not pass on what comes from a component that is on both engines.
+/// Remote sets that wait a little until their owners are met: the engine looks for them, or has met only stand-ins so
+/// far. Bounded.
 class HeldSets {
  public:
   static constexpr std::size_t kMax = 1000, kMaxBytes = 4 * 1024 * 1024;
@@ -33,4 +33,4 @@ class HeldSets {
   std::size_t count_ = 0, bytes_ = 0;
 };
 
-}  // namespace rubicon::tuples::joined
+}  // namespace rubicon::tuples

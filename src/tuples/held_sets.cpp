@@ -1,9 +1,9 @@
-#include "tuples/joined/held_sets.h"
+#include "tuples/held_sets.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::tuples::joined {
+namespace rubicon::tuples {
 
 bool HeldSets::hold(const RemoteSet& set, SteadyTime now) {
   if (count_ >= kMax || bytes_ + set.value.size() > kMaxBytes) return false;
@@ -38,4 +38,4 @@ void HeldSets::clear() {
   count_ = bytes_ = 0;
 }
 
-}  // namespace rubicon::tuples::joined
+}  // namespace rubicon::tuples

@@ -1,0 +1,146 @@
+#include <random>
+
+#include "tuples/mqtt/mqtt_ecology.h"
+#include "tuples/mqtt/mqtt_link.h"
+
+namespace rubicon::tuples::mqtt {
+
+namespace {
+
+/// What is retained is written again before brokers forget it.
+constexpr Duration kShowAgain = std::chrono::minutes(25);
+constexpr Duration kLook = std::chrono::seconds(1);
+/// After so many changes in one look some may have been dropped: presence is read again.
+constexpr unsigned kManyChanges = 500;
+
+struct Check final : distant::FrameReader {
+  void on_changes(std::span<const Change>) override {}
+  void on_set(RemoteSet&&) override {}
+  void on_reply(Reply&&) override {}
+  void on_times(const distant::FrameTimes&) override {}
+  void on_identity_check(const distant::IdentityCheck& check) override { found = check; }
+  std::optional<distant::IdentityCheck> found;
+};
+
+}  // namespace
+
+// -- what this process shows
+
+void MqttEcology::show_all() {
+  shown_at_ = scheduler_.now();
+  publish(topics_.line(own_), line_text({count_, options_.lease}), true);
+  each_link([this](const MqttLink& link) { show(link); });
+}
+
+/// What earlier connections of this process showed; the broker's own message for their end may come later.
+void MqttEcology::empty_former() {
+  for (const auto& line : std::exchange(former_, {})) {
+    for (const auto id : presence_.shown_on(line)) publish(topics_.component(line, id), {}, true);
+    publish(topics_.line(line), {}, true);
+  }
+}
+
+void MqttEcology::show(const MqttLink& link) {
+  const bool shown = publish(topics_.component(own_, link.id()), component_text(link.shown()), true);
+  if (!shown) shown_at_ = scheduler_.now() - 2 * kShowAgain;  // all of it again soon
+}
+
+/// First that it leaves, so that nobody takes it for lost.
+void MqttEcology::hide(const MqttLink& link) {
+  const auto topic = topics_.component(own_, link.id());
+  publish(topic, std::string(kLeft), false);
+  publish(topic, {}, true);
+}
+
+/// In order: nothing of it stays at this broker.
+void MqttEcology::leave() {
+  each_link([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
+  publish(topics_.line(own_), {}, true);
+}
+
+// -- who has an id, and who answers
+
+/// Whether a component lives.
+void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
+  distant::FrameWriter entry;
+  entry.add(distant::IdentityCheck{false, question_});
+  FrameHead head;
+  head.source = asker.id();
+  head.source_incarnation = asker.incarnation();
+  head.target = id;
+  head.target_incarnation = who.shown.incarnation;
+  send_to(who.line, head, entry.view());
+}
+
+/// A question is answered by whoever lives. The answer of an earlier start of an own component displaces that.
+void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView entries) {
+  Check check;
+  if (!distant::read_frame(entries, head.source, head.target, check) || !check.found) return;
+  if (!check.found->is_answer) {
+    distant::FrameWriter answer;
+    answer.add(distant::IdentityCheck{true, check.found->number});
+    FrameHead back;
+    back.source = head.target;
+    back.source_incarnation = head.target_incarnation;
+    back.target = head.source;
+    back.target_incarnation = head.source_incarnation;
+    return void(send_to(from, back, answer.view()));
+  }
+  if (check.found->number != question_) return;
+  presence_.believe(from);
+  if (head.source != head.target || head.source_incarnation >= head.target_incarnation) return;
+  if (auto* link = find_link(head.target)) link->displace();
+}
+
+/// Another component with the id of an own one that began before it.
+void MqttEcology::ask_rivals() {
+  each_link([this](const MqttLink& link) {
+    for (const auto& other : presence_.all_with(link.id())) {
+      if (other.line.token != own_.token && other.shown.incarnation < link.incarnation()) ask(link, link.id(), other);
+    }
+  });
+}
+
+/// Once a second.
+void MqttEcology::look() {
+  look_ = scheduler_.after(kLook, [this] { look(); });
+  if (question_ == 0) question_ = static_cast<std::uint64_t>(std::random_device()()) << 16 | 1;
+  std::erase_if(heard_, [now = scheduler_.now()](const auto& one) { return now - one.second > kLately; });
+  const auto changes = std::exchange(shown_lately_, 0);
+  if (!search_.ready()) return;
+  if (scheduler_.now() - shown_at_ > kShowAgain) show_all();
+  if (changes > kManyChanges || scheduler_.now() - read_at_ > read_again_in_) read_again();
+  ask_rivals();
+  const auto alive = lifetime_.watch();
+  each_link([this](const MqttLink& link) {
+    for (const auto id : link.silent(options_.lease)) {
+      if (const auto* silent = presence_.reached(id)) presence_.doubt(Line(silent->line));
+    }
+  });
+  if (!alive.ended()) ask_doubted();
+}
+
+void MqttEcology::read_again() {
+  if (!search_.idle()) return;
+  read_at_ = scheduler_.now();
+  presence_.begin_reading();
+  search_.read_again();
+}
+
+/// For a component of this process nobody has to be asked.
+bool MqttEcology::seeks(std::optional<OwnerId> id) {
+  if (!id) {
+    search_.all();
+    return !search_.knows_all();
+  }
+  if (find_link(*id) || presence_.reached(*id)) return false;
+  search_.component(*id);
+  return !search_.knows(*id);
+}
+
+void MqttEcology::ask_doubted() {
+  if (links_.empty()) return;
+  for (const auto& [id, who] : presence_.doubted()) ask(*links_.begin()->second, id, who);
+}
+
+}  // namespace rubicon::tuples::mqtt

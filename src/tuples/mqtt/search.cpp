@@ -1,0 +1,145 @@
+#include "tuples/mqtt/search.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::tuples::mqtt {
+
+Search::Search(const Topics& topics, Scheduler& scheduler, Calls calls)
+    : topics_(topics), calls_(std::move(calls)), late_(scheduler, [this] {
+        calls_.late();
+        fence();
+      }) {}
+
+/// The own inbox is the first step: whoever speaks to this process while it reads is heard.
+void Search::connected() {
+  connected_ = true;
+  ready_ = all_read_ = false;
+  for (auto& [id, read] : components_) read = false;
+  for (auto& [line, read] : lines_) read = false;
+  step_.clear();
+  queue_.clear();
+  queue_.push_back({{}, {}, {}, true});
+  add_all();
+  next();
+}
+
+void Search::cut() {
+  connected_ = ready_ = false;
+  step_.clear();
+  queue_.clear();
+  late_.clear();
+}
+
+void Search::read_again() {
+  if (!ready_ || !idle()) return;
+  add_all();
+  next();
+}
+
+void Search::add_all() {
+  if (all_) {
+    for (const auto shard : Topics::kShards) queue_.push_back({topics_.presence_filter(shard), {}, {}, true});
+  } else {
+    for (const auto& [id, read] : components_) queue_.push_back({topics_.component_filter(id), id});
+    for (const auto& [line, read] : lines_) queue_.push_back({topics_.line_filter(line), {}, line});
+  }
+  Part end;
+  end.ends = true;
+  end.ends_all = all_;
+  queue_.push_back(end);
+}
+
+void Search::next() {
+  while (connected_ && step_.empty() && !queue_.empty()) {
+    if (queue_.front().ends) {
+      if (queue_.front().ends_all) narrow();
+      queue_.pop_front();
+      ready_ = true;
+      calls_.complete();
+      continue;
+    }
+    do {
+      step_.push_back(std::move(queue_.front()));
+      queue_.pop_front();
+    } while (!step_.back().alone && step_.size() < kMaxParts && !queue_.empty() && !queue_.front().alone &&
+             !queue_.front().ends);
+    ++number_;
+    for (const auto& part : step_) {
+      if (!part.filter.empty()) calls_.subscribe(part.filter);
+    }
+    fence();
+  }
+}
+
+void Search::fence() {
+  calls_.fence(number_);
+  late_.set(kFenceTime);
+}
+
+void Search::passed(std::uint64_t step) {
+  if (step != number_ || step_.empty()) return;
+  late_.clear();
+  const auto done = std::exchange(step_, {});
+  for (const auto& part : done) {
+    if (const auto found = part.component ? components_.find(*part.component) : components_.end();
+        found != components_.end())
+      found->second = true;
+    if (part.line) read(*part.line);
+  }
+  next();
+}
+
+void Search::read(const Line& line) {
+  if (const auto found = lines_.find(line); found != lines_.end()) {
+    found->second = true;
+    calls_.line_read(line);
+  } else {
+    calls_.unsubscribe(topics_.line_filter(line));  // forgotten meanwhile
+  }
+}
+
+/// All was read: what was looked for one by one comes with it.
+void Search::narrow() {
+  all_read_ = true;
+  for (const auto& [id, read] : components_) calls_.unsubscribe(topics_.component_filter(id));
+  for (const auto& [line, read] : lines_) calls_.unsubscribe(topics_.line_filter(line));
+  components_.clear();
+  lines_.clear();
+}
+
+void Search::all() {
+  if (std::exchange(all_, true) || !connected_) return;
+  add_all();
+  next();
+}
+
+void Search::component(OwnerId id) {
+  if (all_ || components_.contains(id)) return;
+  if (components_.size() >= kMaxSought) return all();
+  components_.emplace(id, false);
+  if (!connected_) return;
+  queue_.push_back({topics_.component_filter(id), id});
+  next();
+}
+
+void Search::line(const Line& line) {
+  if (all_ || lines_.contains(line)) return;
+  if (lines_.size() >= kMaxSought) return all();
+  lines_.emplace(line, false);
+  if (!connected_) return;
+  queue_.push_back({topics_.line_filter(line), {}, line});
+  next();
+}
+
+void Search::forget(const Line& line) {
+  if (lines_.erase(line) > 0 && connected_) calls_.unsubscribe(topics_.line_filter(line));
+}
+
+bool Search::knows(OwnerId id) const {
+  if (all_) return all_read_;
+  const auto found = components_.find(id);
+  return found != components_.end() && found->second && idle();
+}
+
+}  // namespace rubicon::tuples::mqtt

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/deadline.h"
+#include "tuples/mqtt/topics.h"
+
+namespace rubicon::tuples::mqtt {
+
+/// Reads the presence of those whom this process deals with, or that of all. What a broker retains comes at once after
+/// a subscription, and its end is a message to oneself: each step asks for some filters and then waits for that. So
+/// thousands of islands can meet at a broker without each of them reading of all others. Without I/O.
+class Search {
+ public:
+  struct Calls {
+    std::function<void(const std::string&filter)> subscribe, unsubscribe;
+    /// Sends a message to oneself, which brings this number back to passed().
+    std::function<void(std::uint64_t step)> fence;
+    /// It did not come for kFenceTime, and is sent again.
+    std::function<void()> late;
+    /// All that was retained for a connection has come.
+    std::function<void(const Line& line)> line_read;
+    /// Everything that is looked for was read since connected() or read_again().
+    std::function<void()> complete;
+  };
+  static constexpr Duration kFenceTime = std::chrono::seconds(10);
+  /// Of components, and of connections, that are looked for one by one; more of them, and all presence is read.
+  static constexpr std::size_t kMaxSought = 4096;
+
+  Search(const Topics& topics, Scheduler& scheduler, Calls calls);
+
+  /// Everything is read from its beginning.
+  void connected();
+  void cut();
+  /// Where it is idle.
+  void read_again();
+  void passed(std::uint64_t step);
+
+  /// Looks for all, from now on.
+  void all();
+  void component(OwnerId id);
+  /// Somebody who spoke to this process, or who has a component that is looked for.
+  void line(const Line& line);
+  void forget(const Line& line);
+
+  bool knows_all() const { return all_ && all_read_; }
+  /// Whether a component that is not present was not there when it was looked for, or last.
+  bool knows(OwnerId id) const;
+  /// Whether everything was read on this connection.
+  bool ready() const { return ready_; }
+  /// Nothing is being read.
+  bool idle() const { return queue_.empty() && step_.empty(); }
+
+ private:
+  struct Part {
+    std::string filter;  ///< empty: only the message to oneself
+    std::optional<OwnerId> component{};
+    std::optional<Line> line{};
+    bool alone = false;     ///< a step of its own
+    bool ends = false;      ///< no step: what was read is complete
+    bool ends_all = false;  ///< and was all presence
+  };
+  static constexpr std::size_t kMaxParts = 100;  ///< of a step
+
+  void add_all();
+  void next();
+  void fence();
+  void read(const Line& line);
+  void narrow();
+
+  const Topics& topics_;
+  Calls calls_;
+  bool connected_ = false, all_ = false, all_read_ = false, ready_ = false;
+  std::map<OwnerId, bool> components_;  ///< whether it was read
+  std::map<Line, bool> lines_;
+  std::deque<Part> queue_;
+  std::vector<Part> step_;  ///< that is under way
+  std::uint64_t number_ = 0;
+  base::Deadline late_;
+};
+
+}  // namespace rubicon::tuples::mqtt

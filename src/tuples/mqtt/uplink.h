@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/host_port.h"
+#include "base/limited_log.h"
+#include "transport/transports.h"
+#include "tuples/mqtt/topics.h"
+
+namespace rubicon::tuples::mqtt {
+
+/// A broker, and whom it takes this process for.
+struct SpaceBroker {
+  transport::MqttOptions line;   ///< without client id, will and keep-alive time
+  std::string user{kAnonymous};  ///< check_user()
+};
+
+/// The first one and, with its user, password and TLS, those at other addresses.
+std::vector<SpaceBroker> with_spare(SpaceBroker first, const std::vector<base::HostPort>& spare);
+
+/// The connection to the first of some brokers that is there. Where that one fails for kPatience, the next is tried;
+/// from a later one it goes back to an earlier one that is there again.
+class Uplink {
+ public:
+  struct Calls {
+    /// A connection as that user begins; returns what the broker should publish when it breaks.
+    std::function<transport::MqttWill(const std::string& user)> begins;
+    std::function<void(const transport::MqttConnack& connack)> connected;
+    std::function<void(const transport::MqttMessage& message)> received;
+    std::function<void(const transport::MqttOutcome& outcome)> taken;
+    std::function<void(const transport::MqttOutcome& outcome, const Error& why)> not_taken;
+    /// It ends in order right after, for an earlier broker.
+    std::function<void()> leaves;
+    /// It broke, after `connected`.
+    std::function<void()> lost;
+  };
+  static constexpr Duration kPatience = std::chrono::seconds(10), kLookBack = std::chrono::minutes(1);
+
+  /// At least one broker.
+  Uplink(std::vector<SpaceBroker> brokers, Duration keep_alive, Scheduler& scheduler, transport::Transports& transports,
+         base::LimitedLog& log, Calls calls);
+
+  /// Begins to connect; goes on for as long as it lives. kInvalid for options that no broker can accept.
+  Result<void> open();
+  /// nullptr: not connected.
+  transport::MqttLine* line() const { return connected_ ? line_.get() : nullptr; }
+  const SpaceBroker& broker() const { return brokers_[at_]; }
+  /// Why there is no connection; empty: there is one, or the first attempt goes on.
+  const std::string& trouble() const { return trouble_; }
+
+ private:
+  Result<void> connect();
+  transport::MqttCalls calls();
+  void on_connected(const transport::MqttConnack& connack);
+  void on_failed(const Error& why);
+  void connect_later();
+  void look_back(std::size_t number);
+  void go_back(std::size_t number);
+  std::string name(std::size_t number) const;
+
+  std::vector<SpaceBroker> brokers_;
+  Duration keep_alive_;
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
+  base::LimitedLog& log_;
+  Calls calls_;
+  std::size_t at_ = 0;
+  std::unique_ptr<transport::MqttLine> line_;
+  std::unique_ptr<transport::MqttLine> scout_;  ///< asks whether an earlier broker is there
+  bool connected_ = false;
+  SteadyTime failing_since_{};
+  Duration pause_;
+  std::string trouble_;
+  Timer retry_, look_back_;
+};
+
+/// From half of a time to one and a half: those who began together do not go on together.
+Duration about(Duration time);
+
+}  // namespace rubicon::tuples::mqtt
