@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <iterator>
@@ -37,6 +38,10 @@ constexpr std::pair<const char*, client::Engine> kEngines[] = {{"host", client::
                                                                {"dds", client::Engine::kDds},
                                                                {"mqtt", client::Engine::kMqtt},
                                                                {"peis", client::Engine::kPeis}};
+
+/// Options that say where components are.
+constexpr std::array kPlaces{"--engine", "--folder", "--domain",       "--interfaces",
+                             "--peers",  "--broker", "--peis-network", "--peis-connect"};
 
 const char* to_string(client::Engine engine) {
   return std::find_if(std::begin(kEngines), std::end(kEngines), [&](const auto& one) { return one.second == engine; })
@@ -218,6 +223,18 @@ std::string place_options(const client::Options& options) {
   return fmt::format("{}", fmt::join(all, " "));
 }
 
+std::string ecology_file() {
+  std::vector<std::filesystem::path> files;
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0)
+    files.push_back(std::filesystem::path(home) / ".config/rubicon/ecology.yaml");
+  files.emplace_back("/etc/rubicon/ecology.yaml");
+  std::error_code none;
+  for (const auto& file : files) {
+    if (std::filesystem::exists(file, none)) return file.string();
+  }
+  return {};
+}
+
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
   const auto* const group = kGroup;
@@ -380,8 +397,9 @@ Result<void> SettingsOptions::check_engines(const client::Options& options) cons
 Result<Settings> SettingsOptions::read() const {
   Settings settings;
   const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
-  if (!config_.empty()) {
-    if (auto good = read_config(config_, settings); !good) return fail(good.error());
+  const bool says_where = std::any_of(kPlaces.begin(), kPlaces.end(), given);
+  if (const auto file = !config_.empty() ? config_ : says_where ? std::string() : ecology_file(); !file.empty()) {
+    if (auto good = read_config(file, settings); !good) return fail(good.error());
   }
   auto& options = settings.options;
   if (auto good = read_broker_options(options.broker); !good) return fail(good.error());

@@ -30,7 +30,8 @@ std::string elsewhere_text(const client::Options& options);
 class SettingsOptions {
  public:
   void add_to(CLI::App& app);
-  /// The file first, then the environment, then the command line. Errors name the source of the wrong value.
+  /// The file first, then the environment, then the command line. Errors name the source of the wrong value. The file
+  /// is that of --config, else, where nothing says where to look, ecology_file().
   Result<Settings> read() const;
 
  private:
@@ -49,6 +50,10 @@ class SettingsOptions {
   bool json_ = false, tcp_ = false;
   CLI::App* app_ = nullptr;
 };
+
+/// What the tools of this user, or of all users of this host, join where nothing else is said:
+/// ~/.config/rubicon/ecology.yaml, /etc/rubicon/ecology.yaml. Empty: there is none.
+std::string ecology_file();
 
 /// Options for the name and id of this component: --name, --id.
 class AsOptions {

@@ -111,18 +111,22 @@ TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
 
 TEST(EngineConfig, ABrokerAddsTheSpaceOfSites) {
   EXPECT_FALSE(good("{}").mqtt);
-  const auto site =
-      good("{mqtt: {broker: {host: b, tls: yes, user: hall}, space: city, lease: 1min, trust_broker: yes}}");
+  const auto site = good(
+      "{mqtt: {broker: {host: b, tls: yes, user: hall}, space: city, lease: 1min, trust_broker: yes, "
+      "watch: all, spare_brokers: [c, \"[::1]:9002\"]}}");
   EXPECT_TRUE(site.mqtt && site.host && !site.dds);
   EXPECT_EQ(site.mqtt_space.broker.line.port, 8883);
   EXPECT_EQ(site.mqtt_space.broker.line.user, "hall");
   EXPECT_EQ(site.mqtt_space.space, "city");
   EXPECT_EQ(site.mqtt_space.lease, std::chrono::minutes(1));
   EXPECT_TRUE(site.mqtt_space.trust_broker);
+  EXPECT_TRUE(site.mqtt_space.watch_all);
+  EXPECT_THAT(site.mqtt_space.spare, testing::ElementsAre(base::HostPort{"c", 8883}, base::HostPort{"::1", 9002}));
   const auto alone = good("{host: no, engine: mqtt, mqtt: {broker: \"10.0.0.1:1884\"}}");
   EXPECT_TRUE(alone.mqtt && !alone.host && !alone.alone());
   EXPECT_EQ(alone.mqtt_space.broker.line.port, 1884);
   EXPECT_FALSE(alone.mqtt_space.trust_broker);
+  EXPECT_FALSE(alone.mqtt_space.watch_all);
 }
 
 TEST(EngineConfig, TakesTheFolderOfTrust) {
@@ -146,6 +150,10 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{mqtt: {broker: {host: b, user: a/b}}}", "tuples.mqtt.broker: the user name 'a/b' has a '/', expected none of"},
       {"{mqtt: {broker: {host: b, user: peis}}}", "tuples.mqtt.broker: 'peis' is no user name"},
       {"{mqtt: {broker: b, space: a/b}}", "tuples.mqtt.space: expected 1 to 64 of"},
+      {"{mqtt: {broker: b, watch: some}}", "tuples.mqtt.watch: is 'some', expected one of: met, all"},
+      {"{mqtt: {broker: b, spare_brokers: [\"c:0\"]}}", "tuples.mqtt.spare_brokers: has 'c:0', expected HOST[:PORT]"},
+      {"{mqtt: {broker: b, spare_brokers: [c, d, e, f, g, h, i, j, k]}}",
+       "tuples.mqtt.spare_brokers: expected at most 8"},
       {"{mqtt: {broker: b, lease: 5s}}", "tuples.mqtt.lease: expected from 13s to 10min"},
       {"{mqtt: {broker: b, trust: yes}}", "tuples.mqtt: unknown key 'trust'"},
       {"{engine: [dds, dds]}", "home.yaml:2:24: tuples.engine[1]: 'dds' is listed twice"},

@@ -132,6 +132,8 @@ TEST_F(SitesOfABroker, OfARealmDoWhatRolesAndRulesGiveThem) {
     if (std::string_view(member) == "desk") words.insert(words.end(), {"--role", "admin"});
     trust(words);
   }
+  const auto bundle = folder_ / "ann.trust", phrase = folder_ / "ann.phrase", home = folder_ / "home";
+  trust({"add", "ann", "--role", "admin", "--out", bundle, "--phrase-file", phrase});
   Process broker({"mosquitto", "-c", (folder_ / "broker/mosquitto.conf")});
   const auto mqtt = [&](const std::string& member) {
     const auto of = realm + "/members/" + member;
@@ -153,6 +155,16 @@ TEST_F(SitesOfABroker, OfARealmDoWhatRolesAndRulesGiveThem) {
   EXPECT_NE(guest.code, 0) << "without a role and without rules it may nothing";
   EXPECT_NE(run("guest", {"get", value, "--config", tool("guest")}).output, "on\n");
   EXPECT_TRUE(until("desk", {"get", value, "--config", tool("desk")}, "on"));
+
+  // A person who joins needs no option from then on.
+  const auto joined = run(
+      "home", {"trust", "join", bundle, "--yes", "--phrase-file", phrase, "--realm", home + "/.config/rubicon/realm"});
+  const auto file = home + "/.config/rubicon/ecology.yaml";
+  EXPECT_THAT(joined.output, testing::HasSubstr("tools        " + file)) << joined.errors;
+  std::ofstream(file, std::ios::app) << "  folder: " << meetings_["home"]->path() << "\n";
+  const auto seen = support::run_to_end({"env", "-u", "RUBICON_FOLDER", "HOME=" + home, kRubicon, "get", value});
+  EXPECT_THAT(seen.output, testing::HasSubstr("on")) << seen.errors;
+  EXPECT_NE(run("home", {"get", value}).code, 0) << "RUBICON_FOLDER says where to look";
 }
 
 }  // namespace

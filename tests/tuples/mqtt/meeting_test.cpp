@@ -77,7 +77,17 @@ TEST_F(Meeting, APatternOfAnyOwnerMeetsAll) {
   EXPECT_EQ(tool->value(OwnerId(3), "lamp"), "off");
 }
 
+TEST_F(Meeting, WhoLooksForTooManyMeetsAll) {
+  auto hall = site(kHall), lab = site(kLab);
+  std::vector<Handle> copies;
+  for (std::uint32_t id = 10; id < 10 + Search::kMaxSought; ++id)
+    copies.push_back(lab->space->subscribe({OwnerId(id), "lamp"}, {}, [](const Event&) {}));
+  time.run_for(3s);
+  EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+}
+
 TEST_F(Meeting, ASetMeetsItsOwnerFirst) {
+  broker.latency = 20ms;
   auto hall = site(kHall), lab = site(kLab);
   const auto opened = open(*hall, decided);
   time.run_for(3s);
@@ -87,6 +97,16 @@ TEST_F(Meeting, ASetMeetsItsOwnerFirst) {
   EXPECT_EQ((*one)->verdict, Verdict::kApplied);
   EXPECT_EQ((*other)->verdict, Verdict::kApplied);
   EXPECT_THAT(decided, ElementsAre("on", "dim")) << "in order";
+}
+
+TEST_F(Meeting, ASetOvertakesNoneThatWaitsForTheOwner) {
+  auto hall = site(kHall), lab = site(kLab);
+  const auto opened = open(*hall, decided);
+  time.run_for(3s);
+  const auto later = lab->space->watch_peers([&](OwnerId, PeerEvent) { command(*lab, kHall, "second"); });
+  command(*lab, kHall, "first");
+  time.run_for(2s);
+  EXPECT_THAT(decided, ElementsAre("first", "second"));
 }
 
 TEST_F(Meeting, WhoIsNotThereIsKnownOnlyAfterItWasLookedFor) {
@@ -226,7 +246,7 @@ TEST_F(Meeting, WhoWasLostByOneSideOnlySubscribesAgain) {
 
 /// The limits of brokers, and what they say about them.
 struct Large : Meeting {
-  void trade(Site& hall, Site& lab) {
+  void trade(Site& hall, Site& lab, Duration within) {
     Listener seen;
     const auto copies = lab.space->subscribe(pattern("1:**"), {}, seen.call());
     const auto opened = open(hall, decided);
@@ -234,7 +254,7 @@ struct Large : Meeting {
     EXPECT_TRUE(hall.space->set("large", std::string(200'000, 'x')));
     EXPECT_TRUE(hall.space->set("lamp", "after"));
     const auto sent = command(lab, kHall, std::string(200'000, 'y'), 2min), then = command(lab, kHall, "then", 2min);
-    time.run_for(1min);
+    time.run_for(within);
     EXPECT_EQ(lab.value(kHall, "lamp"), "then") << "what follows goes on";
     EXPECT_EQ(lab.value(kHall, "large"), "none");
     EXPECT_TRUE(hall.log.contains("component 2 does not get it: large with its value has 200"));
@@ -256,20 +276,38 @@ struct Large : Meeting {
 TEST_F(Large, ABrokerThatTellsItsLimit) {
   broker.largest_packet = 100'000;
   auto hall = site(kHall), lab = site(kLab);
-  trade(*hall, *lab);
+  trade(*hall, *lab, 1s);
 }
 
 TEST_F(Large, ABrokerThatTellsWhatItDidNotTake) {
   broker.largest_payload = 100'000;
   auto hall = site(kHall), lab = site(kLab);
-  trade(*hall, *lab);
+  trade(*hall, *lab, 1s);
 }
 
 TEST_F(Large, ABrokerThatTellsNothing) {
   broker.largest_payload = 100'000;
   broker.speaks_5 = false;
   auto hall = site(kHall), lab = site(kLab);
-  trade(*hall, *lab);
+  trade(*hall, *lab, 15s);
+}
+
+/// What was accepted waits for a broker that comes back with a lower limit.
+TEST_F(Large, ALimitThatIsLowerAfterARestart) {
+  auto hall = site(kHall), lab = site(kLab);
+  Listener seen;
+  const auto copies = lab->space->subscribe(pattern("1:**"), {}, seen.call());
+  time.run_for(3s);
+  broker.stop(true);
+  EXPECT_TRUE(hall->space->set("large", std::string(200'000, 'x')));
+  time.run_for(1s);
+  EXPECT_TRUE(hall->space->set("lamp", "after"));
+  broker.largest_packet = 100'000;
+  broker.start();
+  time.run_for(15s);
+  EXPECT_EQ(lab->value(kHall, "lamp"), "after");
+  EXPECT_TRUE(hall->log.contains("large with its value has 200"));
+  EXPECT_THAT(lab->take(), ElementsAre("up 1"));
 }
 
 struct Spare : Meeting {

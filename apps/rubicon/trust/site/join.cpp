@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <fstream>
+
 #include "apps/rubicon/trust/phrase.h"
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/host_port.h"
@@ -20,18 +22,31 @@ struct JoinedMember {
   PhraseOptions phrase;
 };
 
-/// A map of the configuration, for the first broker.
+/// `mqtt` of the configuration: the first broker, and the others while that is away.
 std::string broker_config(const sites::SiteBundleContents& bundle, const std::filesystem::path& folder) {
   const sites::SitePlace place{folder, bundle.member.name};
   const auto address =
       bundle.brokers.empty() ? std::nullopt : base::parse_host_port(bundle.brokers.front(), kBrokerPort);
   auto text =
       fmt::format("host: {}, port: {}", address ? address->host : "HOST", address ? address->port : kBrokerPort);
-  if (bundle.member.has_password)
-    return fmt::format("{{{}, tls: {{ca: {}}}, user: {}, password-file: {}}}", text, place.authority(), place.user,
-                       place.password());
-  return fmt::format("{{{}, tls: {{ca: {}, certificate: {}, key: {}}}}}", text, place.authority(), place.certificate(),
-                     place.key());
+  text += bundle.member.has_password ? fmt::format(", tls: {{ca: {}}}, user: {}, password-file: {}", place.authority(),
+                                                   place.user, place.password())
+                                     : fmt::format(", tls: {{ca: {}, certificate: {}, key: {}}}", place.authority(),
+                                                   place.certificate(), place.key());
+  if (bundle.brokers.size() < 2) return fmt::format("{{broker: {{{}}}}}", text);
+  const std::vector<std::string> spare(bundle.brokers.begin() + 1, bundle.brokers.end());
+  return fmt::format("{{broker: {{{}}}, spare_brokers: [{}]}}", text, fmt::join(spare, ", "));
+}
+
+/// A person who has no other file for tools gets one. Its path; empty = none was written.
+std::string write_ecology_file(const std::filesystem::path& folder, const std::string& broker) {
+  const auto file = folder.parent_path() / "ecology.yaml";
+  std::error_code none;
+  if (folder != sites::own_site_folder() || std::filesystem::exists(file, none)) return {};
+  std::ofstream out(file);
+  out << "# What the tools of this user join. Written by `rubicon trust join`; it is yours now.\ntuples:\n  mqtt: "
+      << broker << "\n";
+  return out.flush() ? file.string() : std::string();
 }
 
 void put_bundle(Output& out, const sites::SiteBundleContents& bundle) {
@@ -41,19 +56,22 @@ void put_bundle(Output& out, const sites::SiteBundleContents& bundle) {
 
 void put_joined(const Settings& settings, Output& out, const sites::SiteBundleContents& joined,
                 const std::filesystem::path& folder, const std::string& file) {
-  const auto broker = broker_config(joined, folder);
+  const auto broker = broker_config(joined, folder), written = write_ecology_file(folder, broker);
   if (settings.json) {
     out.line(model::dump({{"realm", trust::as_json(joined.realm)},
                           {"member", as_json(joined.member)},
                           {"brokers", joined.brokers},
                           {"folder", folder.string()},
-                          {"broker", broker}}));
+                          {"mqtt", broker},
+                          {"tools", written}}));
     return;
   }
   out.line(fmt::format("joined       {}; the file {} is needed no more: remove it", folder.string(), file));
+  if (!written.empty())
+    return out.line("tools        " + written + ": `rubicon islands` shows the islands of all sites");
   out.line("for the configuration of the island, or of a tool (--config):");
   out.line("  tuples:");
-  out.line("    mqtt: {broker: " + broker + "}");
+  out.line("    mqtt: " + broker);
 }
 
 /// Nobody has changed the file on its way if the fingerprint is that of the host with the authority.
