@@ -13,10 +13,6 @@ namespace {
 constexpr std::size_t kBatch = 1000, kAhead = 5'000;
 constexpr auto kPause = std::chrono::microseconds(200);
 
-std::string load_key(std::size_t index) {
-  return fmt::format("bench.load.device-{}.sensor.light-{}.value", index / 10, index % 10);
-}
-
 /// Sets all tuples repeatedly: as fast as they are accepted, or as fast as possible if `flat_out`.
 class Writer {
  public:
@@ -88,7 +84,10 @@ class Writer {
 class Sink {
  public:
   Sink(Node& node, const Json& options)
-      : node_(node), keys_(options.at("keys")), busy_(std::chrono::microseconds(options.at("busy_us").get<int>())) {}
+      : node_(node),
+        keys_(options.at("keys")),
+        busy_(std::chrono::microseconds(options.at("busy_us").get<int>())),
+        settle_(std::chrono::milliseconds(options.value("settle_ms", 300))) {}
 
   Json run() {
     const auto all = node_.space().subscribe({kFirst, "bench.load.**"}, {}, [this](const tuples::Event&) { taken(); });
@@ -124,12 +123,12 @@ class Sink {
   }
   /// Entries stay in order: one turn after the end marker everything has arrived.
   void settle() {
-    timer_ = node_.scheduler().after(std::chrono::milliseconds(300), [this] { node_.finish(); });
+    timer_ = node_.scheduler().after(settle_, [this] { node_.finish(); });
   }
 
   Node& node_;
   std::size_t keys_;
-  base::Duration busy_;
+  base::Duration busy_, settle_;
   std::size_t count_ = 0;
   double processor_ = 0;
   SteadyTime begin_{}, last_{};
@@ -137,6 +136,10 @@ class Sink {
 };
 
 }  // namespace
+
+std::string load_key(std::size_t index) {
+  return fmt::format("bench.load.device-{}.sensor.light-{}.value", index / 10, index % 10);
+}
 
 Json writer(const Meeting& meeting, const Json& options) {
   Node node(kFirst, meeting);

@@ -50,6 +50,7 @@ void describe(CLI::App& app, const ComponentProgram& program, Options& options) 
       ->group(program.engines.empty() ? "" : "Options");
   app.add_flag("--trust", options.trust, "without and with trust, side by side")
       ->group(program.of_trust.empty() ? "" : "Options");
+  if (program.add_options) program.add_options(app);
   app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
   app.add_flag("--json", options.json, "no progress on standard error");
   app.add_option("--role", options.role)->group("");
@@ -60,10 +61,19 @@ void describe(CLI::App& app, const ComponentProgram& program, Options& options) 
 }
 
 Role role_of(const ComponentProgram& program, const std::string& name) {
-  static const std::map<std::string, Role> kShared{
-      {"ping", ping},     {"pong", pong},           {"writer", writer},
-      {"sink", sink},     {"commander", commander}, {"desk", desk},
-      {"island", island}, {"joiner", joiner},       {"one-of-many", one_of_many}};
+  static const std::map<std::string, Role> kShared{{"ping", ping},
+                                                   {"pong", pong},
+                                                   {"writer", writer},
+                                                   {"sink", sink},
+                                                   {"commander", commander},
+                                                   {"desk", desk},
+                                                   {"island", island},
+                                                   {"joiner", joiner},
+                                                   {"one-of-many", one_of_many},
+                                                   {"paced-writer", paced_writer},
+                                                   {"follower", follower},
+                                                   {"watched", watched},
+                                                   {"watcher", watcher}};
   const auto own = program.roles.find(name);
   return own != program.roles.end() ? own->second : kShared.at(name);
 }
@@ -89,7 +99,7 @@ int measure(const ComponentProgram& program, const Options& options) {
   plan.domain = options.domain;
   plan.is_quick = options.quick;
   if (options.quick) plan.rounds = 1, plan.seconds = 1;
-  const bool is_private = enter_private_network();
+  plan.is_private = enter_private_network();
   auto engines = options.engines;
   if (engines.empty()) engines = {program.engines.empty() ? "" : program.engines.front()};
   std::map<std::string, Report> reports;
@@ -104,7 +114,7 @@ int measure(const ComponentProgram& program, const Options& options) {
   }
   Json all = Json::object();
   for (auto& [engine, report] : reports) {
-    report.detail("private_network", is_private);
+    report.detail("private_network", plan.is_private);
     all[engine] = report.json();
   }
   fmt::print("{}\n", (engines.size() == 1 && !all.empty() ? all.front() : all).dump(2));

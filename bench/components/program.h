@@ -10,6 +10,10 @@
 #include "components/processes.h"
 #include "components/report.h"
 
+namespace CLI {
+class App;
+}
+
 namespace rubicon::bench {
 
 /// A program that measures components in several processes: it starts itself again for each of them.
@@ -25,6 +29,8 @@ struct ComponentProgram {
   /// Between which `--engine` chooses; the first is the default.
   std::vector<std::string> engines{};
   std::uint32_t highest_domain = 0;  ///< of DDS; 0 = the engine has no domains
+  /// Adds its own options, of the process that measures.
+  void (*add_options)(CLI::App& app) = nullptr;
 };
 
 /// Makes the measurements that the command line names, in a private network if permitted, and prints one JSON object;

@@ -11,10 +11,11 @@ namespace rubicon::bench {
 /// How much is measured.
 struct Plan {
   std::uint32_t domain = 0;
-  std::string engine{};   ///< Meeting::engine
-  int rounds = 5;         ///< of each measurement; medians are reported
-  double seconds = 3;     ///< of each round that is measured by time
-  bool is_quick = false;  ///< smaller sizes: a test of the program, not a measurement
+  std::string engine{};     ///< Meeting::engine
+  int rounds = 5;           ///< of each measurement; medians are reported
+  double seconds = 3;       ///< of each round that is measured by time
+  bool is_quick = false;    ///< smaller sizes: a test of the program, not a measurement
+  bool is_private = false;  ///< this process is in a network of its own
 
   /// A unique meeting place.
   Meeting new_meeting() const;

@@ -16,5 +16,12 @@ Json desk(const Meeting& meeting, const Json& options);
 Json island(const Meeting& meeting, const Json& options);
 Json joiner(const Meeting& meeting, const Json& options);
 Json one_of_many(const Meeting& meeting, const Json& options);
+Json paced_writer(const Meeting& meeting, const Json& options);
+Json follower(const Meeting& meeting, const Json& options);
+Json watched(const Meeting& meeting, const Json& options);
+Json watcher(const Meeting& meeting, const Json& options);
+
+/// Of one of many tuples of a writer, with six parts.
+std::string load_key(std::size_t index);
 
 }  // namespace rubicon::bench

@@ -1,24 +1,19 @@
 #include <fmt/format.h>
 
 #include "components/roles.h"
+#include "components/rounds.h"
 #include "ecology/measurements.h"
 
 namespace rubicon::bench {
 
 namespace {
 
-Json median_of(const std::vector<Json>& runs, const char* name) {
-  std::vector<double> values;
-  for (const auto& run : runs) values.push_back(run.at(name));
-  return rounded(median(values), 4);
-}
-
 void tell(Report& report, const std::string& name, const std::vector<Json>& runs, double most) {
-  const auto seconds = median_of(runs, "seconds");
+  const auto seconds = rounded(median_of(runs, "seconds"), 4);
   report.figure(name, seconds);
-  report.target(name, fmt::format("under {}", most), seconds.get<double>() < most);
+  report.target(name, fmt::format("under {}", most), seconds < most);
   report.detail(name, {{"method", "from subscribe() of a program that sees the island to the last initial value"},
-                       {"with_start_of_program_s", median_of(runs, "with_start")},
+                       {"with_start_of_program_s", rounded(median_of(runs, "with_start"), 4)},
                        {"rounds", runs}});
 }
 

@@ -12,10 +12,12 @@
 namespace rubicon::bench {
 
 Daemon::Daemon(const std::string& yaml, std::uint32_t domain)
-    : folder_(std::filesystem::temp_directory_path() / "rubicon-bench-XXXXXX") {
+    : Daemon(yaml + fmt::format("tuples: {{interfaces: [lo], domain: {}}}\n", domain)) {}
+
+Daemon::Daemon(const std::string& yaml) : folder_(std::filesystem::temp_directory_path() / "rubicon-bench-XXXXXX") {
   if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error(folder_);
   const auto file = folder_ + "/island.yaml";
-  std::ofstream(file) << yaml << fmt::format("tuples: {{interfaces: [lo], domain: {}}}\n", domain);
+  std::ofstream(file) << yaml;
   process_ = std::make_unique<support::Process>(
       std::vector<std::string>{RUBICON_BINARY_DIR "/bin/rubicon-proxy", "run", file, "--log-level", "error"});
 }

@@ -8,10 +8,11 @@
 
 namespace rubicon::bench {
 
-/// The program rubicon-proxy, in the tuple space of join_on_loopback().
+/// The program rubicon-proxy.
 class Daemon {
  public:
-  /// The configuration of its island, without `tuples`.
+  explicit Daemon(const std::string& yaml);
+  /// In the tuple space of join_on_loopback(); the configuration without `tuples`.
   Daemon(const std::string& yaml, std::uint32_t domain);
   ~Daemon();
   Daemon(const Daemon&) = delete;

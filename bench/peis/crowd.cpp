@@ -2,55 +2,24 @@
 
 #include <thread>
 
-#include "components/roles.h"
+#include "components/rounds.h"
 #include "peis/measurements.h"
 
 namespace rubicon::bench::peis {
 
 namespace {
 
-struct Times {
-  double settled = 12, idle = 20;
-};
-
-std::vector<Child> start_crowd(const Meeting& meeting, int count, const Times& times) {
-  const auto begin = wall_seconds();
-  std::vector<Child> all;
-  all.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    all.push_back(start_role(
-        "one-of-many", meeting,
-        {{"number", i}, {"count", count}, {"begin", begin}, {"settled_s", times.settled}, {"idle_s", times.idle}}));
-  return all;
-}
-
-/// Zero: one does not see all others.
-double slowest(std::vector<Json>& results) {
-  double most = 0;
-  for (const auto& one : results) {
-    if (one.at("seen_s").get<double>() <= 0) return 0;
-    most = std::max(most, one.at("seen_s").get<double>());
-  }
-  return most;
-}
-
-std::vector<Json> results_of(std::vector<Child>& children) {
-  std::vector<Json> results;
-  for (auto& one : children) results.push_back(result_of(one));
-  return results;
-}
-
 void measure_together(const Plan& plan, Report& report, int count) {
-  const auto times = plan.is_quick ? Times{3, 1} : Times{};
+  const auto times = plan.is_quick ? CrowdTimes{3, 1} : CrowdTimes{};
   auto all = start_crowd(plan.new_meeting(), count, times);
-  auto results = results_of(all);
+  const auto results = results_of(all);
   std::vector<double> idle;
   int lost = 0;  // although all were there
   for (const auto& one : results) {
     idle.push_back(one.at("idle_percent"));
     lost += one.at("lost_peers").get<int>();
   }
-  const auto seen = slowest(results), most = percentile(idle, 1);
+  const auto seen = slowest_of(results), most = percentile(idle, 1);
   report.figure("all_see_all_s", seen > 0 ? Json(rounded(seen, 2)) : Json(nullptr));
   report.figure("idle_cpu_percent", rounded(median(idle), 3));
   report.target("all_see_all_s", "under 8", seen > 0 && seen < 8);
@@ -64,7 +33,7 @@ void measure_together(const Plan& plan, Report& report, int count) {
 /// One more than those that are there, several times.
 void measure_newcomers(const Plan& plan, Report& report, int count) {
   constexpr double kStay = 3;
-  const Times times{plan.is_quick ? 2.0 : 10.0, 0};
+  const CrowdTimes times{plan.is_quick ? 2.0 : 10.0, 0};
   const auto meeting = plan.new_meeting();
   auto residents = start_crowd(meeting, count, {times.settled + (kStay + 2) * plan.rounds + 1, 0});
   std::this_thread::sleep_for(std::chrono::duration<double>(times.settled));
@@ -80,7 +49,7 @@ void measure_newcomers(const Plan& plan, Report& report, int count) {
     rounds.back().erase("idle_percent");  // of no time
   }
   (void)results_of(residents);
-  const auto seen = slowest(rounds);
+  const auto seen = slowest_of(rounds);
   const auto middle = rounded(median_of(rounds, "seen_s"), 2);
   report.figure("newcomer_sees_all_s", seen > 0 ? Json(middle) : Json(nullptr));
   report.target("newcomer_sees_all_s", "under 2", seen > 0 && middle < 2);

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <stdexcept>
 #include <utility>
 
@@ -36,16 +34,6 @@ namespace peis {
 std::size_t bytes_of_push() {
   constexpr std::string_view kMediaType = "text/plain";
   return tuples::peis::kHeaderSize + tuples::peis::kNetworkTupleSize + kMediaType.size() + value_of(0).size() + 1;
-}
-
-std::string key_of(std::size_t index) {
-  return fmt::format("bench.load.device-{}.sensor.light-{}.value", index / 10, index % 10);
-}
-
-double median_of(const std::vector<Json>& rounds, const char* name) {
-  std::vector<double> values;
-  for (const auto& round : rounds) values.push_back(round.at(name));
-  return median(values);
 }
 
 }  // namespace peis

@@ -1,4 +1,4 @@
-#include "components/roles.h"
+#include "components/rounds.h"
 #include "peis/measurements.h"
 
 namespace rubicon::bench::peis {

@@ -20,9 +20,5 @@ int main(int count, char** values) {
         {"bare-pong", peis::bare_pong},
         {"bare-source", peis::bare_source},
         {"bare-sink", peis::bare_sink},
-        {"paced-writer", peis::paced_writer},
-        {"follower", peis::follower},
-        {"watched", peis::watched},
-        {"watcher", peis::watcher},
         {"slow-kernel", peis::slow_kernel}}});
 }

@@ -17,10 +17,6 @@ Json bare_ping(const Meeting& meeting, const Json& options);
 Json bare_pong(const Meeting& meeting, const Json& options);
 Json bare_source(const Meeting& meeting, const Json& options);
 Json bare_sink(const Meeting& meeting, const Json& options);
-Json paced_writer(const Meeting& meeting, const Json& options);
-Json follower(const Meeting& meeting, const Json& options);
-Json watched(const Meeting& meeting, const Json& options);
-Json watcher(const Meeting& meeting, const Json& options);
 Json slow_kernel(const Meeting& meeting, const Json& options);
 
 // The measurements, each in a file of its own.
@@ -35,9 +31,5 @@ void measure_kernel(const Plan& plan, Report& report);
 
 /// Of PUSH_TUPLE with a value of value_of(), its package header included.
 std::size_t bytes_of_push();
-/// Key of one of many tuples, with six parts.
-std::string key_of(std::size_t index);
-/// Of a figure in each round.
-double median_of(const std::vector<Json>& rounds, const char* name);
 
 }  // namespace rubicon::bench::peis

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "components/roles.h"
+#include "components/rounds.h"
 #include "peis/measurements.h"
 
 namespace rubicon::bench::peis {
@@ -10,15 +10,8 @@ void measure_remote_sets(const Plan& plan, Report& report) {
   std::vector<Json> rounds;
   std::uint64_t faults = 0;
   for (int round = 0; round < plan.rounds; ++round) {
-    const auto meeting = plan.new_meeting();
-    auto owning = start_role("desk", meeting, {{"count", count}});
-    auto commanding = start_role("commander", meeting, {{"count", count}});
-    auto sent = result_of(commanding);
-    const auto judged = result_of(owning);
-    faults += sent.at("not_applied").get<std::uint64_t>();
-    for (const auto* fault : {"lost", "twice", "out_of_order"}) faults += judged.at(fault).get<std::uint64_t>();
-    sent["judged"] = judged;
-    rounds.push_back(sent);
+    rounds.push_back(commands_round(plan.new_meeting(), count));
+    faults += rounds.back().at("faults").get<std::uint64_t>();
   }
   const auto rate = std::round(median_of(rounds, "per_second"));
   report.figure("remote_sets_per_second", rate);

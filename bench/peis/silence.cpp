@@ -1,6 +1,7 @@
 #include <csignal>
 #include <thread>
 
+#include "components/rounds.h"
 #include "peis/measurements.h"
 
 namespace rubicon::bench::peis {
@@ -27,42 +28,12 @@ double stall_once(const Plan& plan, double stalled) {
   const auto back = wall_seconds();
   subscriber.signal(SIGCONT);
   const auto result = result_of(subscriber);
+  if (result.at("stale") != 0) give_up("a subscriber that was stopped never has the last values");
   (void)result_of(owner);
   return result.at("complete").get<double>() - back;
 }
 
-/// Seconds from the end of a subscriber to its owner's knowledge of it.
-double end_once(const Plan& plan, int signal) {
-  const auto meeting = plan.new_meeting();
-  auto owner = start_role("watched", meeting, Json::object());
-  auto subscriber = start_role("watcher", meeting, Json::object());
-  sleep_seconds(2);
-  const auto end = wall_seconds();
-  subscriber.signal(signal);
-  return result_of(owner).at("unwanted").get<double>() - end;
-}
-
 }  // namespace
-
-/// The owner of a tuple until the demand for it ended.
-Json watched(const Meeting& meeting, const Json&) {
-  Node node(kFirst, meeting);
-  (void)node.space().set(key_of(0), value_of(0));
-  bool wanted = false;
-  const auto demand = node.space().watch_demand({kFirst, key_of(0)}, [&](const tuples::Demand& now) {
-    if (wanted && !now.wanted) node.finish();
-    wanted = now.wanted;
-  });
-  node.run(std::chrono::minutes(2));
-  return {{"unwanted", wall_seconds()}};
-}
-
-Json watcher(const Meeting& meeting, const Json&) {
-  Node node(kSecond, meeting);
-  const auto all = node.space().subscribe({kFirst, "**"}, {}, [](const tuples::Event&) {});
-  node.run(std::chrono::minutes(2));
-  return Json::object();
-}
 
 void measure_stall(const Plan& plan, Report& report) {
   const double stalled = plan.is_quick ? 4 : 60;
@@ -83,7 +54,8 @@ void measure_death(const Plan& plan, Report& report) {
   for (const auto& [name, signal] :
        {std::pair("owner_learns_of_killed_s", SIGKILL), std::pair("owner_learns_of_stopped_s", SIGSTOP)}) {
     std::vector<double> rounds;
-    for (int round = 0; round < plan.rounds; ++round) rounds.push_back(rounded(end_once(plan, signal), 3));
+    for (int round = 0; round < plan.rounds; ++round)
+      rounds.push_back(rounded(end_round(plan.new_meeting(), signal), 3));
     const auto most = percentile(rounds, 1);
     report.figure(name, most);
     report.target(name, "under the lease and 0.5", most < kLease + 0.5);

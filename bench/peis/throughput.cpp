@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "components/roles.h"
+#include "components/rounds.h"
 #include "peis/measurements.h"
 
 namespace rubicon::bench::peis {
@@ -8,20 +8,6 @@ namespace rubicon::bench::peis {
 namespace {
 
 constexpr std::size_t kFlowKeys = 10'000;
-
-Json run_engine(const Plan& plan) {
-  const auto meeting = plan.new_meeting();
-  auto writing = start_role("writer", meeting, {{"keys", kFlowKeys}, {"seconds", plan.seconds}, {"flat_out", false}});
-  auto taking = start_role("sink", meeting, {{"keys", kFlowKeys}, {"busy_us", 0}});
-  auto sink = result_of(taking), writer = result_of(writing);
-  std::size_t stale = 0;
-  for (std::size_t i = 0; i < kFlowKeys; ++i) stale += writer.at("sequences")[i] != sink.at("sequences")[i];
-  writer.erase("sequences");
-  sink.erase("sequences");
-  const auto lost = writer.at("sets").get<std::int64_t>() - writer.at("merged").get<std::int64_t>() -
-                    sink.at("taken").get<std::int64_t>();
-  return {{"writer", writer}, {"sink", sink}, {"lost", lost}, {"stale", stale}};
-}
 
 Json run_bare(const Plan& plan) {
   const auto meeting = plan.new_meeting();
@@ -41,7 +27,7 @@ void measure_throughput(const Plan& plan, Report& report) {
   Json rounds = Json::array();
   std::int64_t lost = 0;
   for (int round = 0; round < plan.rounds; ++round) {
-    const auto bare = run_bare(plan), engine = run_engine(plan);
+    const auto bare = run_bare(plan), engine = stream_round(plan.new_meeting(), kFlowKeys, plan.seconds);
     bare_rates.push_back(bare.at("per_second"));
     rates.push_back(engine.at("sink").at("per_second"));
     costs.push_back(engine.at("writer").at("processor_us_per_set").get<double>() +

@@ -1,37 +1,12 @@
-#include <gmock/gmock.h>
-
-#include <nlohmann/json.hpp>
-#include <ostream>
-#include <string>
-#include <vector>
-
-#include "support/process.h"
+#include "bench/short_run.h"
 
 namespace rubicon {
 namespace {
 
-using nlohmann::json;
-
-struct Measurement {
-  std::string name;
-  std::vector<std::string> figures;  ///< what it measures
-  std::vector<std::string> faults;   ///< what must be 0 however busy the machine is
-};
-
-std::ostream& operator<<(std::ostream& out, const Measurement& measurement) {
-  return out << measurement.name;
-}
-
 class BenchOfPeis : public testing::TestWithParam<Measurement> {};
 
 TEST_P(BenchOfPeis, ShortRunMeasuresAllAndLosesNothing) {
-  const auto run = support::run_to_end(
-      {RUBICON_BINARY_DIR "/bin/rubicon-bench-peis", "--quick", "--json", "--only", GetParam().name});
-  ASSERT_EQ(run.code, 0) << run.errors;
-  const auto out = json::parse(run.output);
-  for (const auto& figure : GetParam().figures)
-    EXPECT_TRUE(out.contains(figure) && !out.at(figure).is_null()) << figure;
-  for (const auto& fault : GetParam().faults) EXPECT_EQ(out.value(fault, -1), 0) << fault;
+  short_run("rubicon-bench-peis", GetParam());
 }
 
 TEST(BenchOfPeisAlone, RefusesToMeasureABuildThatIsNotOptimised) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "components/rounds.h"
 #include "ecology/trust/measurements.h"
 #include "ecology/trust/sides.h"
 
@@ -24,16 +25,6 @@ Json stream_once(const Plan& plan, const Meeting& meeting) {
           {"processor_us",
            writer.at("processor_us_per_set").get<double>() + sink.at("processor_us_per_tuple").get<double>()},
           {"lost", lost}};
-}
-
-Json command_once(const Meeting& meeting, std::uint64_t count) {
-  auto owning = start_role("desk", meeting, {{"count", count}});
-  auto commanding = start_role("commander", meeting, {{"count", count}});
-  auto result = result_of(commanding);
-  const auto judged = result_of(owning);
-  result["faults"] = result.at("not_applied").get<std::uint64_t>() + judged.at("lost").get<std::uint64_t>() +
-                     judged.at("twice").get<std::uint64_t>() + judged.at("out_of_order").get<std::uint64_t>();
-  return result;
 }
 
 std::uint64_t sum_of(const Json& rounds, const char* name) {
@@ -78,7 +69,7 @@ void measure_throughput(const Plan& plan, Report& report) {
 void measure_remote_sets(const Plan& plan, Report& report) {
   const std::uint64_t count = plan.is_quick ? 40'000 : 400'000;
   const auto sides =
-      Sides::measured(plan, plan.rounds, [&](const Meeting& meeting) { return command_once(meeting, count); });
+      Sides::measured(plan, plan.rounds, [&](const Meeting& meeting) { return commands_round(meeting, count); });
   const auto faults = sum_of(sides.rounds(), "faults");
   report.figure("remote_sets_per_second", sides.figure("per_second", 0));
   report.figure("remote_set_faults", faults);
