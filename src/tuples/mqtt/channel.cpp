@@ -15,6 +15,8 @@ constexpr Duration kRepeat = std::chrono::seconds(1), kLongestRepeat = std::chro
 /// version 3.1.1 does not say so.
 constexpr unsigned kLargeSent = 3;
 constexpr Duration kLargeTime = std::chrono::seconds(6);
+/// Over which the pace of acknowledgements is measured.
+constexpr Duration kPaceTime = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -71,7 +73,7 @@ Bytes Channel::next_entries() {
 }
 
 bool Channel::may_send() const {
-  return kept_.size() < credit_ && (kept_.empty() || kept_bytes_ < kMaxUnderWay);
+  return kept_.size() < credit_ && (kept_.empty() || kept_bytes_ < most_under_way_);
 }
 
 void Channel::flush() {
@@ -203,8 +205,11 @@ void Channel::acknowledged(const FrameHead& head) {
   const bool knows_stream = head.heard_stream == stream_;  // else it began anew
   if (knows_stream && head.heard > acknowledged_ && head.heard < next_) {
     acknowledged_ = head.heard;
+    const auto before = kept_bytes_;
     for (; !kept_.empty() && kept_.front().number <= head.heard; kept_.pop_front())
       kept_bytes_ -= kept_.front().entries.size();
+    taken_bytes_ += before - kept_bytes_;
+    note_pace();
     repeat_pause_ = kRepeat;
     repeat_.clear();
     oldest_since_ = scheduler_.now();
@@ -213,6 +218,17 @@ void Channel::acknowledged(const FrameHead& head) {
   if (!head.again || kept_.empty()) return;
   kept_.front().missing = true;
   send_kept(0);
+}
+
+/// What is under way should be there within a second, so that a slow connection does not bring old values: those that
+/// wait are merged, those under way are not.
+void Channel::note_pace() {
+  const auto took = scheduler_.now() - taken_since_;
+  if (took < kPaceTime) return;
+  const auto in_a_second = static_cast<std::size_t>(static_cast<double>(taken_bytes_) * (kPaceTime / (1.0 * took)));
+  most_under_way_ = std::clamp(in_a_second, kLeastUnderWay, kMaxUnderWay);
+  taken_bytes_ = 0;
+  taken_since_ = scheduler_.now();
 }
 
 std::optional<SteadyTime> Channel::unanswered_since() const {

@@ -56,14 +56,15 @@ class Channel {
   /// The broker refused that frame for its size.
   void too_large(std::uint64_t stream, std::uint64_t number);
 
-  /// Bytes that wait or are not acknowledged.
-  std::size_t waiting() const { return waiting_ + kept_bytes_; }
+  /// Bytes that wait until they may be sent.
+  std::size_t waiting() const { return waiting_; }
   /// Since when the other side owes an acknowledgement; nullopt: it owes none.
   std::optional<SteadyTime> unanswered_since() const;
   distant::FrameAges& ages() { return ages_; }
 
   static constexpr std::size_t kFrameBytes = std::size_t{32} * 1024;
-  static constexpr std::size_t kMaxUnderWay = std::size_t{8} << 20;  ///< bytes
+  /// Bytes that may be sent and not acknowledged: what the other side acknowledged in a second, within these bounds.
+  static constexpr std::size_t kLeastUnderWay = std::size_t{512} << 10, kMaxUnderWay = std::size_t{8} << 20;
   static constexpr std::uint32_t kFirstCredit = 4, kMaxCredit = 256;
 
  private:
@@ -88,6 +89,7 @@ class Channel {
   void answer(bool again = false);
   bool send_kept(std::uint64_t from);
   void acknowledged(const FrameHead& head);
+  void note_pace();
   bool is_next(const FrameHead& head);
   void take(const FrameHead& head);
   void send_again();
@@ -101,7 +103,9 @@ class Channel {
   std::uint64_t unsent_ = 1;  ///< the first number that was never sent
   std::deque<Kept> kept_;     ///< sent and not acknowledged
   std::deque<std::pair<Entry, std::size_t>> entries_;
-  std::size_t waiting_ = 0, kept_bytes_ = 0;
+  std::size_t waiting_ = 0, kept_bytes_ = 0, most_under_way_ = kLeastUnderWay;
+  std::size_t taken_bytes_ = 0;  ///< acknowledged since then
+  SteadyTime taken_since_{};
   std::uint32_t credit_ = kFirstCredit;
   bool times_due_ = false, asks_ = false;
   SteadyTime oldest_since_{};
