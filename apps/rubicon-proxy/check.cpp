@@ -11,6 +11,7 @@
 #include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/trust_part.h"
 #include "base/text.h"
+#include "config/carry_config.h"
 #include "config/config_file.h"
 #include "island/island.h"
 #include "island/island_state.h"
@@ -83,14 +84,6 @@ std::string ids(const island::IslandConfig& config) {
                      : fmt::format("{} network{} ({})", all.size(), all.size() == 1 ? "" : "s", fmt::join(all, ", "));
 }
 
-/// Empty: it carries nothing.
-std::string carried(const tuples::carry::CarryRules& rules) {
-  std::vector<std::string> all;
-  for (const auto id : rules.ids) all.push_back(fmt::format("component {}", number(id)));
-  for (const auto& keys : rules.patterns) all.push_back(fmt::format("{} of every component", keys));
-  return fmt::format("{}", fmt::join(all, ", "));
-}
-
 /// What rules may name; nullopt: some of it is not known here.
 std::optional<std::vector<std::string>> known_names(const island::IslandConfig& config,
                                                     transport::Transports& transports, Scheduler& scheduler) {
@@ -149,7 +142,7 @@ int check(const CheckOptions& options) {
         "warning: ");
   const auto no_carry = island::carry_warning((*island)->config());
   if (!no_carry.empty())
-    print({fmt::format("{}: tuples.peis.carry: {}", places.of({"tuples", "peis", "carry"}), no_carry)}, "warning: ");
+    print({fmt::format("{}: {}", places.of((*island)->config().engine.carry_path), no_carry)}, "warning: ");
   const auto found = check_host(**island, transports, loop.scheduler(), places);
   print(found.warnings, "warning: ");
   print(found.wrong);
@@ -161,8 +154,8 @@ int check(const CheckOptions& options) {
   if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
   if (const auto open = who_may_command((*island)->config()); !open.empty()) fmt::print("{}\n", open);
-  if (const auto all = carried((*island)->config().engine.carry); !all.empty() && no_carry.empty())
-    fmt::print("carries between dds and peis: {}\n", all);
+  if (const auto all = config::carried((*island)->config().engine.carry); !all.empty() && no_carry.empty())
+    fmt::print("carries {}\n", fmt::join(all, "; "));
   return options.against ? print_plan(options) : kExitOk;
 }
 

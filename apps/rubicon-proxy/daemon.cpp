@@ -98,7 +98,7 @@ class Session {
     judge_ = island::make_judge(config);
     if (auto trusted = trust_.open(config.engine.trust_folder, config.id); !trusted) return trusted;
     for (const auto& text : config.engine.warnings) log_.warning(text);
-    if (const auto text = island::carry_warning(config); !text.empty()) log_.warning("tuples.peis.carry: " + text);
+    if (const auto text = island::carry_warning(config); !text.empty()) log_.warning(text);
     if (auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept) return kept;
     if (auto opened = open_ecology(config, lines_); !opened) return opened;
     await_signal();

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "config/carry_config.h"
 #include "tuples/host/places.h"
 
 namespace rubicon::config {
@@ -18,7 +19,6 @@ using tuples::dds::DdsTransport;
 constexpr Duration kShortestLease = std::chrono::milliseconds(500);
 constexpr Duration kLongestLease = std::chrono::seconds(60);
 constexpr std::size_t kMostPeers = 64;
-constexpr std::size_t kMostCarried = 1000;
 constexpr std::size_t kLongestTag = 64;
 constexpr std::size_t kLongestInterface = 15;  // of Linux, net/if.h
 constexpr std::size_t kLongestHost = 253;      // RFC 1035, 2.3.4
@@ -189,29 +189,6 @@ std::uint32_t own_id(ConfigReader& root) {
   return id ? base::parse_number<std::uint32_t>(id->text).value_or(0) : 0;
 }
 
-void read_carry(ConfigReader& peis, std::uint32_t own, EngineSetup& engine) {
-  const auto entries = peis.texts("carry");
-  if (!peis.has("carry")) return;
-  if (!engine.dds || !engine.peis)
-    return peis.error("carry", "needs two engines to carry between, expected engine: [dds, peis]");
-  if (engine.trust.choice == TrustSetup::Choice::kYes)
-    return peis.error("carry",
-                      "carry and trust do not work together: no certificate has the ids of components of engine peis, "
-                      "expected one of them");
-  if (entries.empty() || entries.size() > kMostCarried) {
-    return peis.error("carry", fmt::format("has {} entries, expected 1 to {} ids of components or patterns of keys",
-                                           entries.size(), kMostCarried));
-  }
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto good = tuples::carry::add_entry(engine.carry, entries[i]);
-    if (!good) {
-      item_error(peis, "carry", i, good.error().text);
-    } else if (own != 0 && base::parse_number<std::uint32_t>(entries[i]) == own) {
-      item_error(peis, "carry", i, fmt::format("{} is this island, which is on both engines anyway", own));
-    }
-  }
-}
-
 /// What it has in common with DDS was read before.
 void read_peis(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
   auto& options = engine.peis_options;
@@ -225,7 +202,7 @@ void read_peis(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
   options.listen = static_cast<std::uint16_t>(peis.integer("listen", options.listen, 0, 0xffff));
   options.multicast = peis.boolean("multicast", options.multicast);
   read_connect(peis, options);
-  read_carry(peis, own, engine);
+  read_carry_of_peis(peis, own, engine);
   peis.finish();
 }
 
@@ -318,6 +295,7 @@ EngineSetup read_engine(ConfigReader& root, const std::string& directory) {
   } else if (engine.mqtt) {
     engine.mqtt_space = read_mqtt_space(tuples, directory);
   }
+  read_carry(tuples, own_id(root), engine);
   read_peis(tuples, own_id(root), engine);
   check_keys_of_engines(tuples, engine);
   static constexpr std::string_view kAll[] = {"engine", "domain", "peers", "port", "transport"};

@@ -31,8 +31,9 @@ struct EngineSetup {
   MqttSpaceSetup mqtt_space;
   tuples::peis::PeisOptions peis_options;
   TrustSetup trust;
-  std::string trust_folder;         ///< that counts, as whoever runs the island found it; empty = without trust
-  tuples::carry::CarryRules carry;  ///< from one engine to the other
+  std::string trust_folder;             ///< that counts, as whoever runs the island found it; empty = without trust
+  tuples::carry::CarryRules carry;      ///< between engines, by their names
+  std::vector<std::string> carry_path;  ///< of its key: `tuples.carry`, or `tuples.peis.carry`
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
   bool closed = false;  ///< others of the host may not do what they like, as whoever runs the island found it

@@ -8,6 +8,7 @@
 
 #include "base/glob.h"
 #include "base/text.h"
+#include "config/carry_config.h"
 #include "island/island_state.h"
 #include "model/point_keys.h"
 
@@ -119,11 +120,12 @@ std::vector<std::string> rights_warnings(const IslandConfig& config,
 }
 
 std::string carry_warning(const IslandConfig& config) {
-  if (config.engine.carry.empty() || config.engine.trust_folder.empty()) return {};
+  const auto& engine = config.engine;
+  if (!engine.dds || engine.trust_folder.empty() || !config::carries_by_dds(engine.carry)) return {};
   return fmt::format(
-      "carry and trust do not work together: no certificate has the ids of components of engine peis, so that members "
-      "do not see them; expected one of them ({} is there: tuples.trust: no turns trust off)",
-      config.engine.trust_folder);
+      "{}: carry and trust do not work together: no certificate has the ids of components of other engines, so that "
+      "members do not see them; expected one of them ({} is there: tuples.trust: no turns trust off)",
+      fmt::join(engine.carry_path, "."), engine.trust_folder);
 }
 
 }  // namespace rubicon::island

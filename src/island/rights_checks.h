@@ -25,7 +25,7 @@ void check_rights(const IslandConfig& config, base::ConfigErrors& errors);
 /// protection. `names`: names and roles of all certificates and tokens of the page; nullopt = not known.
 std::vector<std::string> rights_warnings(const IslandConfig& config,
                                          const std::optional<std::vector<std::string>>& names);
-/// Why `tuples.peis.carry` does not what it says; empty: it does, or there is none.
+/// Why `carry` does not what it says, with its key; empty: it does, or there is none.
 std::string carry_warning(const IslandConfig& config);
 
 }  // namespace rubicon::island

@@ -103,10 +103,31 @@ TEST(EngineConfig, TakesPeisAloneOrBesideDds) {
 TEST(EngineConfig, TakesWhatIsCarriedBetweenTwoEngines) {
   EXPECT_TRUE(good("{engine: [dds, peis]}").carry.empty());
   const auto carry = good("{engine: [dds, peis], peis: {carry: [4711, kitchen.**, \"*.name\"]}}").carry;
-  EXPECT_THAT(carry.ids, ElementsAre(OwnerId(4711)));
-  EXPECT_THAT(carry.patterns, ElementsAre("kitchen.**", "*.name"));
+  ASSERT_EQ(carry.rules.size(), 1U);
+  EXPECT_THAT(carry.rules[0].ids, ElementsAre(OwnerId(4711)));
+  EXPECT_THAT(carry.rules[0].patterns, ElementsAre("kitchen.**", "*.name"));
+  EXPECT_TRUE(carry.carries_any_of(OwnerId(7), {"peis", "dds"}));
+  EXPECT_FALSE(carry.carries_any_of(OwnerId(7), {"host", "peis"})) << "as before there was engine host";
   EXPECT_FALSE(good("{engine: [dds, peis], trust: no, peis: {carry: [2]}}").carry.empty());
-  EXPECT_THAT(good("{engine: [dds, peis], peis: {carry: kitchen.**}}").carry.patterns, ElementsAre("kitchen.**"));
+  EXPECT_THAT(good("{engine: [dds, peis], peis: {carry: kitchen.**}}").carry.rules[0].patterns,
+              ElementsAre("kitchen.**"));
+}
+
+TEST(EngineConfig, TakesWhatIsCarriedBetweenSomeOrAllEngines) {
+  const auto all = good("{engine: dds, carry: [4711, kitchen.**]}").carry;
+  EXPECT_TRUE(all.carries_any_of(OwnerId(7), {"host", "dds"}));
+  EXPECT_TRUE(all.carries(OwnerId(4711), "hall.lamp", {"dds", "host"}));
+  EXPECT_FALSE(all.carries(OwnerId(7), "hall.lamp", {"dds", "host"}));
+  const auto site = good(
+      "{engine: [dds, mqtt], mqtt: {broker: b}, carry: [{what: 4711, from: dds, to: mqtt}, {what: [\"a.**\", 8], from: "
+      "mqtt, to: [dds, host]}]}");
+  EXPECT_THAT(carried(site.carry), ElementsAre("component 4711 from dds to mqtt",
+                                               "component 8, a.** of every component from mqtt to dds or host"));
+  EXPECT_TRUE(site.carry.carries_any_of(OwnerId(4711), {"dds", "mqtt"}));
+  EXPECT_FALSE(site.carry.carries_any_of(OwnerId(4711), {"mqtt", "dds"}));
+  EXPECT_FALSE(site.carry.carries_any_of(OwnerId(4711), {"host", "mqtt"}));
+  EXPECT_FALSE(good("{engine: [dds, mqtt], trust: yes, mqtt: {broker: b}, carry: [{what: 8, from: host, to: mqtt}]}")
+                   .carry.empty());
 }
 
 TEST(EngineConfig, ABrokerAddsTheSpaceOfSites) {
@@ -171,7 +192,21 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
        "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
       {"{engine: [dds, peis], trust: yes, peis: {carry: [2]}}",
        "home.yaml:2:57: tuples.peis.carry: carry and trust do not work together: no certificate has the ids of "
-       "components of engine peis, expected one of them"},
+       "components of other engines, expected one of them"},
+      {"{engine: host, carry: [2]}", "tuples.carry: needs two engines to carry between, expected engine too"},
+      {"{engine: dds, carry: []}", "tuples.carry: has 0 entries, expected 1 to 1000"},
+      {"{engine: dds, carry: {what: 2}}", "tuples.carry: is a map, expected a list"},
+      {"{engine: dds, carry: [{from: dds}]}", "home.yaml:2:32: tuples.carry[0]: 'what' is missing, expected ids"},
+      {"{engine: dds, carry: [{what: []}]}", "tuples.carry[0].what: has 0 entries"},
+      {"{engine: dds, carry: [{what: [2, a..b]}]}", "tuples.carry[0].what[1]: expected the id of a component, or a"},
+      {"{engine: dds, carry: [2, 1]}", "tuples.carry[1]: 1 is this island, which is on all its engines anyway"},
+      {"{engine: dds, carry: [{what: 2, to: mqtt}]}",
+       "carry[0].to: is 'mqtt', expected an engine of this island: host"},
+      {"{engine: dds, carry: [{what: 2, from: dds, to: dds}]}",
+       "carry[0].to: is where it comes from, expected another"},
+      {"{engine: dds, carry: [{what: 2, over: dds}]}", "tuples.carry[0]: unknown key 'over'"},
+      {"{engine: dds, trust: yes, carry: [2]}", "carry and trust do not work together"},
+      {"{engine: [dds, peis], carry: [2], peis: {carry: [3]}}", "tuples.peis.carry: tuples.carry is there too"},
       {"{engine: [dds, peis], peis: {carry: []}}", "tuples.peis.carry: has 0 entries, expected 1 to 1000"},
       {"{engine: [dds, peis], peis: {carry: [2, a..b]}}",
        "home.yaml:2:49: tuples.peis.carry[1]: expected the id of a component, or a pattern of keys such as kitchen.**"},
@@ -180,7 +215,8 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
        "home.yaml:2:49: tuples.peis.carry[1]: is '-5', expected the id of a component, 1 to 2147483647"},
       {"{engine: [dds, peis], peis: {carry: 3.0}}", "tuples.peis.carry: is '3.0', expected the id of a component"},
       {"{engine: [dds, peis], peis: {carry: [\"7:a\"]}}", "expected an id or a pattern, not both"},
-      {"{engine: [dds, peis], peis: {carry: [2, 1]}}", "carry[1]: 1 is this island, which is on both engines anyway"},
+      {"{engine: [dds, peis], peis: {carry: [2, 1]}}",
+       "carry[1]: 1 is this island, which is on all its engines anyway"},
       {"{engine: [dds, peis], peis: {carry: [01]}}",
        "carry[0]: is '01', expected the id of a component, 1 to 2147483647"},
       {"{engine: [dds, peis], peis: {carry: [2, 2]}}", "carry[1]: '2' is listed twice"},

@@ -17,30 +17,48 @@ Duration pause_after(OwnerId carrier, unsigned collisions) {
 
 }  // namespace
 
-Carrier::Carrier(OwnerId self, CarryRules rules, std::array<Engine, 2> engines, Scheduler& scheduler,
-                 base::LogSink& log)
+Carrier::Carrier(OwnerId self, CarryRules rules, std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log)
     : self_(self),
       rules_(std::move(rules)),
       engines_(std::move(engines)),
       scheduler_(scheduler),
       log_(Log(log, "carry"), scheduler),
-      taps_{TappedEcology(engines_[0].ecology, 0, self, *this), TappedEcology(engines_[1].ecology, 1, self, *this)} {}
+      hidden_(engines_.size()) {
+  TapEvents& events = *this;
+  for (std::size_t one = 0; one < engines_.size(); ++one) {
+    taps_.emplace_back(engines_[one].ecology, one, self, events);
+    for (std::size_t other = 0; other < one; ++other) {
+      const auto &name = engines_[one].name, &before = engines_[other].name;
+      if (auto digest = rules_.digest(before, name); !digest.empty())
+        carries_.emplace(pair_name(before, name), std::move(digest));
+    }
+  }
+}
 
 Carrier::~Carrier() = default;
 
-StandInPort* Carrier::find(OwnerId id) {
-  const auto found = stand_ins_.find(id);
+StandInPort* Carrier::find(OwnerId id, std::size_t engine) const {
+  const auto found = stand_ins_.find({id, engine});
   return found == stand_ins_.end() ? nullptr : found->second.get();
+}
+
+Way Carrier::way_to(const StandInPort& stand_in) const {
+  return {engines_[stand_in.origin].name, engines_[stand_in.engine].name};
+}
+
+std::string Carrier::shown(std::string summary) const {
+  return with_announcement(std::move(summary), carries_);
 }
 
 bool Carrier::on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent event) {
   if (hides(engine, who, event)) return false;
   if (who.id == self_) return true;
   auto& known = known_[who.id];
-  known.at[engine].reset();
-  if (event == PeerEvent::kUp) known.at[engine] = {who, {}};
+  known.at.resize(engines_.size());
+  known.at[engine].meeting.reset();
+  if (event == PeerEvent::kUp) known.at[engine].meeting = {who, {}};
   known.changed = scheduler_.now();
-  warn_of_carriers(who.id, known);
+  review_carrier(who.id);
   if (event == PeerEvent::kUp) met_reader(who.id);
   review(who.id);
   return true;
@@ -50,8 +68,8 @@ bool Carrier::on_peer(std::size_t engine, const PeerIdentity& who, PeerEvent eve
 bool Carrier::hides(std::size_t engine, const PeerIdentity& who, PeerEvent event) {
   auto& hidden = hidden_[engine];
   if (event == PeerEvent::kUp) {
-    const auto* own = find(who.id);
-    if (!own || own->engine != engine || own->incarnation() != who.incarnation) return false;
+    const auto* own = find(who.id, engine);
+    if (!own || own->incarnation() != who.incarnation) return false;
     hidden[who.id] = who.incarnation;
     return true;
   }
@@ -61,69 +79,85 @@ bool Carrier::hides(std::size_t engine, const PeerIdentity& who, PeerEvent event
   return true;
 }
 
-void Carrier::warn_of_carriers(OwnerId id, const Known& known) {
-  if (!rules_.carries_any_of(id)) return;
-  for (std::size_t engine = 0; engine < known.at.size(); ++engine) {
-    const auto& one = known.at[engine];
-    const auto carrier = one ? carrier_of(one->identity.host) : model::kNoOwner;
-    if (carrier == model::kNoOwner || carrier == self_) continue;
-    log_.warning(fmt::format("carrier {}", number(carrier)),
-                 fmt::format("component {} carries component {} to {} too: configure one island to carry it",
-                             number(carrier), number(id), engines_[engine].name));
-  }
-}
-
 void Carrier::on_summary(std::size_t engine, OwnerId peer, std::string_view summary) {
   const auto found = known_.find(peer);
-  if (found == known_.end() || !found->second.at[engine]) return;
-  found->second.at[engine]->summary = summary;
-  if (auto* own = find(peer); own && own->engine != engine) own->link().describe(std::string(summary));
+  if (found == known_.end() || !found->second.at[engine].meeting) return;
+  found->second.at[engine].meeting->summary = summary;
+  review_carrier(peer);
+  for (const auto& [key, own] : stand_ins_) {
+    if (key.first == peer && own->origin == engine) own->link().describe(std::string(summary));
+  }
 }
 
 void Carrier::on_detached(std::size_t engine) {
   hidden_[engine].clear();
   std::vector<OwnerId> all;
   for (auto& [id, known] : known_) {
-    known.at[engine].reset();
+    known.at[engine].meeting.reset();
     known.changed = scheduler_.now();
     all.push_back(id);
   }
+  for (const auto id : all) review_carrier(id);
   for (const auto id : all) review(id);
 }
 
-/// Where the component itself is met, if that is one engine only.
-const Carrier::Meeting* Carrier::origin_of(const Known& known) const {
-  if (known.at[0].has_value() == known.at[1].has_value()) return nullptr;
-  const auto& meeting = known.at[0] ? *known.at[0] : *known.at[1];
-  return is_stand_in(meeting.identity) ? nullptr : &meeting;
+/// The component itself, not a stand-in.
+bool Carrier::is_met(const Known& known, std::size_t engine) const {
+  const auto& meeting = known.at[engine].meeting;
+  return meeting && !is_stand_in(meeting->identity);
 }
 
-bool Carrier::is_wanted(OwnerId id, const StandInPort* present) const {
-  if (rules_.carries_any_of(id) || sets_.has(id)) return true;
-  if (present && scheduler_.now() < present->used_until) return true;
-  const auto first = passages_.lower_bound({id, OwnerId{}});
-  return first != passages_.end() && first->first.first == id;
-}
-
-/// Begins or ends the stand-in of a component, as things are now.
-void Carrier::review(OwnerId id) {
-  const auto found = known_.find(id);
-  if (found == known_.end()) return;
-  const auto& known = found->second;
-  const auto* origin = origin_of(known);
-  const auto* present = find(id);
-  const bool is_of_it =
-      present && origin && present->component.incarnation == origin->identity.incarnation && !known.at[present->engine];
-  if (present && (!is_of_it || !is_wanted(id, present))) {
-    end(id);
-    present = nullptr;
+/// Where the component is met that needs a stand-in on that engine; nullopt: it needs none.
+std::optional<std::size_t> Carrier::origin_of(OwnerId id, const Known& known, std::size_t to) const {
+  if (known.at[to].meeting) return {};
+  for (std::size_t from = 0; from < engines_.size(); ++from) {
+    if (is_met(known, from) && !gives_way(from, to) && is_wanted(id, from, to)) return from;
   }
-  if (!known.at[0] && !known.at[1]) return void(known_.erase(found));
-  if (present && present->used_until > scheduler_.now()) review_at(present->used_until, id);
-  if (!origin || present || !is_wanted(id, nullptr)) return;
-  const auto ready = std::max(known.changed + kSettle, known.held);
+  return {};
+}
+
+bool Carrier::is_wanted(OwnerId id, std::size_t origin, std::size_t to) const {
+  if (rules_.carries_any_of(id, {engines_[origin].name, engines_[to].name}) || sets_.has(id, to)) return true;
+  for (auto one = passages_.lower_bound({id, OwnerId{}, 0}); one != passages_.end(); ++one) {
+    if (std::get<0>(one->first) != id) return false;
+    if (one->second.origin() == to) return true;
+  }
+  return false;
+}
+
+/// Whether it may stay.
+bool Carrier::is_good(const StandInPort& present, const Known& known) const {
+  const auto& component = present.component;
+  if (known.at[present.engine].meeting || !is_met(known, present.origin)) return false;
+  if (known.at[present.origin].meeting->identity.incarnation != component.incarnation) return false;
+  if (gives_way(present.origin, present.engine)) return false;
+  return scheduler_.now() < present.used_until || is_wanted(component.id, present.origin, present.engine);
+}
+
+/// Begins and ends the stand-ins of a component, as things are now.
+void Carrier::review(OwnerId id) {
+  if (!known_.contains(id)) return;
+  for (std::size_t to = 0; to < engines_.size(); ++to) review(id, to);
+  const auto& known = known_.at(id);
+  warn_of_carriers(id, known);
+  const auto is_nowhere = [](const Known::At& one) { return !one.meeting; };
+  if (std::all_of(known.at.begin(), known.at.end(), is_nowhere)) known_.erase(id);
+}
+
+void Carrier::review(OwnerId id, std::size_t to) {
+  const auto& known = known_.at(id);
+  if (const auto* present = find(id, to)) {
+    if (is_good(*present, known)) {
+      if (present->used_until > scheduler_.now()) review_at(present->used_until, id);
+      return;
+    }
+    end(id, to);
+  }
+  const auto origin = origin_of(id, known, to);
+  if (!origin) return;
+  const auto ready = std::max(known.changed + kSettle, known.at[to].held);
   if (ready > scheduler_.now()) return review_at(ready, id);
-  begin(id, known.at[0] ? 0 : 1);
+  begin(id, *origin, to);
 }
 
 void Carrier::review_at(SteadyTime when, OwnerId id) {
@@ -142,32 +176,36 @@ void Carrier::review_due() {
   for (const auto& [id, when] : reviews_) next_review_.advance_to(std::max(when, scheduler_.now() + kRetry));
 }
 
-void Carrier::begin(OwnerId id, std::size_t origin) {
+std::uint64_t Carrier::new_incarnation() {
+  const auto now = static_cast<std::uint64_t>(scheduler_.wall_now().time_since_epoch().count());
+  return last_incarnation_ = std::max(now + number(self_) % 65'536, last_incarnation_ + 1);
+}
+
+void Carrier::begin(OwnerId id, std::size_t origin, std::size_t to) {
   if (stand_ins_.size() >= rules_.most) return refuse_excess(id);
-  const auto& meeting = *known_.at(id).at[origin];
-  const auto to = 1 - origin;
-  last_incarnation_ =
-      std::max(static_cast<std::uint64_t>(scheduler_.wall_now().time_since_epoch().count()) + number(self_) % 65'536,
-               last_incarnation_ + 1);
-  const auto incarnation = last_incarnation_;
-  const auto displaced = lifetime_.guard([this, id, incarnation] { this->displaced(id, incarnation); });
+  auto& known = known_.at(id);
+  const auto& meeting = *known.at[origin].meeting;
+  const auto incarnation = new_incarnation();
+  const auto displaced = lifetime_.guard([this, id, to, incarnation] { this->displaced(id, to, incarnation); });
   auto link = engines_[to].ecology.join_as({id, marked_host(meeting.identity.host, self_), displaced});
   if (!link) {
-    log_.warning(fmt::format("stand-in {}", number(id)),
-                 fmt::format("component {} of {} is not carried to {}: {}", number(id), engines_[origin].name,
-                             engines_[to].name, link.error().text));
-    known_.at(id).held = scheduler_.now() + kLinger;
-    return review_at(known_.at(id).held, id);
+    // One of this process is on all engines; it is met there as soon as they have a connection.
+    if (link.error().code != ErrorCode::kDuplicate)
+      log_.warning(fmt::format("stand-in {}", number(id)),
+                   fmt::format("component {} of {} is not carried to {}: {}", number(id), engines_[origin].name,
+                               engines_[to].name, link.error().text));
+    known.at[to].held = scheduler_.now() + kLinger;
+    return review_at(known.at[to].held, id);
   }
   log_.debug(fmt::format("begin {}", number(id)), fmt::format("component {} of {} has a stand-in on {}", number(id),
                                                               engines_[origin].name, engines_[to].name));
   StandInEvents& events = *this;
-  const auto port = std::make_shared<StandInPort>(meeting.identity, to, std::move(*link), events);
-  stand_ins_[id] = port;
+  const auto port = std::make_shared<StandInPort>(meeting.identity, origin, to, std::move(*link), events);
+  stand_ins_[{id, to}] = port;
   port->link().describe(meeting.summary);
   port->begin(incarnation);
   for (auto& [key, passage] : passages_) {
-    if (key.first == id) passage.open(*port);
+    if (std::get<0>(key) == id && passage.origin() == to) passage.open(*port);
   }
 }
 
@@ -175,19 +213,19 @@ void Carrier::refuse_excess(OwnerId id) {
   excess_.insert(id);
   if (std::exchange(excess_logged_, true)) return;
   log_.unlimited().error(
-      fmt::format("{} components have stand-ins, which is the most: component {} and others after it are not carried",
+      fmt::format("there are {} stand-ins, which is the most: component {} and others after it are not carried",
                   stand_ins_.size(), number(id)));
 }
 
 /// The link is destroyed in a later turn, because a call of it may be under way, and before its engine at the latest.
-void Carrier::end(OwnerId id) {
-  auto gone = stand_ins_.extract(id);
+void Carrier::end(OwnerId id, std::size_t engine) {
+  auto gone = stand_ins_.extract({id, engine});
   if (gone.empty()) return;
-  drop_passages_of(id);
+  drop_passages_of(id, engine);
   for (auto& [key, passage] : passages_) {
-    if (key.first == id) passage.close(false);
+    if (std::get<0>(key) == id && passage.origin() == engine) passage.close(false);
   }
-  sets_.forget(id);
+  sets_.forget(id, engine);
   gone.mapped()->end();
   ended_.push_back(std::move(gone.mapped()));
   lifetime_.post(scheduler_, [this] { ended_.clear(); });
@@ -196,16 +234,17 @@ void Carrier::end(OwnerId id) {
 
 /// Another presence uses the id on the engine of the stand-in: the component itself, or the stand-in of another
 /// carrier.
-void Carrier::displaced(OwnerId id, std::uint64_t incarnation) {
-  const auto* present = find(id);
+void Carrier::displaced(OwnerId id, std::size_t engine, std::uint64_t incarnation) {
+  const auto* present = find(id, engine);
   if (!present || present->incarnation() != incarnation) return;
-  const auto engine = present->engine;
   log_.warning(fmt::format("displaced {}", number(id)),
                fmt::format("component {} is met on {} by another way too: it is not carried there for now", number(id),
                            engines_[engine].name));
-  end(id);
+  end(id, engine);
   auto& known = known_[id];
-  known.held = scheduler_.now() + pause_after(self_, ++known.collisions);
+  known.at.resize(engines_.size());
+  auto& here = known.at[engine];
+  here.held = scheduler_.now() + pause_after(self_, ++here.collisions);
   review(id);
 }
 

@@ -18,27 +18,69 @@ bool is_number(std::string_view text) {
   return text.find_first_not_of("0123456789.-") == text.npos && text.find_first_of("0123456789") != text.npos;
 }
 
+bool is_named(const std::vector<std::string>& names, std::string_view name) {
+  return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv: the same in every release.
+std::uint64_t mixed(std::uint64_t hash, std::string_view text) {
+  if (hash == 0) hash = 0xcbf2'9ce4'8422'2325;
+  for (const auto c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100'0000'01b3;
+  return (hash ^ 0xff) * 0x100'0000'01b3;
+}
+
 bool ends_with_rest(const std::vector<std::string_view>& parts) {
   return !parts.empty() && parts.back() == kRest;
 }
 
 }  // namespace
 
-std::vector<std::string> CarryRules::keys_of(OwnerId id) const {
-  return ids.contains(id) ? std::vector<std::string>{std::string(kRest)} : patterns;
+bool CarryRule::covers(Way way) const {
+  return is_named(from, way.from) && is_named(to, way.to) && way.from != way.to;
 }
 
-bool CarryRules::carries(OwnerId id, std::string_view key) const {
-  const auto keys = keys_of(id);
+bool CarryRules::carries_any_of(OwnerId id, Way way) const {
+  return std::any_of(rules.begin(), rules.end(), [&](const CarryRule& rule) {
+    return (!rule.patterns.empty() || rule.ids.contains(id)) && rule.covers(way);
+  });
+}
+
+std::vector<std::string> CarryRules::keys_of(OwnerId id, Way way) const {
+  std::vector<std::string> keys;
+  for (const auto& rule : rules) {
+    if (!rule.covers(way)) continue;
+    if (rule.ids.contains(id)) return {std::string(kRest)};
+    keys.insert(keys.end(), rule.patterns.begin(), rule.patterns.end());
+  }
+  return keys;
+}
+
+bool CarryRules::carries(OwnerId id, std::string_view key, Way way) const {
+  const auto keys = keys_of(id, way);
   return std::any_of(keys.begin(), keys.end(), [&](const auto& one) { return Pattern{{}, one}.matches(id, key); });
 }
 
-Result<void> add_entry(CarryRules& rules, std::string_view text) {
+std::string CarryRules::digest(std::string_view one, std::string_view other) const {
+  std::uint64_t all = 0;
+  const auto [first, second] = std::minmax(one, other);
+  for (const auto way : {Way{first, second}, Way{second, first}}) {
+    std::set<std::string> entries;
+    for (const auto& rule : rules) {
+      if (!rule.covers(way)) continue;
+      for (const auto id : rule.ids) entries.insert(fmt::format("{}", number(id)));
+      entries.insert(rule.patterns.begin(), rule.patterns.end());
+    }
+    for (const auto& entry : entries) all = mixed(all, fmt::format("{} {} {}", way.from, way.to, entry));
+  }
+  return all == 0 ? std::string() : fmt::format("{:016x}", all);
+}
+
+Result<void> add_entry(CarryRule& rule, std::string_view text) {
   if (is_number(text)) {
     const auto id = base::parse_number<std::uint32_t>(text).value_or(0);
     if (id == 0 || id > 0x7fff'ffff || text.front() == '0')
       return fail(ErrorCode::kInvalid, fmt::format("is '{}', expected the id of a component, 1 to 2147483647", text));
-    if (rules.ids.insert(OwnerId(id)).second) return {};
+    if (rule.ids.insert(OwnerId(id)).second) return {};
     return fail(ErrorCode::kDuplicate, fmt::format("'{}' is listed twice", text));
   }
   auto pattern = Pattern::parse(text);
@@ -48,9 +90,9 @@ Result<void> add_entry(CarryRules& rules, std::string_view text) {
                                                  pattern.error().text));
   if (pattern->owner)
     return fail(ErrorCode::kInvalid, fmt::format("is {}, expected an id or a pattern, not both", model::quoted(text)));
-  if (std::find(rules.patterns.begin(), rules.patterns.end(), pattern->key) != rules.patterns.end())
+  if (std::find(rule.patterns.begin(), rule.patterns.end(), pattern->key) != rule.patterns.end())
     return fail(ErrorCode::kDuplicate, fmt::format("'{}' is listed twice", text));
-  rules.patterns.push_back(std::move(pattern->key));
+  rule.patterns.push_back(std::move(pattern->key));
   return {};
 }
 

@@ -5,14 +5,15 @@
 
 namespace rubicon::tuples::carry {
 
-std::uint64_t ForwardedSets::add(OwnerId owner, const RemoteSet& set, SteadyTime now, WallTime wall) {
+std::uint64_t ForwardedSets::add(OwnerId owner, std::size_t asked, std::size_t goes, const RemoteSet& set,
+                                 SteadyTime now, WallTime wall) {
   if (requests_.size() >= kMax || waiting_bytes_ + set.value.size() > kMaxWaitingBytes) return 0;
   last_ = std::max(static_cast<std::uint64_t>(wall.time_since_epoch().count()), last_ + 1);
   const auto lives = set.time_to_live > Duration(0) ? std::min(set.time_to_live, kLongest) : kLongest;
-  auto& request = requests_[last_] = {owner, set.from, last_, set.request, 0, now + lives, set};
+  auto& request = requests_[last_] = {owner, set.from, asked, goes, last_, set.request, 0, now + lives, set};
   request.waiting->owner = owner;
   waiting_[{owner, set.from}].insert(last_);
-  ++of_reader_[set.from];
+  ++of_reader_[{set.from, goes}];
   waiting_bytes_ += set.value.size();
   return last_;
 }
@@ -23,19 +24,20 @@ ForwardedSets::Request* ForwardedSets::find(std::uint64_t number) {
 }
 
 std::uint64_t ForwardedSets::wire_number(const Request& request, std::uint64_t last) const {
-  const bool is_free = request.original > last && !of_wire_.contains({request.reader, request.original});
+  const bool is_free =
+      request.original > last && !of_wire_.contains({{request.reader, request.goes}, request.original});
   return is_free ? request.original : std::max(request.number, last + 1);
 }
 
-std::uint64_t ForwardedSets::answered(OwnerId reader, std::uint64_t wire) const {
-  const auto found = of_wire_.find({reader, wire});
+std::uint64_t ForwardedSets::answered(OwnerId reader, std::size_t goes, std::uint64_t wire) const {
+  const auto found = of_wire_.find({{reader, goes}, wire});
   return found == of_wire_.end() ? 0 : found->second;
 }
 
 void ForwardedSets::sent(Request& request, std::uint64_t wire) {
   stop_waiting(request);
   request.wire = wire;
-  of_wire_[{request.reader, wire}] = request.number;
+  of_wire_[{{request.reader, request.goes}, wire}] = request.number;
 }
 
 void ForwardedSets::stop_waiting(Request& request) {
@@ -53,9 +55,10 @@ std::optional<ForwardedSets::Request> ForwardedSets::take(std::uint64_t number) 
   if (found == requests_.end()) return {};
   auto taken = found->second;
   stop_waiting(found->second);
-  of_wire_.erase({taken.reader, taken.wire});
+  const StandIn reader{taken.reader, taken.goes};
+  of_wire_.erase({reader, taken.wire});
   requests_.erase(found);
-  if (--of_reader_[taken.reader] == 0) of_reader_.erase(taken.reader);
+  if (--of_reader_[reader] == 0) of_reader_.erase(reader);
   return taken;
 }
 
@@ -74,10 +77,11 @@ std::vector<ForwardedSets::Request> ForwardedSets::take_due(SteadyTime now) {
   return taken;
 }
 
-void ForwardedSets::forget(OwnerId component) {
+void ForwardedSets::forget(OwnerId component, std::size_t engine) {
   std::vector<std::uint64_t> gone;
   for (const auto& [number, request] : requests_) {
-    if (request.owner == component || request.reader == component) gone.push_back(number);
+    const bool asks = request.reader == component && request.goes == engine;
+    if (asks || (request.owner == component && request.asked == engine)) gone.push_back(number);
   }
   for (const auto number : gone) take(number);
 }

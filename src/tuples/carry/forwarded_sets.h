@@ -22,6 +22,8 @@ class ForwardedSets {
 
   struct Request {
     OwnerId owner{}, reader{};
+    std::size_t asked = 0;  ///< engine where the reader asked the owner's stand-in
+    std::size_t goes = 0;   ///< engine of the owner, where the reader has a stand-in
     std::uint64_t number = 0;
     std::uint64_t original = 0;  ///< number that the reader gave it
     std::uint64_t wire = 0;      ///< number that it has at the owner; 0 = not sent
@@ -29,36 +31,39 @@ class ForwardedSets {
     std::optional<RemoteSet> waiting{};
   };
 
-  /// 0 = too many.
-  std::uint64_t add(OwnerId owner, const RemoteSet& set, SteadyTime now, WallTime wall);
+  /// `asked`, `goes`: engines, as in Request. 0 = too many.
+  std::uint64_t add(OwnerId owner, std::size_t asked, std::size_t goes, const RemoteSet& set, SteadyTime now,
+                    WallTime wall);
   /// Null: no such request.
   Request* find(std::uint64_t number);
   /// The number for the owner, who shows it with the outcome: that of the reader, but for one that the owner would take
   /// for a repetition because it is not above `last`, or that another request of the reader has.
   std::uint64_t wire_number(const Request& request, std::uint64_t last) const;
-  /// The number of the request that a reply to the stand-in of the reader answers; 0 = none.
-  std::uint64_t answered(OwnerId reader, std::uint64_t wire) const;
+  /// The number of the request that a reply to the stand-in of the reader on that engine answers; 0 = none.
+  std::uint64_t answered(OwnerId reader, std::size_t goes, std::uint64_t wire) const;
   /// It was sent, with that number: only its answer matters.
   void sent(Request& request, std::uint64_t wire);
   /// Ends it: the request that was answered.
   std::optional<Request> take(std::uint64_t number);
   /// The first one that waits; 0 = none.
   std::uint64_t first_waiting(OwnerId owner, OwnerId reader) const;
-  bool has(OwnerId reader) const { return of_reader_.contains(reader); }
-  /// Ends those that are due, or that concern a component.
+  /// Whether the reader needs a stand-in on that engine.
+  bool has(OwnerId reader, std::size_t goes) const { return of_reader_.contains({reader, goes}); }
+  /// Ends those that are due, or that need the stand-in of a component on an engine.
   std::vector<Request> take_due(SteadyTime now);
-  void forget(OwnerId component);
+  void forget(OwnerId component, std::size_t engine);
   SteadyTime next_due() const;
 
  private:
   void stop_waiting(Request& request);
 
-  using Way = std::pair<OwnerId, OwnerId>;  ///< owner, reader
+  using Way = std::pair<OwnerId, OwnerId>;          ///< owner, reader
+  using StandIn = std::pair<OwnerId, std::size_t>;  ///< reader, engine
 
   std::map<std::uint64_t, Request> requests_;
   std::map<Way, std::set<std::uint64_t>> waiting_;
-  std::map<OwnerId, std::size_t> of_reader_;
-  std::map<std::pair<OwnerId, std::uint64_t>, std::uint64_t> of_wire_;  ///< by reader and its number at the owner
+  std::map<StandIn, std::size_t> of_reader_;
+  std::map<std::pair<StandIn, std::uint64_t>, std::uint64_t> of_wire_;  ///< by reader and its number at the owner
   std::uint64_t last_ = 0;
   std::size_t waiting_bytes_ = 0;
 };

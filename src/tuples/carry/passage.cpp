@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "tuples/carry/carry_rules.h"
+#include "tuples/deadlines.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::carry {
 
@@ -91,7 +93,7 @@ void Passage::send(Subscription& subscription) {
   }
   for (const auto& [wire, keys] : subscription.wires) {
     subscription.awaited.insert(wire);
-    to_owner_->link().subscribe({wire, {owner_, keys}, subscription.spec.flow});
+    to_owner_->link().subscribe({wire, {owner_, keys}, allowed(subscription.spec.flow, keys)});
   }
 }
 
@@ -110,6 +112,23 @@ bool Passage::is_carried(std::string_view key) const {
   });
 }
 
+/// By the rights of the carrier: the owner judges the carrier, which may see more.
+bool Passage::may_read(std::string_view key) const {
+  auto& policy = to_reader_.link().policy();
+  return !policy.filters(reader_) || policy.access(reader_, key).read;
+}
+
+/// Of a pattern nobody knows the tuples yet: whoever has rights for some only does not wake them by it.
+Flow Passage::allowed(Flow flow, const std::string& keys) const {
+  auto& policy = to_reader_.link().policy();
+  if (!policy.filters(reader_)) return flow;
+  const bool is_key = keys.find('*') == keys.npos;
+  const auto access = is_key ? policy.access(reader_, keys) : Access{true, false, {}};
+  flow.passive = flow.passive || !access.demand;
+  flow.minimum = std::max(flow.minimum, std::min(access.interval, kMaxDuration));
+  return flow;
+}
+
 void Passage::on_changes(std::span<const Change> changes) {
   for (const auto& change : changes) {
     if (const auto* end = std::get_if<SnapshotEnd>(&change)) {
@@ -126,7 +145,7 @@ void Passage::on_changes(std::span<const Change> changes) {
 
 /// Of what the link observes the reader gets only what it subscribed to.
 void Passage::on_carried(const Change& change, std::string_view key) {
-  if (!is_carried(key)) return;
+  if (!is_carried(key) || !may_read(key)) return;
   const bool observed = subscriptions_.contains(kObserver);
   if (observed) show_to_link(change, key);
   if (!observed || is_read(key)) enqueue(change);

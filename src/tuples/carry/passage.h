@@ -11,7 +11,7 @@
 
 namespace rubicon::tuples::carry {
 
-/// What one component reads of one owner on the other engine: subscriptions go there by the stand-in of the reader,
+/// What one component reads of one owner on another engine: subscriptions go there by the stand-in of the reader,
 /// changes come back by that of the owner. It starts closed: the stand-in of the reader may come later.
 class Passage {
  public:
@@ -26,6 +26,8 @@ class Passage {
   /// False: beyond the bound, or a pattern that is none.
   bool subscribe(const SubscriptionSpec& spec);
   void unsubscribe(std::uint32_t id);
+  /// Engine of the owner, where the reader needs a stand-in.
+  std::size_t origin() const { return to_reader_.origin; }
   bool is_used() const { return subscriptions_.size() > subscriptions_.count(kObserver); }
   /// From now on the link of the owner's stand-in gets all that is carried (kLinkItself).
   void observe();
@@ -57,6 +59,8 @@ class Passage {
   void restart(const Change& change);
   void end_snapshot(std::uint32_t wire);
   bool is_carried(std::string_view key) const;
+  bool may_read(std::string_view key) const;
+  Flow allowed(Flow flow, const std::string& keys) const;
   void on_carried(const Change& change, std::string_view key);
   bool is_read(std::string_view key) const;
   void show_to_link(const Change& change, std::string_view key);

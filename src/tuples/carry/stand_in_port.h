@@ -9,24 +9,27 @@
 
 namespace rubicon::tuples::carry {
 
-/// Receives what the links of stand-ins bring; `id` is the component that the stand-in stands for.
+class StandInPort;
+
+/// Receives what the links of stand-ins bring.
 class StandInEvents {
  public:
   virtual ~StandInEvents() = default;
-  virtual void on_changes(OwnerId id, OwnerId owner, std::span<const Change> changes) = 0;
-  virtual void on_subscribe(OwnerId id, OwnerId subscriber, const SubscriptionSpec& spec) = 0;
-  virtual void on_unsubscribe(OwnerId id, OwnerId subscriber, std::uint32_t subscription) = 0;
-  virtual void on_remote_set(OwnerId id, const RemoteSet& set) = 0;
-  virtual bool on_reply(OwnerId id, OwnerId from, const Reply& reply) = 0;
-  virtual void on_met(OwnerId id, OwnerId peer, PeerEvent event) = 0;
+  virtual void on_changes(const StandInPort& reader, OwnerId owner, std::span<const Change> changes) = 0;
+  virtual void on_subscribe(StandInPort& owner, OwnerId subscriber, const SubscriptionSpec& spec) = 0;
+  virtual void on_unsubscribe(const StandInPort& owner, OwnerId subscriber, std::uint32_t subscription) = 0;
+  virtual void on_remote_set(StandInPort& owner, const RemoteSet& set) = 0;
+  virtual bool on_reply(const StandInPort& reader, OwnerId from, const Reply& reply) = 0;
+  virtual void on_met(const StandInPort& by, OwnerId peer, PeerEvent event) = 0;
 };
 
-/// A stand-in: its link to the engine where its component is not.
+/// A stand-in: its link to an engine where its component is not.
 class StandInPort final : public LinkListener {
  public:
   /// The events outlive it.
-  StandInPort(const PeerIdentity& component, std::size_t engine, std::unique_ptr<Link> link, StandInEvents& events)
-      : component(component), engine(engine), link_(std::move(link)), events_(events) {}
+  StandInPort(const PeerIdentity& component, std::size_t origin, std::size_t engine, std::unique_ptr<Link> link,
+              StandInEvents& events)
+      : component(component), origin(origin), engine(engine), link_(std::move(link)), events_(events) {}
   ~StandInPort() override { link_->detach(); }
 
   Link& link() { return *link_; }
@@ -45,7 +48,8 @@ class StandInPort final : public LinkListener {
   bool sees(OwnerId peer) const { return peers_.contains(peer); }
 
   const PeerIdentity component;                    ///< that it stands for
-  const std::size_t engine;                        ///< where it is
+  const std::size_t origin;                        ///< engine where that is met
+  const std::size_t engine;                        ///< where the stand-in is
   std::set<std::string, std::less<>> observed;     ///< keys that the link itself knows
   bool is_observed = false;                        ///< by the link itself (kLinkItself)
   std::map<OwnerId, std::uint64_t> last_requests;  ///< highest number of its remote sets, by owner
@@ -53,20 +57,18 @@ class StandInPort final : public LinkListener {
 
  private:
   void on_changes(OwnerId owner, std::span<const Change> changes) override {
-    if (!ended_) events_.on_changes(component.id, owner, changes);
+    if (!ended_) events_.on_changes(*this, owner, changes);
   }
   void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override {
-    if (!ended_) events_.on_subscribe(component.id, subscriber, spec);
+    if (!ended_) events_.on_subscribe(*this, subscriber, spec);
   }
   void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override {
-    if (!ended_) events_.on_unsubscribe(component.id, subscriber, id);
+    if (!ended_) events_.on_unsubscribe(*this, subscriber, id);
   }
   void on_remote_set(const RemoteSet& set) override {
-    if (!ended_) events_.on_remote_set(component.id, set);
+    if (!ended_) events_.on_remote_set(*this, set);
   }
-  bool on_reply(OwnerId from, const Reply& reply) override {
-    return ended_ || events_.on_reply(component.id, from, reply);
-  }
+  bool on_reply(OwnerId from, const Reply& reply) override { return ended_ || events_.on_reply(*this, from, reply); }
   void on_peer(const PeerIdentity& peer, PeerEvent event) override {
     if (ended_) return;
     if (event == PeerEvent::kUp) {
@@ -74,7 +76,7 @@ class StandInPort final : public LinkListener {
     } else {
       peers_.erase(peer.id);
     }
-    events_.on_met(component.id, peer.id, event);
+    events_.on_met(*this, peer.id, event);
   }
   void on_summary(OwnerId, std::string_view) override {}
 

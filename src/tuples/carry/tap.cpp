@@ -12,7 +12,9 @@ namespace {
 class TapLink final : public Link, private LinkListener {
  public:
   TapLink(std::unique_ptr<Link> link, std::size_t number, TapEvents& events)
-      : link_(std::move(link)), number_(number), events_(events) {}
+      : link_(std::move(link)), number_(number), events_(events) {
+    describe({});
+  }
   ~TapLink() override { detach(); }
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override {
@@ -34,7 +36,7 @@ class TapLink final : public Link, private LinkListener {
   void reply(const Reply& reply) override { link_->reply(reply); }
   std::vector<OwnerId> peers() const override { return link_->peers(); }
   bool seeks(OwnerId id) override { return link_->seeks(id); }
-  void describe(std::string summary) override { link_->describe(std::move(summary)); }
+  void describe(std::string summary) override { link_->describe(events_.shown(std::move(summary))); }
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override {
     link_->each_counter(visit);
   }

@@ -4,7 +4,7 @@
 
 namespace rubicon::tuples::carry {
 
-/// Receives what the own component of the carrier sees of an engine. Engines are 0 and 1.
+/// Receives what the own component of the carrier sees of an engine; engines have numbers from 0.
 class TapEvents {
  public:
   virtual ~TapEvents() = default;
@@ -13,6 +13,8 @@ class TapEvents {
   virtual void on_summary(std::size_t engine, OwnerId peer, std::string_view summary) = 0;
   /// The component left: its view of the engine is empty.
   virtual void on_detached(std::size_t engine) = 0;
+  /// The summary to show in place of the own one.
+  virtual std::string shown(std::string summary) const = 0;
 };
 
 /// An engine as the components of a process use it; shows what one of them sees. The engine and the events outlive it

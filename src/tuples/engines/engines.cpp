@@ -51,21 +51,22 @@ Result<void> Engines::open_distant(const EngineOptions& options, const Host& hos
 /// PEIS cannot prove which components are of this process. Without an engine that does, these meet in memory, where
 /// they may do everything. What comes by PEIS in the name of one of them is judged as all that comes by PEIS.
 void Engines::join_all(const EngineOptions& options, const Host& host) {
+  std::vector<carry::Carrier::Engine> open;
+  if (host_) open.push_back({"host", *host_});
+  if (dds_) open.push_back({"dds", *dds_});
+  if (mqtt_) open.push_back({"mqtt", *mqtt_});
+  if (peis_) open.push_back({"peis", *peis_});
   std::vector<joined::JoinedEcology::Engine> all;
-  if (host_) all.push_back({"host", *host_});
-  if (all.empty() && !dds_ && !mqtt_ && options.peis->judge) {
+  if (open.size() == 1 && peis_ && options.peis->judge) {
     own_process_ = std::make_unique<MemoryEcology>(host.scheduler, transport::host_id("host"));
     all.push_back({"memory", *own_process_});
   }
-  if (!options.carry.empty() && dds_ && peis_) {
-    using Engine = carry::Carrier::Engine;
-    carrier_ = std::make_unique<carry::Carrier>(options.carrier, options.carry,
-                                                std::array{Engine{"dds", *dds_}, Engine{"peis", *peis_}},
-                                                host.scheduler, host.log);
+  if (!options.carry.empty() && open.size() > 1) {
+    carrier_ = std::make_unique<carry::Carrier>(options.carrier, options.carry, open, host.scheduler, host.log);
+    if (mqtt_) mqtt_->seeks(std::nullopt);  // who is to be carried may be anybody
   }
-  if (dds_) all.push_back({"dds", carrier_ ? carrier_->engine(0) : *dds_});
-  if (mqtt_) all.push_back({"mqtt", *mqtt_});
-  if (peis_) all.push_back({"peis", carrier_ ? carrier_->engine(1) : *peis_});
+  for (std::size_t i = 0; i < open.size(); ++i)
+    all.push_back({open[i].name, carrier_ ? carrier_->engine(i) : open[i].ecology});
   all_ = &all.front().ecology;
   if (all.size() == 1) return;
   joined_ = std::make_unique<joined::JoinedEcology>(std::move(all), host.scheduler, host.log,

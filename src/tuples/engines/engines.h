@@ -28,7 +28,7 @@ struct EngineOptions {
   std::optional<dds::DdsOptions> dds;
   std::optional<mqtt::SpaceOptions> mqtt;
   std::optional<peis::PeisOptions> peis;
-  carry::CarryRules carry;            ///< between dds and peis
+  carry::CarryRules carry;            ///< between them, by the names host, dds, mqtt, peis
   OwnerId carrier = model::kNoOwner;  ///< the component that carries, if anything is
 };
 

@@ -13,8 +13,9 @@ namespace {
 enum class Proof : std::uint8_t { kOwnWord, kUser, kCertificate, kKernel, kOwnProcess };
 
 Proof proof_of(const PeerIdentity& one) {
-  if (one.own_process) return Proof::kOwnProcess;
-  if (one.by_kernel && !is_stand_in(one)) return Proof::kKernel;
+  const bool itself = !is_stand_in(one);
+  if (one.own_process && itself) return Proof::kOwnProcess;
+  if (one.by_kernel && itself) return Proof::kKernel;
   if (!one.member || one.member->name == kPeisMember) return Proof::kOwnWord;
   return one.member->serial.empty() ? Proof::kUser : Proof::kCertificate;
 }

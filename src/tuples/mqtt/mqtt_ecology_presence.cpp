@@ -77,6 +77,8 @@ void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView ent
   Check check;
   if (!distant::read_frame(entries, head.source, head.target, check) || !check.found) return;
   if (!check.found->is_answer) {
+    // A stand-in gives way: it ends no component.
+    if (const auto* asked = find_link(head.target); head.source == head.target && asked && asked->is_stand_in()) return;
     distant::FrameWriter answer;
     answer.add(distant::IdentityCheck{true, check.found->number});
     FrameHead back;

@@ -35,6 +35,7 @@ class MqttLink final : public Link {
   OwnerId id() const { return who_.id; }
   bool attached() const { return listener_ != nullptr; }
   std::uint64_t incarnation() const { return incarnation_; }
+  bool is_stand_in() const { return carrier_of(who_.host) != model::kNoOwner; }
   ComponentShown shown() const { return {incarnation_, who_.host, summary_}; }
   /// What is reached by that id may be another one, or nobody.
   void review(OwnerId id, PeerEvent how);

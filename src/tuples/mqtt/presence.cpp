@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/stand_in.h"
+
 namespace rubicon::tuples::mqtt {
 
 namespace {
@@ -16,6 +18,10 @@ std::size_t size_of(const Reached& one) {
 bool is_same(const Reached& one, const Reached& other) {
   return one.line.user == other.line.user && one.shown.incarnation == other.shown.incarnation &&
          one.shown.host == other.shown.host;
+}
+
+bool is_stand_in(const Reached& one) {
+  return carrier_of(one.shown.host) != model::kNoOwner;
 }
 
 }  // namespace
@@ -181,8 +187,10 @@ bool Presence::counts(const Line& line) const {
   return found != lines_.end() && !found->second.doubted && found->second.shown.lease > Duration(0);
 }
 
-/// Of two with one id the one that began first, unless it began again; of one start its newest connection.
+/// Of two with one id the component itself and no stand-in, then the one that began first, unless it began again; of
+/// one start its newest connection.
 bool Presence::is_better(const Reached& one, const Reached& other) const {
+  if (is_stand_in(one) != is_stand_in(other)) return is_stand_in(other);
   const auto& of_one = lines_.at(one.line);
   const auto& of_other = lines_.at(other.line);
   if (is_same(one, other)) return of_one.shown.count > of_other.shown.count;
@@ -197,7 +205,7 @@ const Reached* Presence::best(OwnerId id) const {
   // Nobody takes an id from another user who is there.
   const auto before = reached_.find(id);
   const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second.line);
-  const bool stays_there = stays != found->second.end() && counts(stays->first);
+  const bool stays_there = stays != found->second.end() && counts(stays->first) && !is_stand_in(stays->second);
   for (const auto& [line, one] : found->second) {
     if (!counts(line) || (stays_there && line.user != stays->first.user)) continue;
     if (!chosen || is_better(one, *chosen)) chosen = &one;

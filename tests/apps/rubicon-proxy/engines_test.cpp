@@ -132,7 +132,7 @@ TEST_F(IslandsOnEngines, ACheckExplainsWhatIsCarried) {
       << "island: {id: 2}\ntuples: {engine: [dds, peis], peis: {carry: [4711, kitchen.**]}}\nnetworks: {}\n";
   const auto outcome = run_to_end({kDaemon, "check", file});
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
-  EXPECT_THAT(outcome.output, HasSubstr("carries between dds and peis: component 4711, kitchen.** of every component"));
+  EXPECT_THAT(outcome.output, HasSubstr("carries component 4711, kitchen.** of every component from dds or peis to dds or peis"));
 }
 
 }  // namespace

@@ -138,6 +138,22 @@ TEST_F(OneHome, AsksThePoliciesOfBothEngines) {
   EXPECT_THAT(home->sets, IsEmpty());
 }
 
+TEST_F(OneHome, PassesWhatTheRightsOfTheCarrierLetTheReaderSee) {
+  peis.limits = {{"hall.lamp", {.read = false}}, {"kitchen.log", {.demand = false}}};
+  const auto handle = reader->space.subscribe(pattern("7:**"), {.minimum = 1s}, seen.call());
+  settle();
+  EXPECT_THAT(seen.take(), testing::UnorderedElementsAre("kitchen.lamp=off", "kitchen.log=a"));
+  EXPECT_FALSE(home->demand.wanted) << "of a pattern";
+  ASSERT_TRUE(home->space.set("hall.lamp", "on"));
+  time.run_ready();
+  EXPECT_THAT(seen.take(), IsEmpty());
+  peis.limits["kitchen.lamp"] = {.interval = 30s};
+  const auto lamp = reader->space.subscribe(pattern("7:kitchen.lamp"), {.minimum = 1s}, seen.call());
+  time.run_ready();
+  EXPECT_TRUE(home->demand.wanted);
+  EXPECT_EQ(home->demand.interval, 30s);
+}
+
 TEST_F(OneHome, ShowsItsSummary) {
   ASSERT_TRUE(home->space.describe("{\"name\": \"home\"}"));
   time.run_ready();

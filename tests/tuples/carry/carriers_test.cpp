@@ -69,7 +69,7 @@ TEST_F(Carrying, AComponentThatLostTheOriginUsesTheStandInUntilItIsBack) {
   EXPECT_THAT(robot->take(), ElementsAre("7 lost", "7 up"));
 }
 
-TEST_F(Carrying, TwoCarriersHaveOneStandInAndAWarning) {
+TEST_F(Carrying, OfTwoCarriersTheOneWithTheLowestIdCarries) {
   const auto one = carry({"**"}, 1), two = carry({"**"}, 2);
   const auto home = join<Home>(dds, 7);
   const auto reader = join(peis, 8);
@@ -80,10 +80,43 @@ TEST_F(Carrying, TwoCarriersHaveOneStandInAndAWarning) {
   EXPECT_THAT(seen.take(), ElementsAre("hall.lamp=off"));
   EXPECT_THAT(home->space.peers(), SizeIs(3)) << "1, 2 and 8: no A-B-A";
   EXPECT_THAT(reader->space.peers(), SizeIs(3));
-  EXPECT_THAT(log.lines, Contains(HasSubstr("carries component 7 to peis too: configure one island")));
+  EXPECT_EQ(one->carrier.stand_ins(), 2U) << "the one with the lowest id";
+  EXPECT_THAT(log.lines, Contains(HasSubstr("component 1 carries the same between dds and peis: it does")));
+  EXPECT_THAT(log.lines, Not(Contains(HasSubstr("with other rules"))));
   ASSERT_TRUE(home->space.set("hall.lamp", "on"));
   time.run_ready();
   EXPECT_THAT(seen.take(), ElementsAre("hall.lamp=on"));
+}
+
+TEST_F(Carrying, OfTwoCarriersWithOtherRulesTheFirstOneCarriesAndTheOtherWarns) {
+  const auto home = join<Home>(dds, 7);
+  const auto one = carry({"**"}, 2);
+  settle();
+  const auto two = carry({"7"}, 1);
+  const auto reader = join(peis, 8);
+  time.run_for(60s);
+  EXPECT_EQ(two->carrier.stand_ins(), 0U);
+  EXPECT_THAT(reader->space.peers(), Contains(OwnerId(7)));
+  EXPECT_THAT(log.lines, Contains(HasSubstr("component 2 carries component 7 to peis too, with other rules")));
+}
+
+TEST_F(Carrying, TheLowestTakesOverAlsoFromOneThatCarries) {
+  const auto two = carry({"7"}, 2);
+  const auto home = join<Home>(dds, 7);
+  const auto reader = join(peis, 8);
+  Listener seen;
+  const auto handle = reader->space.subscribe(pattern("7:hall.lamp"), {}, seen.call());
+  settle();
+  settle();
+  EXPECT_THAT(seen.take(), ElementsAre("hall.lamp=off"));
+  auto one = carry({"7"}, 1);
+  settle();
+  settle();
+  EXPECT_EQ(one->carrier.stand_ins(), 2U);
+  EXPECT_EQ(two->carrier.stand_ins(), 0U) << "also none of the reader, which the other one needs";
+  ASSERT_TRUE(home->space.set("hall.lamp", "on"));
+  time.run_ready();
+  EXPECT_THAT(seen.take(), ElementsAre("hall.lamp=on")) << "the copy stayed";
 }
 
 TEST_F(Carrying, AnotherCarrierTakesOverWhenTheFirstOneEnds) {
@@ -124,7 +157,7 @@ TEST_F(Carrying, StandInsAreBoundedAndTheBoundIsNamedOnce) {
   EXPECT_EQ(island->carrier.stand_ins(), 3U);
   const auto named = [&] {
     return std::count_if(log.lines.begin(), log.lines.end(), [](const std::string& line) {
-      return line.find("3 components have stand-ins, which is the most") != line.npos;
+      return line.find("there are 3 stand-ins, which is the most") != line.npos;
     });
   };
   EXPECT_EQ(named(), 1);

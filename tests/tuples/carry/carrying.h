@@ -8,18 +8,26 @@ namespace rubicon::tuples::carry {
 
 using joined::Observer;
 
-/// Refuses the remote sets of some components.
+/// Refuses the remote sets of some components, and limits what all get of some keys.
 class PickyPolicy final : public OpenPolicy {
  public:
-  PickyPolicy(const std::set<OwnerId>& refused, std::vector<Reply>& answers) : refused_(refused), answers_(answers) {}
+  using Limits = std::map<std::string, Access, std::less<>>;
+  PickyPolicy(const std::set<OwnerId>& refused, const Limits& limits, std::vector<Reply>& answers)
+      : refused_(refused), limits_(limits), answers_(answers) {}
   Result<void> may_set(const RemoteSet& set) override {
     if (refused_.contains(set.from)) return fail(ErrorCode::kRefused, "not from this host");
     return {};
   }
   void answered(const RemoteSet&, const Reply& reply) override { answers_.push_back(reply); }
+  bool filters(OwnerId) const override { return !limits_.empty(); }
+  Access access(OwnerId, std::string_view key) const override {
+    const auto found = limits_.find(key);
+    return found == limits_.end() ? Access() : found->second;
+  }
 
  private:
   const std::set<OwnerId>& refused_;
+  const Limits& limits_;
   std::vector<Reply>& answers_;
 };
 
@@ -35,6 +43,7 @@ class TestEngine final : public StandInEcology {
 
   MemoryEcology memory;
   std::set<OwnerId> refused;   ///< remote sets of these are
+  PickyPolicy::Limits limits;  ///< what peers get of these keys; empty = all of all
   std::vector<Reply> answers;  ///< that policies were told of
   std::set<OwnerId> stalled;   ///< nothing is published to these
   std::map<OwnerId, std::function<void()>> displaced;
@@ -43,7 +52,7 @@ class TestEngine final : public StandInEcology {
   class TestLink final : public Link {
    public:
     TestLink(std::unique_ptr<Link> link, TestEngine& engine)
-        : link_(std::move(link)), engine_(engine), policy_(engine.refused, engine.answers) {}
+        : link_(std::move(link)), engine_(engine), policy_(engine.refused, engine.limits, engine.answers) {}
     void attach(LinkListener& listener, std::uint64_t incarnation) override { link_->attach(listener, incarnation); }
     void detach() override { link_->detach(); }
     bool publish(OwnerId subscriber, std::span<const Change> changes) override {
@@ -69,21 +78,20 @@ class TestEngine final : public StandInEcology {
   }
 };
 
+/// In all directions.
+inline CarryRules rules_of(const std::vector<std::string>& entries, std::size_t most = 1000) {
+  CarryRules rules{{{}}, most};
+  for (const auto& entry : entries) EXPECT_TRUE(add_entry(rules.rules[0], entry));
+  return rules;
+}
+
 /// An island with both engines, which carries.
 struct CarryingIsland {
   CarryingIsland(TestEngine& dds, TestEngine& peis, VirtualScheduler& time, base::LogSink& log, std::uint32_t id,
                  const std::vector<std::string>& entries, std::size_t most = 1000)
-      : carrier(OwnerId(id), rules_of(entries, most), {Carrier::Engine{"dds", dds}, Carrier::Engine{"peis", peis}},
-                time, log),
+      : carrier(OwnerId(id), rules_of(entries, most), {{"dds", dds}, {"peis", peis}}, time, log),
         both({{"dds", carrier.engine(0)}, {"peis", carrier.engine(1)}}, time, log),
         self(both, time, id) {}
-
-  static CarryRules rules_of(const std::vector<std::string>& entries, std::size_t most) {
-    CarryRules rules;
-    for (const auto& entry : entries) EXPECT_TRUE(add_entry(rules, entry));
-    rules.most = most;
-    return rules;
-  }
 
   Carrier carrier;
   joined::JoinedEcology both;

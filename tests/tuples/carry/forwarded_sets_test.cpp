@@ -10,7 +10,7 @@ struct Forwarded : testing::Test {
     RemoteSet set;
     set.from = reader;
     set.request = request;
-    return *sets.find(sets.add(OwnerId(owner), set, SteadyTime{}, WallTime(std::chrono::microseconds(1000))));
+    return *sets.find(sets.add(OwnerId(owner), 0, 1, set, SteadyTime{}, WallTime(std::chrono::microseconds(1000))));
   }
   const OwnerId reader{101};
   ForwardedSets sets;
@@ -24,9 +24,9 @@ TEST_F(Forwarded, HaveTheNumberOfTheReaderUnlessItsOwnerWouldDropIt) {
   sets.sent(first, 2);
   auto& other = add(9, 2);
   EXPECT_EQ(sets.wire_number(other, 0), other.number) << "kernels count for each owner: two replies would be alike";
-  EXPECT_EQ(sets.answered(reader, 2), first.number);
+  EXPECT_EQ(sets.answered(reader, 1, 2), first.number);
   sets.take(first.number);
-  EXPECT_EQ(sets.answered(reader, 2), 0U);
+  EXPECT_EQ(sets.answered(reader, 1, 2), 0U);
   EXPECT_EQ(sets.wire_number(other, 0), 2U);
 }
 

@@ -30,10 +30,8 @@ struct PeisTwin : testing::Test {
     kernel.listen();
     world.run(1s);
     peis = open("1", "127.0.0.1:9000");
-    CarryRules rules;
-    for (const auto* id : {"7", "101"}) ASSERT_TRUE(add_entry(rules, id));
-    carrier = std::make_unique<Carrier>(
-        OwnerId(1), rules, std::array{Carrier::Engine{"dds", dds}, Carrier::Engine{"peis", *peis}}, world.time, log);
+    carrier = std::make_unique<Carrier>(OwnerId(1), rules_of({"7", "101"}),
+                                        std::vector<Carrier::Engine>{{"dds", dds}, {"peis", *peis}}, world.time, log);
     both = std::make_unique<joined::JoinedEcology>(
         std::vector<joined::JoinedEcology::Engine>{{"dds", carrier->engine(0)}, {"peis", carrier->engine(1)}},
         world.time, log);
