@@ -82,8 +82,10 @@ class BrokerWire final : public Wire {
     broker_.keeps_published = false;
     machine_.join(net_, "10.0.0.2");
   }
-  Entered enter() override {
+  Entered enter() override { return enter("anna"); }
+  Entered enter(const std::string& user) {
     mqtt::SpaceOptions options;
+    options.user = user;
     options.broker.host = kAt.address;
     options.broker.port = kAt.port;
     options.broker.client_id = "process" + std::to_string(++last_);
