@@ -20,7 +20,6 @@
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/service_notice.h"
-#include "apps/rubicon-proxy/site_part.h"
 #include "apps/rubicon-proxy/trust_part.h"
 #include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
@@ -38,6 +37,7 @@
 #include "transport/local_transports.h"
 #include "tuples/engines/engines.h"
 #include "tuples/memory/memory_ecology.h"
+#include "tuples/space_rights.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::daemon {
@@ -115,6 +115,8 @@ class Session {
     island_ = std::move(*island);
     island_->show_log(lines_);
     if (judge_) island_->judge_by(judge_, live_log_);
+    if (realm_)  // behind the engine, which knows the new members then
+      realm_changes_ = realm_->watch([this] { tuples::SpaceRights::rejudge(island_->space()); });
     if (const auto trusted = trust_.get()) island_->show_days_left([trusted] { return trusted->days_left(); });
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
@@ -198,9 +200,10 @@ class Session {
       auto space = engine.mqtt_space.options(transports_);
       if (!space) return fail(ErrorCode::kIo, "tuples.mqtt.broker: " + space.error().text);
       options.mqtt = std::move(*space);
-      if (auto known = site_.open(engine.mqtt_space, loop_.scheduler().wall_now()); !known) return known;
-      if (config.rights || site_.has_realm()) options.mqtt->judge = judge_;
-      if (site_.has_realm()) options.mqtt->member_of = [this](const std::string& user) { return site_.member(user); };
+      auto realm = open_realm(*options.mqtt, loop_.scheduler(), lines_);
+      if (!realm) return fail(std::move(realm.error()));
+      options.mqtt->realm = realm_ = std::move(*realm);
+      if (config.rights || realm_) options.mqtt->judge = judge_;
     }
     if (engine.peis) options.peis = engine.peis_options;
     if (options.dds) options.dds->judge = judge_;
@@ -422,7 +425,8 @@ class Session {
   std::shared_ptr<trust::rights::RightsJudge> judge_;  ///< null: no member is judged
   AuditPart audit_{loop_.scheduler(), lines_, live_log_};
   TrustPart trust_{loop_.scheduler(), lines_};
-  SitePart site_{Log(lines_, "mqtt")};
+  std::shared_ptr<trust::site::LiveRealm> realm_;  ///< null: the island has no broker, or no realm
+  Handle realm_changes_;
   std::unique_ptr<tuples::Ecology> ecology_;
   tuples::engines::Engines* engines_ = nullptr;  ///< the same; null: within this process only
   OwnerId console_{};

@@ -52,6 +52,13 @@ std::optional<std::vector<std::string>> names_of_members(const std::string& fold
   return names;
 }
 
+Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const tuples::mqtt::SpaceOptions& space,
+                                                           Scheduler& scheduler, LogSink& sink) {
+  const auto& broker = space.brokers.front();
+  const auto& tls = broker.line.tls;
+  return trust::site::LiveRealm::open(tls ? tls->ca_file : "", broker.user, scheduler, Log(sink, "mqtt"));
+}
+
 Result<void> TrustPart::open(const std::string& folder, IslandId island) {
   if (folder.empty()) return {};
   trust::keep_memory_private();

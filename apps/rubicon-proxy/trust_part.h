@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "config/engine_config.h"
+#include "trust/site/live_realm.h"
 #include "trust/trust.h"
 
 namespace rubicon::daemon {
@@ -23,6 +24,10 @@ std::string ending(const trust::Trust& trust);
 /// The names and roles of all members that the folder knows: on the host with the authority those of the realm.
 /// nullopt: there is no folder, or only some are known.
 std::optional<std::vector<std::string>> names_of_members(const std::string& folder, WallTime now);
+
+/// Who is who at that broker; nullptr: it is checked by no authority of a realm. The errors of LiveRealm::open().
+Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const tuples::mqtt::SpaceOptions& space,
+                                                           Scheduler& scheduler, LogSink& sink);
 
 /// How the components of the daemon prove who they are.
 class TrustPart {

@@ -65,6 +65,9 @@ class WebProgram {
     auto engines = client::engine_options(options);
     if (!engines) return fail(engines.error());
     if (engines->dds) engines->dds->trust = *trusted;
+    auto realm = client::open_realm(options, loop_.scheduler(), log_);
+    if (!realm) return fail(realm.error());
+    if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
     auto ecology = tuples::engines::Engines::open(*engines, {loop_.scheduler(), post, transports_, log_});
     if (!ecology) return fail(ecology.error());

@@ -21,14 +21,16 @@ struct AtBroker {
 
 tuples::mqtt::SpaceOptions space_options(const Meeting& meeting) {
   tuples::mqtt::SpaceOptions options;
-  options.broker.host = "127.0.0.1";
-  options.broker.port = port_of(meeting);
+  auto& at = options.brokers.emplace_back();
+  at.line.host = "127.0.0.1";
+  at.line.port = port_of(meeting);
+  options.watch_all = true;
   options.space = meeting.tag;
   options.trust_broker = true;
   if (meeting.trust.empty()) return options;
-  options.user = kUser;
-  options.broker.tls = transport::MqttTls{meeting.trust + "ca.pem", meeting.trust + "client.pem",
-                                          meeting.trust + "client.key", "broker.test"};
+  at.user = kUser;
+  at.line.tls = transport::MqttTls{meeting.trust + "ca.pem", meeting.trust + "client.pem", meeting.trust + "client.key",
+                                   "broker.test"};
   return options;
 }
 

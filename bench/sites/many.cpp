@@ -75,7 +75,8 @@ Json switcher(const Meeting& meeting, const Json& options) {
   node.await(island);
   node.space().set_remote(island, Site::lamp_command(), "on", std::chrono::seconds(10),
                           [&](const tuples::Reply& reply) {
-                            if (reply.verdict != tuples::Verdict::kApplied) give_up("a lamp was not switched: " + reply.text);
+                            if (reply.verdict != tuples::Verdict::kApplied)
+                              give_up("a lamp was not switched: " + reply.text);
                             node.finish();
                           });
   node.run(std::chrono::seconds(20));

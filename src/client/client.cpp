@@ -71,6 +71,9 @@ struct Client::Impl {
     auto engines = engine_options(options);
     if (!engines) return fail(std::move(engines.error()));
     if (engines->dds) engines->dds->trust = trusted;
+    auto realm = open_realm(options, *loop, log);
+    if (!realm) return fail(std::move(realm.error()));
+    if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
     if (engines->host) host_space = engines->host->space;
     auto opened = tuples::engines::Engines::open(*engines, {*loop, post, sockets, log});
     if (!opened) return fail(std::move(opened.error()));

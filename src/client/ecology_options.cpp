@@ -145,6 +145,12 @@ Result<std::shared_ptr<trust::Trust>> open_trust(const Options& options, Schedul
   return trust::Trust::open(std::move(**place), scheduler, base::Log(log, "trust"));
 }
 
+Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const Options& options, Scheduler& scheduler,
+                                                           base::LogSink& log) {
+  if (!has_engine(options, Engine::kMqtt)) return std::shared_ptr<trust::site::LiveRealm>();
+  return trust::site::LiveRealm::open(options.broker.ca_file, options.broker.user, scheduler, base::Log(log, "mqtt"));
+}
+
 Result<OwnerId> component_id(const Options& options, const trust::Trust* trust) {
   if (!trust) {
     if (options.id != model::kNoOwner) return options.id;

@@ -12,7 +12,7 @@ class PeerPolicy {
   virtual ~PeerPolicy() = default;
   /// Whether to accept this peer as that component; the error says why not. Asked before anything else of the peer.
   virtual Result<void> may_join(const PeerIdentity& peer) = 0;
-  /// A component that may join is up: the one with that id until peer_down().
+  /// A component that may join is up: the one with that id until peer_down(). Again: it is another member now.
   virtual void peer_up(const PeerIdentity& peer) = 0;
   virtual void peer_down(OwnerId peer) = 0;
   /// Whether the subscription of a component that is up may join own tuples.
@@ -23,7 +23,8 @@ class PeerPolicy {
   virtual Result<void> may_send(OwnerId peer, std::string_view where) = 0;
   /// A set was answered, whoever refused it.
   virtual void answered(const RemoteSet& set, const Reply& reply) = 0;
-  /// Who that component is; nullptr: not up, or the engine does not know. Valid until peer_down().
+  /// Who that component is; nullptr: not up, or the engine does not know. Valid until peer_down(), or
+  /// peer_up() again: for the present turn.
   virtual const Member* member(OwnerId peer) const = 0;
   /// The host of a component that is up, as it declares it; empty: not up, or not known. Valid until peer_down().
   virtual std::string_view host(OwnerId peer) const = 0;

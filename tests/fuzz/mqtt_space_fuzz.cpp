@@ -19,6 +19,9 @@ void check_topic(std::string_view text) {
         presence->component ? topics.component(presence->line, *presence->component) : topics.line(presence->line);
     if (same != text) std::abort();
   }
+  if (const auto user = topics.user_of_document(text)) {
+    if (topics.document(*user) != text || !std::holds_alternative<std::monostate>(at)) std::abort();
+  }
   if (const auto* inbox = std::get_if<Topics::Inbox>(&at); inbox && topics.inbox(inbox->to, inbox->from) != text)
     std::abort();
 }

@@ -1,6 +1,9 @@
 #include "trust/site/known_realm.h"
 
+#include <sys/stat.h>
+
 #include <tuple>
+#include <utility>
 
 namespace rubicon::trust::site {
 
@@ -42,7 +45,15 @@ Result<bool> KnownRealm::take(std::string_view document, std::string_view from) 
   return true;
 }
 
+KnownRealm::Version KnownRealm::version() const {
+  struct stat about {};
+  if (::stat((place_.folder / kRealmFile).c_str(), &about) != 0) return {};
+  return {about.st_mtim.tv_sec, about.st_mtim.tv_nsec, about.st_size, about.st_ino};
+}
+
 bool KnownRealm::look() {
+  const auto now = version();
+  if (std::exchange(looked_, now) == now) return false;
   const SiteFolder folder(place_.folder);
   auto document = folder.realm_document();
   if (!document || *document == document_) return false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,7 +27,7 @@ class KnownRealm {
   /// write either folder. Errors: it is no realm of our authority; `from` names who it came from.
   Result<bool> take(std::string_view document, std::string_view from);
   /// Whether the folder has a newer one now, after `rubicon trust revoke` on this host, for example. A folder that
-  /// cannot be read, or is damaged, changes nothing.
+  /// cannot be read, or is damaged, changes nothing. Opens the file only if it was written since the last look.
   bool look();
 
  private:
@@ -43,6 +44,14 @@ class KnownRealm {
   Certificate authority_;
   SiteRealm realm_;
   std::string document_;
+  /// Of the file in the folder, when it was read last.
+  struct Version {
+    std::int64_t seconds = 0, nanoseconds = 0, bytes = 0;
+    std::uint64_t file = 0;
+    bool operator==(const Version&) const = default;
+  };
+  Version version() const;
+  Version looked_{};
 };
 
 }  // namespace rubicon::trust::site

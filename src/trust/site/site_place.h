@@ -4,10 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "rubicon/address.hpp"
-#include "rubicon/result.hpp"
-#include "rubicon/time.hpp"
-
 namespace rubicon::trust::site {
 
 /// Where a host keeps its part in a realm of brokers.
@@ -29,14 +25,8 @@ struct SitePlace {
 
 /// The folder of the person who runs a program: ~/.config/rubicon/realm. Empty: there is no $HOME.
 std::filesystem::path own_site_folder();
-/// $RUBICON_REALM (`no`, or a folder), else that of the person, else that of the host. nullopt: none has a realm.
-std::optional<std::filesystem::path> site_folder_of_user();
-
-/// The member that an island of this host is: the one that the realm names for its id. kNotFound: its key is not here,
-/// or the realm names nobody. kRefused: others may use its key.
-Result<SitePlace> site_place_of_island(const std::filesystem::path& folder, OwnerId island, WallTime now);
-/// The member that people of this host are: the only one whose key this user may read, that of no island before others.
-/// kNotFound: none. kDuplicate: two.
-Result<SitePlace> site_place_of_people(const std::filesystem::path& folder, WallTime now);
+/// That of the realm whose authority is in that file; nullopt: there is no realm file beside it. `state` is that of the
+/// service manager.
+std::optional<SitePlace> site_place_beside(const std::string& ca_file, const std::string& user);
 
 }  // namespace rubicon::trust::site

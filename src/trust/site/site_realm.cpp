@@ -93,17 +93,6 @@ const std::string* SiteRealm::member_of(OwnerId island) const {
   return found == islands.end() ? nullptr : &found->second;
 }
 
-std::optional<std::string> user_of_island(const SiteRealm* realm, OwnerId island) {
-  if (!model::is_island(island)) return {};
-  if (realm == nullptr) return fmt::format("island-{}", model::number(island));
-  const auto* user = realm->member_of(island);
-  return user == nullptr ? std::nullopt : std::optional(*user);
-}
-
-const SiteRealm& newest_of(const SiteRealm& one, const SiteRealm& other) {
-  return other.number > one.number ? other : one;
-}
-
 Result<std::string> realm_text(const SiteRealm& realm) {
   if (auto bounded = check_bounds(realm); !bounded) return fail(bounded.error());
   Json members = Json::object(), islands = Json::object(), revoked = Json::array();

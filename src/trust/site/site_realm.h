@@ -41,13 +41,6 @@ struct SiteRealm {
   friend bool operator==(const SiteRealm&, const SiteRealm&) = default;
 };
 
-/// The user that may be an island: the one that the realm names; without a realm `island-<id>`. nullopt: the id is no
-/// island's, or nobody is it.
-std::optional<std::string> user_of_island(const SiteRealm* realm, OwnerId island);
-
-/// The one to believe: that with the higher number; the first of two with equal numbers.
-const SiteRealm& newest_of(const SiteRealm& one, const SiteRealm& other);
-
 /// JSON on one line, without signature. kBusy: more members, islands or revoked names than there may be.
 Result<std::string> realm_text(const SiteRealm& realm);
 /// The reverse. Members of the object that this release does not know are left out, so that a newer release can still

@@ -15,7 +15,7 @@ inline constexpr std::size_t kLongestUser = 64;  ///< bytes; ub-common-name of R
 /// `_`, `.`, the first one a letter or digit. kInvalid; the text says why: characters that mean something in topics,
 /// in access lists, or where one member vouches for another, and names that mean something else.
 Result<void> check_user_name(std::string_view name);
-/// kInvalid: a name `island-<id>` for a member that does not get this island (user_of_island()).
+/// kInvalid: a name `island-<id>` for a member that does not get this island.
 Result<void> check_island_of(std::string_view name, const std::vector<OwnerId>& islands);
 
 }  // namespace rubicon::trust::site

@@ -105,6 +105,7 @@ bool Channel::send(Kept& frame) {
   with.first = kept_.front().number;
   answer_later_.clear();
   unanswered_ = 0;
+  if (frame.number < unsent_ && calls_.losses) ++calls_.losses->again;
   if (!repeat_.is_set()) repeat_.set(repeat_pause_);
   auto sent = calls_.send(with, frame.entries);
   if (sent == Sent::kTooLarge) {
@@ -177,6 +178,7 @@ void Channel::arrived(const FrameHead& head, ByteView entries) {
   } else if (head.number != 0 && head.stream == heard_stream_ && head.number <= heard_) {
     answer_later_.advance_to(scheduler_.now() + kAnswerTime);  // its acknowledgement was lost
   } else if (head.number != 0 && !std::exchange(gap_told_, true)) {
+    if (calls_.losses) ++calls_.losses->gaps;
     answer(true);
   }
   flush();

@@ -26,6 +26,10 @@ class Channel {
   };
   /// kLater: flush() tries again. kTooLarge: never.
   enum class Sent : std::uint8_t { kYes, kLater, kTooLarge };
+  struct Losses {
+    std::uint64_t again = 0;  ///< frames that were sent again
+    std::uint64_t gaps = 0;   ///< missing frames of others, each row of them once
+  };
   struct Calls {
     std::function<Sent(const FrameHead& head, ByteView entries)> send;
     /// These are given up: no frame can carry them.
@@ -37,6 +41,7 @@ class Channel {
     /// How many frames the other side may have under way.
     std::function<std::uint32_t()> credit;
     std::function<Duration()> since_boot;
+    Losses* losses = nullptr;  ///< of all channels of a process, which it outlives; null: nobody counts
   };
   /// `stream`: higher than that of each channel before it between the two.
   Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Calls calls);

@@ -49,7 +49,8 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
       since_boot_(std::move(since_boot)),
       topics_(options_.space),
       presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); },
-                            [this](const Line& line) { on_forgotten(line); }}),
+                            [this](const Line& line) { on_forgotten(line); },
+                            [this](const Line& line, OwnerId id) { return may_have(line, id); }}),
       search_(topics_, scheduler, search_calls()),
       uplink_(options_.brokers, (options_.lease - kBrokerLooks) * 2 / 3, scheduler, transports, log_, uplink_calls()),
       streams_(static_cast<std::uint64_t>(since_boot_() / std::chrono::microseconds(1))),
@@ -75,6 +76,7 @@ Result<std::unique_ptr<MqttEcology>> MqttEcology::open(SpaceOptions options, Sch
   if (auto good = check_options(options); !good) return fail(std::move(good.error()));
   std::unique_ptr<MqttEcology> ecology(
       new MqttEcology(std::move(options), scheduler, transports, log, std::move(since_boot)));
+  if (ecology->options_.realm) ecology->open_documents();
   if (auto begun = ecology->uplink_.open(); !begun) return fail(std::move(begun.error()));
   if (ecology->options_.watch_all) ecology->search_.all();
   ecology->look();
@@ -109,6 +111,7 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
   largest_ = connack.largest_packet > kMaxHead ? connack.largest_packet - kMaxHead : SIZE_MAX;
   proven_ = 0;
   large_.clear();
+  if (documents_) documents_->connected();  // who was shut out meanwhile, before anything of others
   std::ignore = uplink_.line()->subscribe(topics_.inbox_filter(own_), 0);
   show_all();
   search_.connected();
@@ -118,6 +121,7 @@ void MqttEcology::on_lost() {
   if (former_.size() < kMaxFormer) former_.push_back(own_);
   search_.cut();
   presence_.cut();
+  if (documents_) documents_->cut();
 }
 
 Search::Calls MqttEcology::search_calls() {
@@ -146,6 +150,7 @@ void MqttEcology::on_complete() {
   const auto alive = lifetime_.watch();
   presence_.end_reading();
   if (alive.ended() || !std::exchange(returns_, false)) return;
+  if (documents_) documents_->read();
   empty_former();
   each_link([](MqttLink& link) { link.reconnected(); });
 }
@@ -169,6 +174,7 @@ bool MqttEcology::publish(transport::MqttPublication one) {
 // -- what arrives
 
 void MqttEcology::on_message(const transport::MqttMessage& message) {
+  if (documents_ && documents_->received(message.topic, message.payload)) return;
   const auto at = topics_.parse(message.topic);
   if (const auto* inbox = std::get_if<Topics::Inbox>(&at)) {
     if (message.retained || inbox->to != own_) return foreign(inbox->from, "a retained message");
@@ -196,8 +202,8 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
   if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
   if (payload.size() > kMaxPresence) return foreign(at.line, fmt::format("presence of {} bytes", payload.size()));
   bool room = true;
-  if (at.component && !may_have(at.line, *at.component))
-    return foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
+  if (at.component && !may_have(at.line, *at.component))  // it is kept: with a newer realm it may
+    foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
   if (at.component) {
     auto shown = read_component(payload);
     if (!shown) return foreign(at.line, shown.error().text);
@@ -228,13 +234,6 @@ bool MqttEcology::is_own(OwnerId id, std::uint64_t incarnation) const {
   return link && link->attached() && link->incarnation() == incarnation;
 }
 
-/// Where somebody vouches for users.
-bool MqttEcology::may_have(const Line& line, OwnerId id) const {
-  if (!options_.judge && !options_.member_of) return true;
-  const auto member = member_of(options_, line.user);
-  return member && member->may_use(id);
-}
-
 /// From the line of the component that counts, and for the present start of an own one.
 void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries) {
   auto* link = find_link(head.target);
@@ -252,6 +251,7 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
 
 /// Nobody looked for it so far, or its presence is under way: it is kept a moment, else its sender sends it again.
 void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries) {
+  if (options_.realm && from != own_ && !options_.realm->member(from.user)) return foreign(from, "a frame");
   search_.line(from);
   const auto now = scheduler_.now();
   while (!early_.empty() && now - early_.front().since > kLately) {

@@ -14,6 +14,7 @@
 #include "tuples/judge.h"
 #include "tuples/member.h"
 #include "tuples/mqtt/channel.h"
+#include "tuples/mqtt/documents.h"
 #include "tuples/mqtt/presence.h"
 #include "tuples/mqtt/search.h"
 #include "tuples/mqtt/uplink.h"
@@ -31,8 +32,8 @@ struct SpaceOptions {
   bool trust_broker = false;
   bool watch_all = false;                  ///< meet all components of the space, whether they matter here or not
   std::shared_ptr<Judge> judge = nullptr;  ///< what members may do here; null: whatever the broker lets them
-  /// Who a user is, by the realm; nullptr: nobody. Empty: each user is a member without roles, and `island-7` island 7.
-  std::function<std::shared_ptr<const Member>(const std::string& user)> member_of{};
+  /// Who a user is. Null: each user is a member without roles, and `island-7` island 7.
+  std::shared_ptr<UserRealm> realm = nullptr;
 };
 inline constexpr Duration kMinLease = std::chrono::seconds(13);
 /// kInvalid: user, space or lease.
@@ -65,12 +66,15 @@ class MqttEcology final : public StandInEcology {
   const std::string& trouble() const { return uplink_.trouble(); }
 
   struct Counters {
+    Channel::Losses losses;
     std::uint64_t reconnects = 0;  ///< connections after the first one
     std::uint64_t foreign = 0;     ///< messages at our topics that are none of ours, or in the name of another
     std::uint64_t too_large = 0;   ///< values that exceed what the broker takes
   };
   const Counters& counters() const { return counters_; }
   std::size_t presence_bytes() const { return presence_.bytes(); }
+  /// Of realm files that others show; zeros without a realm.
+  Documents::Counters documents() const { return documents_ ? documents_->counters() : Documents::Counters(); }
 
  private:
   friend class MqttLink;
@@ -116,6 +120,9 @@ class MqttEcology final : public StandInEcology {
   void foreign(const Line& from, const std::string& what);
   void on_changed(OwnerId id, PeerEvent how);
   void on_forgotten(const Line& line);
+  // -- who others are
+  void open_documents();
+  void judge_again();
   // -- for links
   /// A component of this process: what it says does not pass the broker, where others could say it too.
   bool is_own(OwnerId id, std::uint64_t incarnation) const;
@@ -141,6 +148,8 @@ class MqttEcology final : public StandInEcology {
   Presence presence_;
   Search search_;
   Uplink uplink_;
+  std::unique_ptr<Documents> documents_;  ///< null: there is no realm
+  Handle realm_changes_;
   Line own_;
   std::vector<Line> former_;   ///< earlier connections of this process that may have left topics
   bool returns_ = false;       ///< until presence was read on this connection

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "base/text.h"
 #include "tuples/host_policy.h"
 #include "tuples/member_policy.h"
 
@@ -16,32 +15,12 @@ namespace {
 constexpr std::size_t kMaxWaiting = std::size_t{512} * 1024, kMaxSetsWaiting = std::size_t{32} << 20;
 /// Components that are remembered after they went, because their requests may arrive again.
 constexpr std::size_t kMaxGone = 1000;
-/// Ids from here on are free: an id below is that of an island.
-constexpr std::uint32_t kFirstFreeId = 65536;
 
 std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::string& host, const SpaceOptions& options,
                                       base::LimitedLog& log) {
   if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge);
   return std::make_unique<HostPolicy>(self, host, options.trust_broker, log.unlimited());
 }
-
-}  // namespace
-
-/// The user that the broker vouches for.
-std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user) {
-  if (options.member_of) return options.member_of(user);
-  if (user == kAnonymous) return nullptr;
-  auto member = std::make_shared<Member>();
-  member->name = user;
-  member->ids.push_back({kFirstFreeId, 0xffffffff});
-  constexpr std::string_view kIsland = "island-";
-  if (!user.starts_with(kIsland)) return member;
-  const auto id = base::parse_number<std::uint32_t>(user.substr(kIsland.size()));
-  if (id && *id < kFirstFreeId) member->ids.push_back({*id, *id});
-  return member;
-}
-
-namespace {
 
 Error too_large_for_broker(std::string_view key, std::size_t size, std::size_t largest) {
   return {ErrorCode::kOutOfRange,
@@ -176,6 +155,7 @@ void MqttLink::open_channel(Peer& peer) {
   };
   calls.credit = [this] { return ecology_.credit(); };
   calls.since_boot = ecology_.since_boot_;
+  calls.losses = &ecology_.counters_.losses;
   peer.channel = std::make_unique<Channel>(ecology_.scheduler_,
                                            Channel::Ends{who_.id, id, incarnation_, peer.identity.incarnation},
                                            ++ecology_.streams_, std::move(calls));
@@ -366,6 +346,10 @@ void MqttLink::each_counter(const std::function<void(std::string_view name, std:
   visit("mqtt-reconnects", ecology_.counters().reconnects);
   visit("mqtt-foreign-messages", ecology_.counters().foreign);
   visit("mqtt-too-large", ecology_.counters().too_large);
+  visit("mqtt-frames-again", ecology_.counters().losses.again);
+  visit("mqtt-gaps", ecology_.counters().losses.gaps);
+  visit("mqtt-refused-documents", ecology_.documents().refused);
+  visit("mqtt-old-documents", ecology_.documents().old);
 }
 
 }  // namespace rubicon::tuples::mqtt

@@ -39,6 +39,8 @@ class MqttLink final : public Link {
   ComponentShown shown() const { return {incarnation_, who_.host, summary_}; }
   /// What is reached by that id may be another one, or nobody.
   void review(OwnerId id, PeerEvent how);
+  /// Those that are up may have other rights now; the space has to ask again.
+  void judge_again();
   /// The component that counts as the sender.
   void arrived(const FrameHead& head, ByteView entries);
   void flush();

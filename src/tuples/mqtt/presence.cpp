@@ -182,9 +182,10 @@ void Presence::expire() {
 }
 
 /// A line that goes may come back: until then what is there stays.
-bool Presence::counts(const Line& line) const {
+bool Presence::counts(const Line& line, OwnerId id) const {
   const auto found = lines_.find(line);
-  return found != lines_.end() && !found->second.doubted && found->second.shown.lease > Duration(0);
+  if (found == lines_.end() || found->second.doubted || found->second.shown.lease <= Duration(0)) return false;
+  return !calls_.allowed || calls_.allowed(line, id);
 }
 
 /// Of two with one id the component itself and no stand-in, then the one that began first, unless it began again; of
@@ -205,9 +206,9 @@ const Reached* Presence::best(OwnerId id) const {
   // Nobody takes an id from another user who is there.
   const auto before = reached_.find(id);
   const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second.line);
-  const bool stays_there = stays != found->second.end() && counts(stays->first) && !is_stand_in(stays->second);
+  const bool stays_there = stays != found->second.end() && counts(stays->first, id) && !is_stand_in(stays->second);
   for (const auto& [line, one] : found->second) {
-    if (!counts(line) || (stays_there && line.user != stays->first.user)) continue;
+    if (!counts(line, id) || (stays_there && line.user != stays->first.user)) continue;
     if (!chosen || is_better(one, *chosen)) chosen = &one;
   }
   return chosen;
@@ -215,6 +216,12 @@ const Reached* Presence::best(OwnerId id) const {
 
 void Presence::review_line(const Line& line, PeerEvent how) {
   for (const auto id : shown_on(line)) review(id, how);
+}
+
+void Presence::review_all() {
+  std::vector<OwnerId> ids;
+  for (const auto& one : components_) ids.push_back(one.first);
+  for (const auto id : ids) review(id, PeerEvent::kLost);
 }
 
 void Presence::review(OwnerId id, PeerEvent how) {
@@ -256,7 +263,7 @@ std::vector<Reached> Presence::all_with(OwnerId id) const {
   const auto found = components_.find(id);
   if (found == components_.end()) return all;
   for (const auto& [line, one] : found->second) {
-    if (counts(line)) all.push_back(one);
+    if (counts(line, id)) all.push_back(one);
   }
   return all;
 }

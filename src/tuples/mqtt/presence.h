@@ -30,6 +30,8 @@ class Presence {
     std::function<void(OwnerId id, PeerEvent how)> changed;
     /// Nothing is there of that connection any longer, or of its topic.
     std::function<void(const Line& line)> forgotten;
+    /// Whether that user may have the id; what it shows counts only while it may. Empty: each may.
+    std::function<bool(const Line& line, OwnerId id)> allowed = {};
   };
   static constexpr Duration kReturn = std::chrono::seconds(3);
   /// Of all that is kept, and of what one user shows.
@@ -56,6 +58,8 @@ class Presence {
   /// Nobody answers there: what it shows does not count, until somebody does.
   void doubt(const Line& line);
   void believe(const Line& line);
+  /// Calls::allowed may have another answer now.
+  void review_all();
   /// One component of each such line.
   std::vector<std::pair<OwnerId, Reached>> doubted() const;
 
@@ -81,7 +85,7 @@ class Presence {
     std::map<OwnerId, Component> components;
   };
   bool add_bytes(const std::string& user, std::size_t more, std::size_t less);
-  bool counts(const Line& line) const;
+  bool counts(const Line& line, OwnerId id) const;
   const Reached* best(OwnerId id) const;
   bool is_better(const Reached& one, const Reached& other) const;
   void review(OwnerId id, PeerEvent how);

@@ -12,6 +12,8 @@ namespace rubicon::tuples::mqtt {
 namespace {
 
 constexpr std::size_t kTokenDigits = 12;
+/// Stands where a part of presence has its digit.
+constexpr std::string_view kDocuments = "p/realm/";
 /// Names that mean others in rules and topics.
 constexpr std::array<std::string_view, 5> kTaken{"-probe-", "peis", "lan", "everybody", ""};
 
@@ -90,6 +92,20 @@ std::string Topics::inbox(const Line& to, const Line& from) const {
 
 std::string Topics::inbox_filter(const Line& own) const {
   return fmt::format("{}to/{}/{}/+/+", root_, own.user, own.token);
+}
+
+std::string Topics::document(std::string_view user) const {
+  return fmt::format("{}{}{}", root_, kDocuments, user);
+}
+
+std::string Topics::document_filter() const {
+  return document("+");
+}
+
+std::optional<std::string> Topics::user_of_document(std::string_view topic) const {
+  if (!topic.starts_with(root_) || !topic.substr(root_.size()).starts_with(kDocuments)) return {};
+  const auto user = topic.substr(root_.size() + kDocuments.size());
+  return is_user(user) ? std::optional(std::string(user)) : std::nullopt;
 }
 
 Topics::Parsed Topics::parse(std::string_view topic) const {

@@ -46,6 +46,11 @@ class Topics {
   static constexpr std::string_view kShards = "0123456789abcdef";
   std::string inbox(const Line& to, const Line& from) const;
   std::string inbox_filter(const Line& own) const;
+  /// Retained: a document that the user shows to all. It is no topic of parse().
+  std::string document(std::string_view user) const;
+  std::string document_filter() const;
+  /// nullopt: it is no topic of a document.
+  std::optional<std::string> user_of_document(std::string_view topic) const;
 
   struct Presence {
     Line line;

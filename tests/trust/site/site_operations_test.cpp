@@ -50,23 +50,6 @@ TEST_F(SiteRealms, AMemberJoinsByBundleAndPhrase) {
   ASSERT_TRUE(joined) << joined.error().text;
   EXPECT_EQ(mode_of(away_ / "members/hall/key.pem"), "600");
   EXPECT_EQ(realm(away_), realm(home_));
-  const auto place = site_place_of_island(away_, OwnerId{6541}, kNow);
-  ASSERT_TRUE(place) << place.error().text;
-  EXPECT_EQ(place->user, "hall");
-  EXPECT_EQ(place->key(), (away_ / "members/hall/key.pem").string());
-  EXPECT_EQ(site_place_of_island(away_, OwnerId{7}, kNow).error().code, ErrorCode::kNotFound);
-  fs::permissions(place->key(), fs::perms(0644));
-  EXPECT_THAT(site_place_of_island(away_, OwnerId{6541}, kNow).error().text, HasSubstr("others may use this key"));
-}
-
-TEST_F(SiteRealms, PeopleOfAHostAreItsOnlyMemberThatIsNoIsland) {
-  for (const auto& issued : {added("hall", {}, {OwnerId{7}}), added("ann")})
-    ASSERT_TRUE(join_site(away_, issued.bundle, issued.phrase.view(), kNow));
-  EXPECT_EQ(site_place_of_people(away_, kNow)->user, "ann");
-  const auto third = added("bob");
-  ASSERT_TRUE(join_site(away_, third.bundle, third.phrase.view(), kNow));
-  EXPECT_EQ(site_place_of_people(away_, kNow).error().code, ErrorCode::kDuplicate);
-  EXPECT_EQ(site_place_of_people(home_, kNow).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(SiteRealms, NamesAreGivenOnce) {
@@ -159,7 +142,6 @@ TEST_F(SiteRealms, AMemberOfThisHostKeepsItsKeyThere) {
   const auto made = add_here(home_, {"hall", {OwnerId{7}}, {}, 100}, kNow);
   ASSERT_TRUE(made) << made.error().text;
   EXPECT_TRUE(made->has_key);
-  EXPECT_EQ(site_place_of_island(home_, OwnerId{7}, kNow)->user, "hall");
   const auto renewed = renew(home_, "hall", 400, RenewKey::kKeep, kNow);
   ASSERT_TRUE(renewed) << renewed.error().text;
   EXPECT_EQ(renewed->issued.bundle, "") << "all is in the folder";
@@ -179,7 +161,6 @@ TEST_F(SiteRealms, APasswordIsThePhraseOfItsMember) {
   ASSERT_TRUE(join_site(away_, issued.bundle, typed, kNow)) << "as a person types it";
   EXPECT_EQ(content_of(away_ / "members/ann/password"), std::string(issued.phrase.view()) + "\n");
   EXPECT_EQ(mode_of(away_ / "members/ann/password"), "600");
-  EXPECT_TRUE(site_place_of_people(away_, kNow)->has_password());
   EXPECT_EQ(renew(home_, "ann", 10, RenewKey::kKeep, kNow).error().code, ErrorCode::kUnsupported);
   EXPECT_THAT(realm(home_).roles_of("ann"), ElementsAre("ops"));
 }

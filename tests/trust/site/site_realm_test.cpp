@@ -1,7 +1,9 @@
 #include "trust/site/site_realm.h"
 
+#include "base/virtual_scheduler.h"
+#include "support/collecting_log.h"
 #include "trust/signed_text.h"
-#include "trust/site/known_realm.h"
+#include "trust/site/live_realm.h"
 #include "trust/site/realm_fixture.h"
 
 namespace rubicon::trust::site {
@@ -43,15 +45,6 @@ TEST(SiteRealmText, SaysWhoIsWho) {
   EXPECT_TRUE(realm.is_member("hall"));
   EXPECT_FALSE(realm.is_member("desk"));
   EXPECT_TRUE(realm.is_revoked("desk"));
-  EXPECT_EQ(user_of_island(&realm, OwnerId{6541}), "hall");
-  EXPECT_EQ(user_of_island(&realm, OwnerId{7}), std::nullopt) << "nobody may be it";
-  EXPECT_EQ(user_of_island(nullptr, OwnerId{7}), "island-7") << "without a realm the name says it";
-  EXPECT_EQ(user_of_island(nullptr, OwnerId{70'000}), std::nullopt);
-  auto newer = realm;
-  ++newer.number;
-  EXPECT_EQ(&newest_of(realm, newer), &newer);
-  EXPECT_EQ(&newest_of(newer, realm), &newer);
-  EXPECT_EQ(&newest_of(realm, sample()), &realm) << "of equal ones the first";
 }
 
 /// A release that knows more must still be able to shut a member out.
@@ -223,6 +216,64 @@ TEST_F(KnownSiteRealm, LooksForANewerOneInItsFolder) {
   std::ofstream(away_ / kRealmFile) << "damaged";
   EXPECT_FALSE(realm.look());
   EXPECT_TRUE(realm.realm().is_member("desk"));
+}
+
+/// The same for as long as a process runs.
+class LiveSiteRealm : public KnownSiteRealm {
+ protected:
+  LiveSiteRealm() {
+    time_.set_wall(kNow);
+    auto opened = LiveRealm::open(place_.authority(), "hall", time_, base::Log(log_, "mqtt"));
+    if (!opened || !*opened) throw std::runtime_error(opened ? "none" : opened.error().text);
+    realm_ = std::move(*opened);
+  }
+  void copy_to_away() const {
+    std::filesystem::copy_file(home_ / kRealmFile, away_ / kRealmFile,
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+
+  VirtualScheduler time_;
+  support::CollectingLog log_;
+  std::shared_ptr<LiveRealm> realm_;
+};
+
+TEST_F(LiveSiteRealm, IsNoneBesideAnotherAuthority) {
+  EXPECT_EQ(LiveRealm::open(folder_ / "ca.pem", "hall", time_, base::Log(log_, "mqtt")).value(), nullptr);
+  EXPECT_EQ(LiveRealm::open("", "hall", time_, base::Log(log_, "mqtt")).value(), nullptr);
+}
+
+TEST_F(LiveSiteRealm, SaysWhoAUserIsAndKeepsWhoIsAsBefore) {
+  const auto hall = realm_->member("hall");
+  ASSERT_TRUE(hall);
+  EXPECT_TRUE(hall->may_use(OwnerId{7}));
+  EXPECT_TRUE(hall->may_use(OwnerId{70'000}));
+  EXPECT_FALSE(hall->may_use(OwnerId{8}));
+  EXPECT_EQ(realm_->member("desk"), nullptr);
+  added("desk", {"ops"});
+  EXPECT_EQ(realm_->take(document(), "lab"), tuples::UserRealm::Taken::kNewer);
+  EXPECT_TRUE(realm_->member("desk")->has_role("ops"));
+  EXPECT_EQ(realm_->member("hall"), hall);
+  EXPECT_EQ(realm_->take(document(), "lab"), tuples::UserRealm::Taken::kOlder);
+  EXPECT_EQ(realm_->take("made up", "lab"), tuples::UserRealm::Taken::kWrong);
+}
+
+TEST_F(LiveSiteRealm, FindsWhatWasWrittenIntoItsFolderInTime) {
+  int changes = 0;
+  auto watch = realm_->watch([&] { ++changes; });
+  added("desk");
+  copy_to_away();
+  time_.run_for(LiveRealm::kLook);
+  EXPECT_EQ(changes, 1);
+  EXPECT_TRUE(realm_->member("desk"));
+  time_.run_for(10 * LiveRealm::kLook);
+  EXPECT_EQ(changes, 1);
+  ASSERT_TRUE(revoke(home_, "hall", kNow));
+  copy_to_away();
+  watch.reset();
+  time_.run_for(LiveRealm::kLook);
+  EXPECT_EQ(changes, 1) << "nobody is told any longer";
+  EXPECT_EQ(realm_->member("hall"), nullptr);
+  EXPECT_TRUE(log_.contains("hall was shut out of the realm"));
 }
 
 }  // namespace

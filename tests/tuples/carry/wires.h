@@ -85,14 +85,16 @@ class BrokerWire final : public Wire {
   Entered enter() override { return enter("anna"); }
   Entered enter(const std::string& user) {
     mqtt::SpaceOptions options;
-    options.user = user;
-    options.broker.host = kAt.address;
-    options.broker.port = kAt.port;
-    options.broker.client_id = "process" + std::to_string(++last_);
+    auto& at = options.brokers.emplace_back();
+    at.user = user;
+    at.line.host = kAt.address;
+    at.line.port = kAt.port;
+    at.line.client_id = "process" + std::to_string(++last_);
+    options.watch_all = true;
     options.trust_broker = true;
     const auto since_boot = [this] { return time_.now().time_since_epoch(); };
     return {std::move(*mqtt::MqttEcology::open(options, time_, machine_, log_, since_boot)),
-            [this, client = options.broker.client_id] { broker_.stall(client, true); }};
+            [this, client = at.line.client_id] { broker_.stall(client, true); }};
   }
 
  private:

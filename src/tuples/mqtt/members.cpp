@@ -1,0 +1,63 @@
+#include "base/text.h"
+#include "tuples/mqtt/mqtt_link.h"
+
+namespace rubicon::tuples::mqtt {
+
+// Who others are.
+
+namespace {
+
+/// Ids from here on are free: an id below is that of an island.
+constexpr std::uint32_t kFirstFreeId = 65536;
+
+}  // namespace
+
+/// The user that the broker vouches for.
+std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user) {
+  if (options.realm) return options.realm->member(user);
+  if (user == kAnonymous) return nullptr;
+  auto member = std::make_shared<Member>();
+  member->name = user;
+  member->ids.push_back({kFirstFreeId, 0xffffffff});
+  constexpr std::string_view kIsland = "island-";
+  if (!user.starts_with(kIsland)) return member;
+  const auto id = base::parse_number<std::uint32_t>(user.substr(kIsland.size()));
+  if (id && *id < kFirstFreeId) member->ids.push_back({*id, *id});
+  return member;
+}
+
+/// Where somebody vouches for users.
+bool MqttEcology::may_have(const Line& line, OwnerId id) const {
+  if ((!options_.judge && !options_.realm) || line == own_) return true;
+  const auto member = member_of(options_, line.user);
+  return member && member->may_use(id);
+}
+
+void MqttEcology::open_documents() {
+  realm_changes_ = options_.realm->watch([this] { judge_again(); });
+  Documents::Calls calls;
+  calls.subscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->subscribe(filter, 0); };
+  calls.publish = [this](std::string topic, std::string payload) {
+    std::ignore = publish({std::move(topic), std::move(payload), true, 1, {}, {}, 0});
+  };
+  documents_ =
+      std::make_unique<Documents>(topics_, uplink_.broker().user, *options_.realm, scheduler_, log_, std::move(calls));
+}
+
+/// Who may be here no longer is lost; who stays has its new rights.
+void MqttEcology::judge_again() {
+  presence_.review_all();
+  each_link([](MqttLink& link) { link.judge_again(); });
+}
+
+void MqttLink::judge_again() {
+  for (auto& [id, peer] : peers_) {
+    if (!peer.up || peer.identity.own_process) continue;
+    auto member = member_of(ecology_.options_, peer.line.user);
+    if (member == peer.identity.member) continue;
+    peer.identity.member = std::move(member);
+    policy_->peer_up(as_judged(peer.identity));
+  }
+}
+
+}  // namespace rubicon::tuples::mqtt

@@ -1,0 +1,351 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <sstream>
+
+#include "base/text.h"
+#include "base/virtual_scheduler.h"
+#include "rubicon/tuple_space.hpp"
+#include "support/collecting_log.h"
+#include "support/memory/memory_transports.h"
+#include "support/memory/mqtt_broker.h"
+#include "support/rights.h"
+#include "tuples/component.h"
+#include "tuples/mqtt/mqtt_ecology.h"
+#include "tuples/space_rights.h"
+
+namespace rubicon::tuples::mqtt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const transport::Endpoint kRealmBroker{"10.0.0.1", 1883};
+constexpr OwnerId kHallIsland{1}, kLabIsland{2}, kDesk{70000}, kGuest{70001};
+const std::string kShown = "rubicon-space/1/default/p/realm/";
+
+/// `signed 7 hall:1 desk:admin`: the seventh document. A number behind a name is that of its island, a word its role.
+std::string document(int number, const std::string& members) {
+  return "signed " + std::to_string(number) + " " + members;
+}
+
+/// Believes whatever begins with `signed`.
+class WrittenRealm final : public UserRealm {
+ public:
+  explicit WrittenRealm(const std::string& first) { read(first); }
+
+  std::shared_ptr<const Member> member(std::string_view user) const override {
+    const auto found = members_.find(user);
+    return found == members_.end() ? nullptr : found->second;
+  }
+  const std::string& document() const override { return document_; }
+  Taken take(std::string_view text, std::string_view) override {
+    ++taken;
+    if (!text.starts_with("signed ")) return Taken::kWrong;
+    if (std::stoi(std::string(text.substr(7))) <= number_) return Taken::kOlder;
+    found(std::string(text));
+    return Taken::kNewer;
+  }
+  Handle watch(std::function<void()> call) override {
+    watches_.push_back(std::move(call));
+    return {};
+  }
+  /// On the disk.
+  void found(const std::string& text) {
+    read(text);
+    for (const auto& call : watches_) call();
+  }
+  int taken = 0;
+
+ private:
+  void read(const std::string& text) {
+    document_ = text;
+    std::istringstream words(text.substr(7));
+    words >> number_;
+    auto before = std::exchange(members_, {});
+    for (std::string word; words >> word;) {
+      Member one;
+      const auto colon = word.find(':');
+      one.name = word.substr(0, colon);
+      one.ids.push_back({65536, 0xffffffff});
+      const auto more = colon == word.npos ? std::string() : word.substr(colon + 1);
+      if (const auto island = base::parse_number<std::uint32_t>(more)) one.ids.push_back({*island, *island});
+      if (more == "admin") one.roles.emplace_back(more);
+      auto& kept = before[one.name];
+      members_[one.name] = kept && *kept == one ? kept : std::make_shared<Member>(one);
+    }
+  }
+
+  std::string document_;
+  int number_ = 0;
+  std::map<std::string, std::shared_ptr<const Member>, std::less<>> members_;
+  std::vector<std::function<void()>> watches_;
+};
+
+/// A member at its own site.
+struct MemberSite {
+  MemberSite(VirtualScheduler& scheduler, transport::MemoryNet& net, const std::string& user, OwnerId id,
+             const std::string& address, const std::string& first)
+      : time(scheduler), realm(std::make_shared<WrittenRealm>(first)) {
+    machine.join(net, address);
+    SpaceOptions options;
+    auto& at = options.brokers.emplace_back();
+    at.line.host = kRealmBroker.address;
+    at.line.port = kRealmBroker.port;
+    at.line.user = at.user = user;
+    at.line.password = "secret";
+    options.watch_all = true;
+    options.judge = std::make_shared<trust::rights::RightsJudge>(trust::rights::Rights());
+    options.realm = realm;
+    ecology =
+        std::move(*MqttEcology::open(options, time, machine, log, [this] { return time.now().time_since_epoch(); }));
+    link = std::move(*ecology->join(id));
+    space = std::make_unique<TupleSpace>(id, time, *link);
+    changes = realm->watch([this] { SpaceRights::rejudge(*space); });
+    peers = space->watch_peers([this](OwnerId peer, PeerEvent event) {
+      events.push_back((event == PeerEvent::kUp ? "up " : "down ") + std::to_string(number(peer)));
+    });
+  }
+  std::vector<std::string> take() { return std::exchange(events, {}); }
+
+  VirtualScheduler& time;
+  std::shared_ptr<WrittenRealm> realm;
+  transport::MemoryTransports machine;
+  support::CollectingLog log;
+  std::unique_ptr<MqttEcology> ecology;
+  std::unique_ptr<Link> link;
+  std::unique_ptr<TupleSpace> space;
+  std::vector<std::string> events;
+  Handle peers, changes;
+};
+
+/// The owner of a lamp (hall), another island (lab), and two people who look at the lamp: one of them is shut out.
+struct RealmAtABroker : testing::Test {
+  RealmAtABroker() {
+    broker.rights = transport::MqttRights{{"rubicon-space/1/+/p/#", "rubicon-space/1/+/to/%u/#"},
+                                          {"rubicon-space/1/+/p/+/%u/#", "rubicon-space/1/+/to/+/+/%u/+"}};
+    for (const auto* user : {"hall", "lab", "desk", "guest", "new"}) broker.users[user] = "secret";
+    hall = member("hall", kHallIsland, "10.0.0.2");
+    lab = member("lab", kLabIsland, "10.0.0.3");
+    desk = member("desk", kDesk, "10.0.0.4");
+    guest = member("guest", kGuest, "10.0.0.5");
+    open = hall->space->add_policy(pattern("lamp"), [this](const RemoteSet& set) {
+      decided.push_back(set.value);
+      return SetDecision::applied();
+    });
+    EXPECT_TRUE(hall->space->set("lamp", "off"));
+    of_desk = desk->space->subscribe(pattern("1:**"), {}, desk_sees.call());
+    of_guest = guest->space->subscribe(pattern("1:**"), {}, guest_sees.call());
+    time.run_for(5s);
+    EXPECT_THAT(desk_sees.take(), ElementsAre("lamp=off"));
+    EXPECT_THAT(guest_sees.take(), ElementsAre("lamp=off"));
+    for (auto* one : {&hall, &lab, &desk, &guest}) (*one)->take();
+  }
+  std::unique_ptr<MemberSite> member(const std::string& user, OwnerId id, const std::string& address,
+                                     const std::string& first = kFirst) {
+    return std::make_unique<MemberSite>(time, net, user, id, address, first);
+  }
+  Verdict command(MemberSite& from, const std::string& value) {
+    std::optional<Verdict> verdict;
+    from.space->set_remote(kHallIsland, "lamp", value, 3s, [&](const Reply& reply) { verdict = reply.verdict; });
+    time.run_for(4s);
+    return verdict.value_or(Verdict::kTimedOut);
+  }
+  /// Whether hall takes nothing of the guest, and gives it nothing; desk is as before, and lab noticed nothing.
+  void expect_shut_out(const std::string& value) {
+    decided.clear();
+    guest_sees.take();
+    EXPECT_TRUE(hall->space->set("lamp", value));
+    EXPECT_NE(command(*guest, "stolen"), Verdict::kApplied);
+    EXPECT_THAT(guest_sees.take(), IsEmpty()) << "it receives nothing more";
+    EXPECT_EQ(command(*desk, "bright"), Verdict::kApplied);
+    EXPECT_THAT(decided, ElementsAre("bright"));
+    EXPECT_THAT(desk_sees.take(), testing::Contains("lamp=" + value));
+    for (const auto* one : {&hall, &lab, &desk}) {
+      EXPECT_THAT((*one)->space->peers(), testing::Not(testing::Contains(kGuest)));
+      for (const auto& event : (*one)->take()) EXPECT_EQ(event, "down 70001") << "nobody else is lost or met";
+    }
+  }
+  std::vector<std::string> shown() const {
+    std::vector<std::string> all;
+    for (const auto& [topic, text] : broker.retained()) {
+      if (topic.starts_with(kShown)) all.push_back(topic.substr(kShown.size()) + " " + text);
+    }
+    return all;
+  }
+  std::unique_ptr<transport::MqttLine> by_hand(const std::string& user) {
+    transport::MqttOptions options;
+    options.host = kRealmBroker.address;
+    options.user = user;
+    options.password = "secret";
+    transport::MqttCalls calls;
+    calls.connected = [](const transport::MqttConnack&) {};
+    calls.received = [](const transport::MqttMessage&) {};
+    calls.failed = [](const Error&) {};
+    other_machine.join(net, "10.0.0.9");
+    auto line = std::move(*other_machine.open_mqtt(options, calls));
+    time.run_for(1s);
+    return line;
+  }
+
+  static inline const std::string kFirst = document(1, "hall:1 lab:2 desk:admin guest:admin");
+  static inline const std::string kShutOut = document(2, "hall:1 lab:2 desk:admin");
+
+  VirtualScheduler time;
+  transport::MemoryNet net{time};
+  transport::MqttBroker broker{net, kRealmBroker};
+  transport::MemoryTransports other_machine;
+  std::vector<std::string> decided;
+  Listener desk_sees, guest_sees;
+  std::unique_ptr<MemberSite> hall, lab, desk, guest;
+  Handle open, of_desk, of_guest;
+};
+
+TEST_F(RealmAtABroker, WhoIsShutOutWhileItLooksIsOutAtOnceAtAllMembers) {
+  lab->realm->found(kShutOut);
+  time.run_for(100ms);
+  for (const auto* one : {&hall, &lab, &desk}) EXPECT_THAT((*one)->events, ElementsAre("down 70001"));
+  expect_shut_out("dim");
+}
+
+TEST_F(RealmAtABroker, WhoIsShutOutWhileItSleptIsOutWhenItIsBack) {
+  std::string client;
+  for (const auto& one : broker.published()) {
+    if (one.topic.find("/guest/") != one.topic.npos && one.retain) client = one.client;
+  }
+  broker.stall(client, true);
+  time.run_for(1s);
+  hall->realm->found(kShutOut);
+  time.run_for(1min);
+  broker.stall(client, false);
+  time.run_for(30s);
+  EXPECT_GT(guest->ecology->counters().reconnects, 0U);
+  expect_shut_out("dim");
+}
+
+TEST_F(RealmAtABroker, WhoIsShutOutWhileTheBrokerWasDownIsOutWhenItIsBack) {
+  for (const bool retained : {true, false}) {
+    broker.stop(retained);
+    time.run_for(1s);
+    if (retained) lab->realm->found(kShutOut);
+    time.run_for(2s);
+    broker.start();
+    time.run_for(40s);
+    expect_shut_out(retained ? "dim" : "bright");
+  }
+}
+
+/// A member that slept while another one was shut out hears of it before anything of that one.
+TEST_F(RealmAtABroker, AMemberThatSleptTakesNothingOfWhoWasShutOutMeanwhile) {
+  open.reset();
+  hall->peers.reset();
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  lab->realm->found(kShutOut);
+  time.run_for(5s);
+  hall = member("hall", kHallIsland, "10.0.0.7");  // with the document of before
+  open = hall->space->add_policy(pattern("lamp"), [this](const RemoteSet& set) {
+    decided.push_back(set.value);
+    return SetDecision::applied();
+  });
+  time.run_for(5s);
+  EXPECT_EQ(hall->realm->document(), kShutOut);
+  for (auto* one : {&hall, &lab, &desk}) (*one)->take();
+  expect_shut_out("dim");
+}
+
+TEST_F(RealmAtABroker, ANewRoleCountsAtOnceAndNobodyIsLost) {
+  hall->realm->found(document(2, "hall:1 lab:2 desk:admin guest"));
+  EXPECT_TRUE(hall->space->set("lamp", "dim"));
+  time.run_for(1s);
+  EXPECT_THAT(guest_sees.take(), testing::Each(testing::Not("lamp=dim")));
+  EXPECT_EQ(command(*guest, "stolen"), Verdict::kRefused);
+  EXPECT_THAT(decided, IsEmpty());
+  lab->realm->found(document(3, "hall:1 lab:2 desk guest:admin"));
+  time.run_for(1s);
+  EXPECT_THAT(guest_sees.take(), ElementsAre("lamp=dim"));
+  EXPECT_EQ(command(*guest, "on"), Verdict::kApplied);
+  EXPECT_EQ(command(*desk, "off"), Verdict::kRefused);
+  for (const auto* one : {&hall, &lab, &desk, &guest}) EXPECT_THAT((*one)->events, IsEmpty());
+}
+
+/// Its presence came first.
+TEST_F(RealmAtABroker, AMemberIsMetWhenTheDocumentNamesIt) {
+  const auto later = member("new", OwnerId{3}, "10.0.0.6");
+  time.run_for(5s);
+  EXPECT_THAT(hall->take(), IsEmpty());
+  lab->realm->found(document(2, "hall:1 lab:2 desk:admin guest:admin new:3"));
+  time.run_for(1s);
+  EXPECT_THAT(hall->take(), ElementsAre("up 3"));
+  EXPECT_EQ(later->realm->document(), lab->realm->document());
+}
+
+TEST_F(RealmAtABroker, OneShowsTheNewestAndOthersTakeTheirsAway) {
+  EXPECT_EQ(shown().size(), 1U) << "all had it, one showed it";
+  lab->realm->found(kShutOut);
+  time.run_for(1s);
+  EXPECT_THAT(shown(), ElementsAre("lab " + kShutOut));
+  for (const auto* one : {&hall, &desk, &guest}) EXPECT_EQ((*one)->realm->document(), kShutOut);
+  broker.restart({});
+  time.run_for(1min);
+  EXPECT_GE(shown().size(), 1U) << "what the broker lost is shown again";
+  for (const auto& one : shown()) EXPECT_THAT(one, testing::HasSubstr(kShutOut));
+  broker.restart({{kShown + "desk", kFirst}});
+  time.run_for(1min);
+  EXPECT_THAT(shown(), testing::Not(testing::Contains("desk " + kFirst))) << "its own old one is taken away";
+}
+
+TEST_F(RealmAtABroker, WhatIsWrongOldOrTooLongIsDroppedAndCounted) {
+  hall->realm->found(kShutOut);
+  time.run_for(1s);
+  const auto before = lab->ecology->documents();
+  const auto line = by_hand("guest");
+  const auto show = [&](const std::string& text) {
+    EXPECT_TRUE(line->publish({kShown + "guest", text, true, 1, {}, {}, 0}));
+    time.run_for(3s);
+  };
+  show("forged 9 guest:admin");
+  EXPECT_EQ(lab->ecology->documents().refused, before.refused + 1);
+  show(std::string(UserRealm::kMaxDocument + 1, 'x'));
+  EXPECT_EQ(lab->ecology->documents().refused, before.refused + 2);
+  EXPECT_TRUE(lab->log.contains("the realm file that user guest shows is ignored: it is none of the authority"));
+  show(kFirst);
+  EXPECT_EQ(lab->ecology->documents().old, before.old + 1);
+  EXPECT_EQ(lab->realm->document(), kShutOut);
+  expect_shut_out("dim");
+}
+
+TEST_F(RealmAtABroker, AFloodOfOneUserIsLimitedAndItsLastOneCounts) {
+  const auto line = by_hand("guest");
+  const auto before = lab->realm->taken;
+  for (int i = 0; i < 200; ++i)
+    EXPECT_TRUE(line->publish({kShown + "guest", "forged " + std::to_string(i), true, 1, {}, {}, 0}));
+  EXPECT_TRUE(line->publish({kShown + "guest", kShutOut, true, 1, {}, {}, 0}));
+  time.run_for(1s);
+  EXPECT_LE(lab->realm->taken - before, 1);
+  time.run_for(4s);
+  EXPECT_LE(lab->realm->taken - before, 2);
+  EXPECT_EQ(lab->realm->document(), kShutOut) << "whoever shows it";
+  expect_shut_out("dim");
+}
+
+TEST_F(RealmAtABroker, WhoMakesUpUsersMakesNoMemberWait) {
+  broker.rights.reset();
+  const auto line = by_hand("guest");
+  const auto before = lab->realm->taken;
+  for (int i = 0; i < 400; ++i)
+    EXPECT_TRUE(
+        line->publish({kShown + "u" + std::to_string(i), "forged" + std::string(20'000, 'x'), true, 0, {}, {}, 0}));
+  time.run_for(500ms);
+  EXPECT_LE(lab->realm->taken - before, static_cast<int>(Documents::kMaxChecks));
+  EXPECT_GE(lab->ecology->documents().refused, 300U);
+  lab->realm->found(kShutOut);
+  time.run_for(1s);
+  expect_shut_out("dim");
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::mqtt
