@@ -56,6 +56,7 @@ class WebProgram {
 
   Result<void> open(const WebOptions& wanted) {
     auto options = settings_.options;
+    options.broker.all = true;  // the page lists all islands
     if (auto good = client::check(options); !good) return good;
     auto trusted = client::open_trust(options, loop_.scheduler(), log_);
     if (!trusted) return fail(trusted.error());

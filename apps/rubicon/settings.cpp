@@ -73,6 +73,7 @@ Result<client::Broker> broker_of(const config::MqttSpaceSetup& setup) {
   broker.tls = line.tls.has_value();
   broker.lease = space->lease;
   broker.trust = space->trust_broker;
+  broker.all = space->watch_all;
   if (!line.tls) return broker;
   broker.ca_file = line.tls->ca_file;
   broker.certificate_file = line.tls->certificate_file;

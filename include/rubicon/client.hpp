@@ -45,6 +45,7 @@ struct Broker {
   std::string certificate_file, key_file;     ///< PEM, both or none
   std::string server_name;                    ///< expected in the certificate of the broker; empty = the host
   Duration lease = std::chrono::seconds(20);  ///< others lose this component after such a silence; at least 13 s
+  bool all = false;  ///< meet all components from the beginning, not only those that are dealt with, or once discover()
   bool trust = false;  ///< take requests of others though the users of the broker may write in each other's names
 };
 

@@ -84,6 +84,7 @@ tuples::mqtt::SpaceOptions space_options(const Broker& broker) {
   space.space = broker.space;
   space.lease = broker.lease;
   space.trust_broker = broker.trust;
+  space.watch_all = broker.all;
   return space;
 }
 

@@ -8,6 +8,7 @@
 
 #include "support/conversation.h"
 #include "support/folder.h"
+#include "support/http_text.h"
 #include "support/meeting_folder.h"
 #include "support/mosquitto.h"
 #include "support/private_network.h"
@@ -53,6 +54,7 @@ class SitesOfABroker : public testing::Test {
     const auto host = "site" + std::to_string(id);
     const auto file = folder_ / (host + ".yaml");
     std::ofstream(file) << "island: {id: " << id << ", name: " << host << "}\ntuples: {mqtt: " << mqtt << "}\n"
+                        << "history: {file: " << host << ".history}\n"
                         << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: "
                            "sine, low: 10, high: 30, period: 5s}}, actuators: {switch-1: {}}}}}\n"
                         << more;
@@ -95,6 +97,18 @@ TEST_F(SitesOfABroker, AreSeenAndCommandedFromEachOtherAndFromALaptop) {
   EXPECT_TRUE(until("laptop", with({"islands"}), "site2"));
   EXPECT_TRUE(until("laptop", with({"set", "2:proxy.dummy-1.hall.actuator.switch-1.command", "on"}), ""));
   EXPECT_TRUE(until("laptop", with({"get", "2:proxy.dummy-1.hall.actuator.switch-1.value"}), "on"));
+  const auto history = run("laptop", with({"history", "site2", "info", "--json"}));
+  EXPECT_THAT(history.output, HasSubstr("site2.history")) << history.errors;
+  Process page(at("laptop", with({kRubicon, "web", "--listen", "127.0.0.1:0"})));
+  const auto line = page.line_with("http://127.0.0.1:");
+  ASSERT_TRUE(line) << page.errors();
+  const auto port = std::stoi(line->substr(line->rfind(':') + 1));
+  std::string shown;
+  for (int i = 0; i < 1000 && shown.find("site2") == std::string::npos; ++i) {
+    std::ignore = page.has_settled();
+    shown = support::http_text(port, "GET /api/v1/islands");
+  }
+  EXPECT_THAT(shown, testing::AllOf(HasSubstr("site1"), HasSubstr("site2")));
   EXPECT_EQ(run("laptop", {"islands"}).code, 8) << "without the broker it sees nobody";
   EXPECT_EQ(run("site1", {"set", "1:proxy.dummy-1.hall.actuator.switch-1.command", "off"}).code, 0) << "on its host";
   broker.kill();
