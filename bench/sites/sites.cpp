@@ -28,14 +28,14 @@ struct {
 int daemons_among(const Plan& plan, int sites) {
   if (!std::filesystem::exists(RUBICON_BINARY_DIR "/bin/rubicon-proxy")) return 0;
   if (asked.daemons >= 0) return std::min(asked.daemons, sites);
-  return plan.is_quick ? 0 : std::min(kDaemons, sites / 5);
+  return plan.is_quick ? 1 : std::min(kDaemons, sites / 5);
 }
 
 /// An island of the dummy network with as many thermometers and lamps as a Site.
 std::string daemon_yaml(const Meeting& meeting, int number, int devices) {
   const auto thermometers = Site::thermometers(devices);
   return fmt::format(
-      "island: {{id: {}, name: daemon-{}}}\nnetworks:\n  rooms:\n    type: dummy\n    simulate:\n"
+      "island: {{id: {}, name: daemon-{}}}\nnetworks:\n  dummy-rooms:\n    type: dummy\n    simulate:\n"
       "      \"room-{{1..{}}}\": {{sensors: {{temperature-1: {{wave: sine, low: 18, high: 21, period: 120s}}}}}}\n"
       "      \"lamp-{{1..{}}}\": {{actuators: {{lamp-1: {{behaviour: obey}}}}}}\n"
       "tuples: {{mqtt: {{broker: \"127.0.0.1:{}\", space: {}, trust_broker: yes}}}}\n",
@@ -95,6 +95,7 @@ Json measure_number(const Plan& plan, Report& report, int count) {
   const auto meeting = broker.new_meeting(plan);
   const Sites sites(meeting, count, daemons, devices);
   const auto first = list_once(meeting, expected, 3 * kPatience);
+  if (plan.is_quick && first.at("found") != expected) give_up("a few sites are not listed");
   Json figures{{"daemons", daemons}, {"all_up_s", first.at("found") == expected ? first.at("seconds") : Json(nullptr)}};
   figures["broker_quiet_percent"] = rounded(quiet_share(plan, broker) * 100, 2);
   std::vector<Json> lists, switches;
