@@ -17,6 +17,8 @@ namespace {
 constexpr std::uint8_t kFence = 0xff;
 /// A broker looks each 5 s whom it did not hear for one and a half keep-alive times (mosquitto 2.0).
 constexpr Duration kBrokerLooks = std::chrono::seconds(5);
+/// libmosquitto's.
+constexpr Duration kLeastKeepAlive = std::chrono::seconds(5);
 /// Frames that all others together may have under way to one process: below the queue that brokers have by default.
 constexpr std::uint32_t kQueue = 800, kLeastCredit = 4;
 /// A broker forgets what is retained after this time.
@@ -52,7 +54,8 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
                             [this](const Line& line) { on_forgotten(line); },
                             [this](const Line& line, OwnerId id) { return may_have(line, id); }}),
       search_(topics_, scheduler, search_calls()),
-      uplink_(options_.brokers, (options_.lease - kBrokerLooks) * 2 / 3, scheduler, transports, log_, uplink_calls()),
+      uplink_(options_.brokers, std::max(kLeastKeepAlive, (options_.lease - kBrokerLooks - Presence::kReturn) * 2 / 3),
+              scheduler, transports, log_, uplink_calls()),
       streams_(static_cast<std::uint64_t>(since_boot_() / std::chrono::microseconds(1))),
       flush_soon_(scheduler, [this] { each_link([](MqttLink& link) { link.flush(); }); }) {}
 

@@ -52,9 +52,11 @@ bool Presence::show(const Line& line, const LineShown& shown) {
   return true;
 }
 
+/// What an earlier connection showed may be emptied before its successor is read: end_reading() decides about what was
+/// not seen.
 void Presence::hide(const Line& line) {
   const auto found = lines_.find(line);
-  if (found == lines_.end() || !found->second.here) return;
+  if (found == lines_.end() || !found->second.here || !found->second.seen) return;
   found->second.here = false;
   end_at(found->second, scheduler_.now() + kReturn);
 }
@@ -87,7 +89,7 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
 
 void Presence::fade(const Line& line, OwnerId id) {
   const auto found = lines_.find(line);
-  if (found == lines_.end()) return;
+  if (found == lines_.end() || !found->second.seen) return;
   const auto one = found->second.components.find(id);
   if (one == found->second.components.end()) return;
   one->second.until = std::min(one->second.until, scheduler_.now() + kReturn);

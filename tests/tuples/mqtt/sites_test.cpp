@@ -82,6 +82,18 @@ TEST_F(Sites, AnEndIsSeenAtOnce) {
   EXPECT_TRUE(broker.retained().size() == 2) << "nothing is left of it at the broker";
 }
 
+TEST_F(Sites, OneThatIsCutIsLostASecondAfterItsLeaseAtTheLatest) {
+  const auto& all = broker.published();
+  const auto of_hall = std::find_if(all.begin(), all.end(), [](const auto& one) { return one.topic.ends_with("/1"); });
+  ASSERT_NE(of_hall, all.end());
+  broker.stall(of_hall->client, true);
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  time.run_for(21s);
+  EXPECT_THAT(lab->take(), ElementsAre("lost 1"));
+}
+
 TEST_F(Sites, AConnectionThatComesBackLosesNobodyAndNothing) {
   for (int i = 0; i < 20; ++i) {
     broker.cut();
@@ -105,6 +117,29 @@ TEST_F(Sites, ABrokerThatForgetsAllAtItsRestartIsFilledAgain) {
   EXPECT_EQ(lab->value(kHall, "lamp"), "on");
   EXPECT_THAT(lab->take(), IsEmpty());
   EXPECT_EQ(command("dim"), Verdict::kApplied);
+}
+
+/// While presence is read, part after part, the topics of an earlier connection are emptied before those of its
+/// successor are read.
+TEST_F(Sites, LoseNobodyWhoIsBackFirst) {
+  bool lost = false;
+  broker.loses = [&](const std::string& client, const transport::MqttPublication& message) {
+    const auto& all = broker.published();
+    const bool to_lab = std::any_of(all.begin(), all.end(), [&](const transport::MqttBroker::Publication& one) {
+      return one.client == client && one.topic.ends_with("/2");
+    });
+    return !lost && to_lab && message.payload == "\xff\x08" && std::exchange(lost, true) == false;
+  };
+  for (int i = 0; i < 20; ++i) {  // which part it is in is random
+    broker.stop(false);
+    broker.forget_published();
+    lost = false;
+    broker.start();
+    time.run_for(20s);
+    ASSERT_TRUE(lost);
+    ASSERT_TRUE(lab->ecology->knows_all());
+    EXPECT_THAT(lab->take(), IsEmpty()) << i;
+  }
 }
 
 TEST_F(Sites, AreLostAfterTheirLeaseWithoutABrokerAndMetAgain) {
