@@ -67,7 +67,11 @@ struct SetOptions {
   /// The write is refused (kRefused) unless the tuple has this sequence; 0 = unless the tuple does not exist. Sequences
   /// start again at 1 when a tuple is deleted and created again.
   std::optional<std::uint64_t> expected_sequence{};
+  std::string_view asker{};  ///< RemoteSet::asker
 };
+
+/// Longest RemoteSet::asker, in bytes.
+inline constexpr std::size_t kMaxAsker = 200;
 
 /// A request to write a tuple of another component (or, under the same policy, an own one).
 struct RemoteSet {
@@ -83,6 +87,9 @@ struct RemoteSet {
   bool time_to_live_given = false;  ///< by the sender; if not, the owner may use a default of its own
   bool append = false;              ///< append `value` to the present one; an empty media type = that of the tuple
   std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before the policy is called
+  /// Whose wish it is, as `from` says, who hands it on: `user:ann`, `member:desk`, `token:tablet`; empty = its own. The
+  /// owner believes it where its rights let `from` vouch for that name (docs/rights.md). Engine peis cannot say it.
+  std::string asker{};
 };
 
 enum class Verdict : std::uint8_t {

@@ -22,7 +22,9 @@ RightSet rights_in(ConfigReader& entry) {
     } else if (word == kAll) {
       rights.add(RightSet::all());
     } else {
-      entry.error("may", fmt::format("is '{}', expected some of: read, demand, set, approve, send; or all", word));
+      entry.error(
+          "may",
+          fmt::format("is '{}', expected some of: read, demand, set, approve, send; or all; or vouch alone", word));
     }
   }
   if (words.empty()) entry.error("may", "is missing, expected some of: read, demand, set, approve, send; or all");
@@ -57,10 +59,25 @@ void read_interval(ConfigReader& entry, Rule& rule) {
   if (rule.interval <= Duration(0)) entry.error("interval", "expected more than 0s, the fastest demand");
 }
 
+/// `{who: hall, may: vouch, names: ["user:*"]}`.
+void read_vouch(ConfigReader& entry, Rule& rule) {
+  rule.keys.clear();
+  rule.names = entry.texts("names");
+  for (const auto& name : rule.names) {
+    if (const auto good = trust::rights::check_vouched(name); !good) entry.error("names", good.error().text);
+  }
+  if (rule.names.empty()) entry.error("names", "is missing, expected whom it vouches for, such as [\"user:*\"]");
+  entry.finish();
+}
+
 Rule read_rule(ConfigReader& entry) {
   Rule rule;
   rule.place = to_string(entry.here().place);
   rule.who = members_in(entry);
+  if (entry.has("may") && entry.texts("may") == std::vector{std::string(trust::rights::kVouch)}) {
+    read_vouch(entry, rule);
+    return rule;
+  }
   rule.may = rights_in(entry);
   rule.keys = patterns_of(entry, "keys");
   rule.except = patterns_of(entry, "not");

@@ -50,7 +50,8 @@ std::vector<std::string> strangers(const Rule& rule, const std::vector<std::stri
     for (const auto source : {trust::rights::kMember, trust::rights::kRole}) {
       if (name.starts_with(source)) name.erase(0, source.size());
     }
-    if (!special && !of_host && !is_among(names, name)) unknown.push_back(word);
+    const bool is_vouched_for = word.find('@') != word.npos;  // of another host: only who vouches knows it
+    if (!special && !of_host && !is_vouched_for && !is_among(names, name)) unknown.push_back(word);
   }
   return unknown;
 }

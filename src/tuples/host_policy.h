@@ -40,6 +40,7 @@ class HostPolicy final : public PeerPolicy {
   Result<void> may_send(OwnerId, std::string_view) override { return {}; }
   void answered(const RemoteSet&, const Reply&) override {}
   const Member* member(OwnerId) const override { return nullptr; }
+  const Member* asker(const RemoteSet&) override { return nullptr; }
   std::string_view host(OwnerId peer) const override;
   Judge* judge() override { return nullptr; }
   bool filters(OwnerId) const override { return false; }

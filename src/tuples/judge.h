@@ -52,6 +52,8 @@ class Judge {
   virtual Result<void> ask(const Member& who, Act act, std::span<const std::string> names) const {
     return may_by_names(who, act, names);
   }
+  /// Whether a member is believed what it asks for in the name of another one, such as `user:ann` (docs/rights.md).
+  virtual bool may_vouch(const Member&, std::string_view) const { return false; }
   /// The remote set with this number of a component of this process is the wish of that member, as long as the handle
   /// lives.
   [[nodiscard]] virtual Handle speak_for(const Member& who, OwnerId component, std::uint64_t request) = 0;

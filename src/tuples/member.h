@@ -31,6 +31,10 @@ struct Member {
   WallTime expires{};          ///< end of the certificate; the epoch = never
   std::string through{};       ///< the member that handed its message on and says who it is; empty = it was here itself
 
+  /// As others name it whom it asks to hand something on: with its source.
+  std::string name_with_source() const {
+    return name.find(':') != name.npos || name == kPeisMember ? name : "member:" + name;
+  }
   bool may_use(OwnerId id) const {
     return std::any_of(ids.begin(), ids.end(), [id](const IdRange& one) { return one.contains(id); });
   }

@@ -37,6 +37,16 @@ const Member* MemberPolicy::member(OwnerId peer) const {
   return found == peers_.end() || found->second.own_process ? nullptr : found->second.member.get();
 }
 
+/// Behind @ who vouches, so that no rule for `user:ann` of this host is about it.
+const Member* MemberPolicy::asker(const RemoteSet& set) {
+  const auto* who = is_own(set.from) ? nullptr : member(set.from);
+  if (!who || set.asker.empty() || !judge_->may_vouch(*who, set.asker)) return who;
+  vouched_ = {};
+  vouched_.name = fmt::format("{}@{}", set.asker, who->name.substr(who->name.find(':') + 1));
+  vouched_.through = who->name;
+  return &vouched_;
+}
+
 std::string_view MemberPolicy::host(OwnerId peer) const {
   const auto found = peers_.find(peer);
   return found == peers_.end() ? std::string_view() : found->second.host;
@@ -49,7 +59,7 @@ Result<void> MemberPolicy::may_subscribe(OwnerId peer, const SubscriptionSpec&) 
 
 Result<void> MemberPolicy::may_set(const RemoteSet& set) {
   if (is_own(set.from)) return {};
-  const auto* who = member(set.from);
+  const auto* who = asker(set);
   return who ? judge_->may_set(*who, set) : fail(unknown(set.from));
 }
 
@@ -62,7 +72,7 @@ Result<void> MemberPolicy::may_send(OwnerId peer, std::string_view where) {
 void MemberPolicy::answered(const RemoteSet& set, const Reply& reply) {
   const auto found = peers_.find(set.from);
   if (found == peers_.end() || !found->second.member || found->second.own_process) return;
-  judge_->answered(*found->second.member, found->second.host, set, reply);
+  judge_->answered(*asker(set), found->second.host, set, reply);
 }
 
 bool MemberPolicy::filters(OwnerId peer) const {

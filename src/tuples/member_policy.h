@@ -25,6 +25,7 @@ class MemberPolicy final : public PeerPolicy {
   Result<void> may_send(OwnerId peer, std::string_view where) override;
   void answered(const RemoteSet& set, const Reply& reply) override;
   const Member* member(OwnerId peer) const override;
+  const Member* asker(const RemoteSet& set) override;
   std::string_view host(OwnerId peer) const override;
   Judge* judge() override { return judge_.get(); }
   bool filters(OwnerId peer) const override;
@@ -42,6 +43,7 @@ class MemberPolicy final : public PeerPolicy {
   std::shared_ptr<Judge> judge_;
   std::shared_ptr<const Member> link_itself_;
   std::map<OwnerId, Peer> peers_;  ///< those that are up
+  Member vouched_;                 ///< what asker() returned last
 };
 
 }  // namespace rubicon::tuples

@@ -26,6 +26,9 @@ class PeerPolicy {
   /// Who that component is; nullptr: not up, or the engine does not know. Valid until peer_down(), or
   /// peer_up() again: for the present turn.
   virtual const Member* member(OwnerId peer) const = 0;
+  /// Who is judged for a set: its sender, or whom that names and may vouch for; nullptr: the process itself, or the
+  /// engine does not know. Valid until the next call, and at most until peer_down().
+  virtual const Member* asker(const RemoteSet& set) = 0;
   /// The host of a component that is up, as it declares it; empty: not up, or not known. Valid until peer_down().
   virtual std::string_view host(OwnerId peer) const = 0;
   /// The judge of what members may do; nullptr: none.
@@ -47,6 +50,7 @@ class OpenPolicy : public PeerPolicy {
   Result<void> may_send(OwnerId, std::string_view) override { return {}; }
   void answered(const RemoteSet&, const Reply&) override {}
   const Member* member(OwnerId) const override { return nullptr; }
+  const Member* asker(const RemoteSet&) override { return nullptr; }
   std::string_view host(OwnerId) const override { return {}; }
   Judge* judge() override { return nullptr; }
   bool filters(OwnerId) const override { return false; }

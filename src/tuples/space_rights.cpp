@@ -132,7 +132,7 @@ void SpaceRights::rejudge(TupleSpace& space) {
 }
 
 const Member* SpaceRights::asker(TupleSpace& space, const RemoteSet& set) {
-  if (const auto* who = member_of(space, set.from)) return who;
+  if (const auto* who = policy(space).asker(set)) return who;
   const auto* judge = SpaceRights::judge(space);
   return judge ? judge->spoken_for(set.from, set.request) : nullptr;
 }

@@ -27,6 +27,7 @@ RemoteSet remote_set_of(OwnerId owner, std::string_view key, std::string_view va
   set.time_to_live = time_to_live > Duration(0) ? std::min(time_to_live, kMaxDuration) : kDefaultTimeToLive;
   set.time_to_live_given = true;  // the default is documented, so the owner must not use another
   set.expected_sequence = options.expected_sequence;
+  set.asker = options.asker;
   return set;
 }
 

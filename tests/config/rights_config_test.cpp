@@ -53,6 +53,21 @@ TEST(RightsConfig, ReadsAllKeysOfARule) {
   EXPECT_EQ(lab.place, "home.yaml:3:5");
 }
 
+TEST(RightsConfig, ReadsWhoMayVouchForWhom) {
+  base::ConfigErrors errors;
+  const auto setup =
+      read_all("rights:\n  - {who: \"member:hall\", may: vouch, names: [\"user:*\", \"token:tablet\"]}\n", errors);
+  EXPECT_TRUE(errors.empty()) << errors.text();
+  ASSERT_TRUE(setup && setup->rules.size() == 1);
+  EXPECT_THAT(setup->rules[0].names, ElementsAre("user:*", "token:tablet"));
+  EXPECT_TRUE(setup->rules[0].may.empty());
+  EXPECT_THAT(setup->rules[0].keys, ElementsAre());
+  EXPECT_THAT(wrong_rule("{who: a, may: vouch}"), HasSubstr("rights[0].names: is missing, expected whom it vouches"));
+  EXPECT_THAT(wrong_rule("{who: a, may: vouch, names: [a b]}"), HasSubstr("rights[0].names: 'a b': expected names"));
+  EXPECT_THAT(wrong_rule("{who: a, may: vouch, names: [\"*\"], keys: [b]}"), HasSubstr("unknown key 'keys'"));
+  EXPECT_THAT(wrong_rule("{who: a, may: [vouch, set], keys: [b]}"), HasSubstr("or vouch alone"));
+}
+
 TEST(RightsConfig, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(wrong_rule("{who: a, may: write, keys: [b]}"),
             "home.yaml:2:19: rights[0].may: is 'write', expected some of: read, demand, set, approve, send; or all");

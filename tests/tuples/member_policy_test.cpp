@@ -12,11 +12,18 @@ struct OpenJudge final : Judge {
   Result<void> may_set(const Member&, const RemoteSet&) const override { return {}; }
   Result<void> may_send(const Member&, std::string_view) const override { return {}; }
   Result<void> may_by_names(const Member&, Act, std::span<const std::string>) const override { return {}; }
+  bool may_vouch(const Member& who, std::string_view name) const override {
+    return who.name == "member:hall" || (who.name == "robot" && name == "user:ann");
+  }
   Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
   const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
   void record(const Member&, const Wish&, const Result<void>&) override {}
-  void answered(const Member&, std::string_view, const RemoteSet&, const Reply&) override { ++answers; }
+  void answered(const Member& who, std::string_view, const RemoteSet&, const Reply&) override {
+    ++answers;
+    last = who;
+  }
   int answers = 0;
+  Member last;
 };
 
 PeerIdentity peer(std::uint32_t id, std::shared_ptr<const Member> member, bool own_process = false) {
@@ -79,6 +86,27 @@ TEST_F(PolicyOfMembers, WishesOfTheOwnProcessAreNotReported) {
   EXPECT_EQ(judge->answers, 0);
   policy.answered(set_by(70000), {});
   EXPECT_EQ(judge->answers, 1);
+}
+
+TEST_F(PolicyOfMembers, WhoMayVouchForANameIsNotJudgedItself) {
+  policy.peer_up(peer(70000, robot));
+  auto set = set_by(70000);
+  EXPECT_EQ(policy.asker(set)->name, "robot");
+  set.asker = "user:ann";
+  EXPECT_EQ(policy.asker(set)->name, "user:ann@robot");
+  EXPECT_EQ(policy.asker(set)->through, "robot");
+  EXPECT_EQ(policy.asker(set)->serial, "");
+  policy.answered(set, {});
+  EXPECT_EQ(judge->last.name, "user:ann@robot") << "for the audit";
+  set.asker = "user:bob";
+  EXPECT_EQ(policy.asker(set)->name, "robot") << "without a rule the sender is judged";
+  policy.answered(set, {});
+  EXPECT_EQ(judge->last.name, "robot");
+  policy.peer_up(peer(70001, robot, true));
+  auto own = set_by(70001);
+  own.asker = "user:ann";
+  EXPECT_EQ(policy.asker(own), nullptr) << "of this process";
+  EXPECT_EQ(policy.asker(set_by(70002)), nullptr);
 }
 
 TEST_F(PolicyOfMembers, TheLinkItselfGetsNothingUnlessSomebodyStandsBehindIt) {

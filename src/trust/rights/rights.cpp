@@ -6,6 +6,7 @@
 #include <iterator>
 #include <tuple>
 
+#include "base/glob.h"
 #include "base/text.h"
 
 namespace rubicon::trust::rights {
@@ -17,9 +18,9 @@ using tuples::Member;
 constexpr const char* kAdmin = "admin";
 constexpr std::string_view kOwn = "own";  // as gateway/message_rights has it
 
-/// A certificate with the name `peis` is not the member that has none.
+/// A certificate with the name `peis` is not the member that has none. `peis@hall`: by a carrier.
 bool is_peis(const Member& who) {
-  return who.name == tuples::kPeisMember && who.serial.empty();
+  return who.serial.empty() && who.name.substr(0, who.name.find('@')) == tuples::kPeisMember;
 }
 
 bool is_named(const Member& who, std::string_view word) {
@@ -78,7 +79,7 @@ const MemberRights& Rights::of(const Member& who) const {
   auto& kept = kept_.emplace_front(Kept{who});
   by_member_.insert(kept_.begin());
   for (std::size_t i = 0; i < rules_.size(); ++i) {
-    if (concerns(rules_[i], who)) kept.rights.add(rules_[i], i);
+    if (rules_[i].names.empty() && concerns(rules_[i], who)) kept.rights.add(rules_[i], i);
   }
   if (kept_.size() > kMaxKept) {
     by_member_.erase(std::prev(kept_.end()));
@@ -102,6 +103,14 @@ Decision Rights::decide(const Member& who, Right right, std::string_view key) co
 tuples::Access Rights::access(const Member& who, std::string_view key) const {
   const auto finding = of(who).find(key);
   return {finding.granted.has(Right::kRead), finding.granted.has(Right::kDemand), finding.interval};
+}
+
+bool Rights::may_vouch(const Member& who, std::string_view name) const {
+  return check_vouched(name) && name.find('*') == name.npos &&
+         std::any_of(rules_.begin(), rules_.end(), [&](const Rule& rule) {
+           const auto names_it = [&](const auto& pattern) { return base::glob_matches(pattern, name); };
+           return std::any_of(rule.names.begin(), rule.names.end(), names_it) && concerns(rule, who);
+         });
 }
 
 bool Rights::sees_all(const Member& who) const {

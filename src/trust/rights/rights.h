@@ -30,6 +30,8 @@ class Rights {
 
   Decision decide(const tuples::Member& who, Right right, std::string_view key) const;
   tuples::Access access(const tuples::Member& who, std::string_view key) const;
+  /// Whether a rule lets the member vouch for that name.
+  bool may_vouch(const tuples::Member& who, std::string_view name) const;
   bool sees_all(const tuples::Member& who) const;
   /// How often the rules of a member were compiled: once for each, as long as they are not more than kMaxKept.
   std::uint64_t compiled() const { return compiled_; }

@@ -31,6 +31,9 @@ class RightsJudge final : public tuples::Judge {
   Result<void> may_by_names(const tuples::Member& who, tuples::Act act,
                             std::span<const std::string> names) const override;
   Result<void> ask(const tuples::Member& who, tuples::Act act, std::span<const std::string> names) const override;
+  bool may_vouch(const tuples::Member& who, std::string_view name) const override {
+    return rights_.may_vouch(who, name);
+  }
   tuples::Handle speak_for(const tuples::Member& who, OwnerId component, std::uint64_t request) override;
   const tuples::Member* spoken_for(OwnerId component, std::uint64_t request) const override;
   void answered(const tuples::Member& who, std::string_view host, const tuples::RemoteSet& set,

@@ -8,6 +8,7 @@
 #include "model/property_alias.h"
 #include "rubicon/address.hpp"
 #include "rubicon/key.hpp"
+#include "rubicon/tuple.hpp"
 
 namespace rubicon::trust::rights {
 
@@ -52,16 +53,25 @@ RightSet RightSet::all() {
 Result<void> check_who(std::string_view who) {
   const auto good = [](char c) { return is_of_parts(c) || c == '.' || c == '@'; };
   auto name = who;
-  for (const auto source : {kUser, kGroup, kMember, kRole}) {
+  for (const auto source : {kUser, kGroup, kMember, kRole, kToken}) {
     if (name.starts_with(source)) name.remove_prefix(source.size());
     if (name.size() < who.size()) break;
   }
-  const bool named = !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), good);
+  const auto longest = name.find('@') == name.npos ? kMaxName : 2 * kMaxName + 1;  // of two: who vouches stands behind
+  const bool named = !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), good);
   if (who.starts_with(kIsland) ? is_island(who) : named) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
-                          "role:<name>, everybody, peis, or island:<1 to {}>",
+                          "role:<name>, token:<name>@<member>, everybody, peis, or island:<1 to {}>",
                           model::quoted(who), kMaxIsland));
+}
+
+Result<void> check_vouched(std::string_view names) {
+  const auto good = [](char c) { return is_of_parts(c) || c == '.' || c == '@' || c == ':' || c == '*'; };
+  if (!names.empty() && names.size() <= tuples::kMaxAsker && std::all_of(names.begin(), names.end(), good)) return {};
+  return fail(ErrorCode::kInvalid, fmt::format("{}: expected names with their source, such as user:*, member:desk or "
+                                               "token:*",
+                                               model::quoted(names)));
 }
 
 Result<void> check_rule_key(std::string_view pattern) {

@@ -33,14 +33,19 @@ class RightSet {
   std::uint8_t bits_ = 0;
 };
 
+/// The word for Rule::names in `may`.
+inline constexpr std::string_view kVouch = "vouch";
+
 /// All members, except those of engine PEIS.
 inline constexpr std::string_view kEverybody = "everybody";
 /// In front of the id of an island: the member whose certificate has that id.
 inline constexpr std::string_view kIsland = "island:";
 
 /// In front of a name of this host or of the realm, which says where it comes from: `user:ann`, `user:1000`,
-/// `group:staff`, `member:lab`, `role:cleaner`. Of another host the name is `user:ann@hall`: hall vouches for it.
-inline constexpr std::string_view kUser = "user:", kGroup = "group:", kMember = "member:", kRole = "role:";
+/// `group:staff`, `member:lab`, `role:cleaner`. Of another host the name is `user:ann@hall`: hall vouches for it; so
+/// are `member:desk@hall` and, of a page, `token:tablet@hall`.
+inline constexpr std::string_view kUser = "user:", kGroup = "group:", kMember = "member:", kRole = "role:",
+                                  kToken = "token:";
 
 /// One entry of `rights:`. It grants `may` to `who` for the tuples that match one of `keys` and none of `except`, and
 /// denies it to them for those that match both.
@@ -51,16 +56,21 @@ struct Rule {
   std::vector<std::string> keys{"**"};
   std::vector<std::string> except{};
   Duration interval{0};  ///< fastest demand; 0 = any
-  std::string place{};   ///< `home.yaml:12:5`; empty = it stands in no file
+  /// Not empty: the rule lets `who` vouch for these names, in which `*` stands for any text, and says nothing of keys.
+  std::vector<std::string> names{};
+  std::string place{};  ///< `home.yaml:12:5`; empty = it stands in no file
 
   /// The place does not count.
   friend bool operator==(const Rule& a, const Rule& b) {
-    return a.who == b.who && a.may == b.may && a.keys == b.keys && a.except == b.except && a.interval == b.interval;
+    return a.who == b.who && a.may == b.may && a.keys == b.keys && a.except == b.except && a.interval == b.interval &&
+           a.names == b.names;
   }
 };
 
 /// A name, a role, or one of the words above. kInvalid: it is none of them.
 Result<void> check_who(std::string_view who);
+/// kInvalid: no pattern of names such as `user:*`.
+Result<void> check_vouched(std::string_view names);
 /// kInvalid unless it is parts joined by dots: a part is `[A-Za-z0-9_-]+` in which `*` stands for any text, the last
 /// may be `**` for any parts; or `island:<id>`, for messages.
 Result<void> check_rule_key(std::string_view pattern);

@@ -117,6 +117,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   void released(OwnerId reader, std::size_t engine);
   void flush_soon(const PassageKey& passage);
   void flush();
+  std::string asker(StandInPort& owner, const RemoteSet& set) const;
   Result<void> check(StandInPort& owner, const RemoteSet& set) const;
   void forward(std::uint64_t number);
   void forward_waiting(OwnerId owner, OwnerId reader);

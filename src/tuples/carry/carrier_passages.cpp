@@ -12,6 +12,12 @@ namespace {
 /// Of components of ours incarnations are times after 1999 (PeerIdentity).
 constexpr std::uint64_t kFirstStartOfOurs = 946'684'800'000'000;
 
+/// The owner would judge it as a message of this carrier.
+bool is_message(std::string_view key) {
+  const auto first = key.substr(0, key.find('.'));
+  return first == "GATEWAY" || first == "RUBICON_GATEWAY";
+}
+
 }  // namespace
 
 /// Not a stand-in, and no component that is on an engine of the owner itself: that one reads the origin.
@@ -130,7 +136,11 @@ void Carrier::flush() {
 }
 
 Result<void> Carrier::check(StandInPort& owner, const RemoteSet& set) const {
-  if (auto may = owner.link().policy().may_set(set); !may) return may;
+  auto& policy = owner.link().policy();
+  if (auto may = policy.may_set(set); !may) return may;
+  if (policy.judge() && is_message(set.key))
+    return fail(ErrorCode::kRefused,
+                fmt::format("component {} has rights, and carries no messages: send them to it", number(self_)));
   const auto way = way_to(owner);
   if (!rules_.carries(owner.component.id, set.key, way)) {
     return fail(ErrorCode::kRefused, fmt::format("setting {}: component {} does not carry it from {} to {}",
@@ -143,8 +153,19 @@ Result<void> Carrier::check(StandInPort& owner, const RemoteSet& set) const {
   return {};
 }
 
-void Carrier::on_remote_set(StandInPort& owner, const RemoteSet& set) {
+/// As the own engine knows it; empty: it does not.
+std::string Carrier::asker(StandInPort& owner, const RemoteSet& set) const {
+  if (const auto* judged = owner.link().policy().asker(set)) return judged->name_with_source();
+  const auto found = known_.find(set.from);
+  const auto& meeting = found == known_.end() ? std::nullopt : found->second.at[owner.engine].meeting;
+  const auto& member = meeting ? meeting->identity.member : nullptr;
+  return member ? member->name_with_source() : std::string();
+}
+
+void Carrier::on_remote_set(StandInPort& owner, const RemoteSet& asked) {
+  auto set = asked;
   auto good = check(owner, set);
+  set.asker = asker(owner, asked);
   const auto number =
       good ? sets_.add(owner.component.id, owner.engine, owner.origin, set, scheduler_.now(), scheduler_.wall_now())
            : 0;

@@ -27,7 +27,7 @@ enum class Entry : std::uint8_t {
 constexpr std::size_t kBatch = 16;
 
 // Bits of a remote set.
-constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
+constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4, kHasAsker = 8;
 // Bits of times.
 constexpr std::uint8_t kHasEcho = 1, kAsks = 2;
 /// No host runs longer.
@@ -81,6 +81,8 @@ RemoteSet read_set(FieldReader& in, OwnerId from, OwnerId to) {
   set.append = (bits & kAppend) != 0;
   set.time_to_live_given = (bits & kTimeToLiveGiven) != 0;
   if ((bits & kExpectsSequence) != 0) set.expected_sequence = in.number();
+  if ((bits & kHasAsker) != 0) set.asker = in.text();
+  if (set.asker.size() > kMaxAsker) in.fail_read();
   return set;
 }
 
@@ -157,8 +159,11 @@ void FrameWriter::add(const RemoteSet& set, Duration time_to_live) {
   if (set.append) bits |= kAppend;
   if (set.time_to_live_given) bits |= kTimeToLiveGiven;
   if (set.expected_sequence) bits |= kExpectsSequence;
+  const bool has_asker = !set.asker.empty() && set.asker.size() <= kMaxAsker;
+  if (has_asker) bits |= kHasAsker;
   fields_.byte(bits);
   if (set.expected_sequence) fields_.number(*set.expected_sequence);
+  if (has_asker) fields_.text(set.asker);
 }
 
 void FrameWriter::add(const Reply& reply) {

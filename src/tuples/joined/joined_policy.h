@@ -40,6 +40,10 @@ class JoinedPolicy final : public PeerPolicy {
     const auto* policy = find_(peer);
     return policy ? policy->member(peer) : nullptr;
   }
+  const Member* asker(const RemoteSet& set) override {
+    auto* policy = find_(set.from);
+    return policy ? policy->asker(set) : nullptr;
+  }
   std::string_view host(OwnerId peer) const override {
     const auto* policy = find_(peer);
     return policy ? policy->host(peer) : std::string_view();

@@ -42,7 +42,8 @@ Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
 
 TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
     : calls_(std::move(calls)), is_command_(may_have_states(request.key) && !request.append) {
-  const tuples::SetOptions options{request.media_type, request.user_time, request.lifetime, request.sequence};
+  const auto asker = "token:" + request.caller.name;
+  const tuples::SetOptions options{request.media_type, request.user_time, request.lifetime, request.sequence, asker};
   auto record = context.permission.recorder(request);
   if (!record) record = noted_in_log(context, request);
   tuples::ReplyCall on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/conversation.h"
+#include "support/mosquitto.h"
 #include "support/private_network.h"
 #include "support/process.h"
 #include "support/programs.h"
@@ -126,13 +127,34 @@ TEST_F(IslandsOnEngines, OneCarriesBetweenOneOnDdsAndOneOnPeis) {
   for (const auto* daemon : {&kernel, &native}) expect_quiet(**daemon);
 }
 
+/// A site of DDS, and another one that sees the broker only.
+TEST_F(IslandsOnEngines, WhatIsOnDdsIsSeenOverTheBrokerAsLongAsOneCarries) {
+  const Mosquitto broker;
+  const std::string at_broker = "mqtt: {broker: 127.0.0.1, trust_broker: yes}";
+  const auto carries = "host: no, engine: [dds, mqtt], carry: [{what: 1, from: dds, to: mqtt}], " + at_broker;
+  const auto native = island(1, "host: no, engine: dds"), distant = island(3, "host: no, engine: mqtt, " + at_broker);
+  auto first = island(2, carries);
+  const auto second = island(4, carries);
+  EXPECT_TRUE(shows(*distant, {1, 2, 4}));
+  EXPECT_TRUE(shows(*native, {2, 4})) << "nothing is carried there that does not look or command";
+  expect_reads_and_commands(*distant, 1, *native);
+  EXPECT_TRUE(shows(*native, {2, 3, 4})) << "who looks";
+  first->signal(SIGKILL);
+  EXPECT_TRUE(shows(*distant, {1, 4}));
+  expect_reads_and_commands(*distant, 1, *native);
+  first = island(2, carries);
+  EXPECT_TRUE(shows(*distant, {1, 2, 4}));
+  expect_reads_and_commands(*distant, 1, *native);
+}
+
 TEST_F(IslandsOnEngines, ACheckExplainsWhatIsCarried) {
   const auto file = (directory_ / "carry.yaml").string();
   std::ofstream(file, std::ios::binary)
       << "island: {id: 2}\ntuples: {engine: [dds, peis], peis: {carry: [4711, kitchen.**]}}\nnetworks: {}\n";
   const auto outcome = run_to_end({kDaemon, "check", file});
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
-  EXPECT_THAT(outcome.output, HasSubstr("carries component 4711, kitchen.** of every component from dds or peis to dds or peis"));
+  EXPECT_THAT(outcome.output,
+              HasSubstr("carries component 4711, kitchen.** of every component from dds or peis to dds or peis"));
 }
 
 }  // namespace

@@ -164,6 +164,27 @@ TEST(Rights, CompileTheRulesOfAMemberOnceForManyMembers) {
   EXPECT_EQ(rights.compiled(), Rights::kMaxKept + 2);
 }
 
+TEST(Rights, LetVouchOnlyWhomARuleNamesForTheNamesThatItNames) {
+  Rule vouch;
+  vouch.who = {"member:hall"};
+  vouch.names = {"user:*", "member:desk"};
+  const Rights rights({vouch, rule("user:ann@hall", {Right::kSet}, {"a"}), rule("everybody", {Right::kRead}, {"a"})});
+  const Member hall{.name = "hall", .serial = "1"}, lab{.name = "lab", .serial = "2"};
+  for (const auto* name : {"user:ann", "user:1000", "member:desk", "user:ann@other"})
+    EXPECT_TRUE(rights.may_vouch(hall, name)) << name;
+  for (const auto* name : {"member:desk2", "token:t", "", "user:*", "user:a b", "everybody", "peis"})
+    EXPECT_FALSE(rights.may_vouch(hall, name)) << name;
+  EXPECT_FALSE(rights.may_vouch(hall, "user:" + std::string(200, 'a')));
+  EXPECT_FALSE(rights.may_vouch(lab, "user:ann"));
+  EXPECT_FALSE(rights.decide(hall, Right::kSet, "a").allowed) << "it gives no right to hall itself";
+  EXPECT_TRUE(rights.decide({.name = "user:ann@hall"}, Right::kSet, "a").allowed);
+  EXPECT_FALSE(rights.decide({.name = "user:ann"}, Right::kSet, "a").allowed) << "of this host";
+  EXPECT_FALSE(rights.decide({.name = "user:ann@lab"}, Right::kSet, "a").allowed);
+  EXPECT_TRUE(rights.decide({.name = "user:bob@hall"}, Right::kRead, "a").allowed);
+  EXPECT_FALSE(rights.decide({.name = "peis@hall"}, Right::kRead, "a").allowed) << "not everybody";
+  EXPECT_FALSE(Rights().may_vouch({.name = "hall", .roles = {"admin"}}, "user:ann")) << "without rules nobody";
+}
+
 TEST(Rights, JudgeTheIslandsOfAMemberToo) {
   const Rights rights(rules_in("rights:\n  - {who: \"island:7\", may: read, keys: [a]}\n"));
   const Member seven{.name = "home", .ids = {{7, 7}}}, eight{.name = "home", .ids = {{8, 8}}};

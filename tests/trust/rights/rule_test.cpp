@@ -18,7 +18,8 @@ TEST(Rule, KeysAreCheckedPartByPart) {
 }
 
 TEST(Rule, NamesAreThoseOfCertificatesOrTheWords) {
-  for (const auto* good : {"robot", "everybody", "peis", "island:2", "anna@home", "a.b-c_d"})
+  for (const auto* good :
+       {"robot", "everybody", "peis", "island:2", "anna@home", "a.b-c_d", "user:ann@hall", "token:t@hall"})
     EXPECT_TRUE(check_who(good)) << good;
   for (const auto* bad : {"", "a b", "island:", "island:x", "island:65533", "a,b", "*"})
     EXPECT_FALSE(check_who(bad)) << bad;

@@ -54,6 +54,20 @@ RemoteSet append_request() {
   return set;
 }
 
+TEST(Frame, BringsWhoseWishASetIs) {
+  FrameWriter frame;
+  auto set = append_request();
+  set.asker = "user:ann@hall";
+  frame.add(set);
+  set.asker = std::string(kMaxAsker + 1, 'a');
+  frame.add(set);
+  Entries read;
+  ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
+  ASSERT_EQ(read.sets.size(), 2U);
+  EXPECT_EQ(read.sets[0].asker, "user:ann@hall");
+  EXPECT_EQ(read.sets[1].asker, "") << "too long: nobody is named";
+}
+
 TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
   FrameWriter frame;
   frame.add(Change(lamp()));

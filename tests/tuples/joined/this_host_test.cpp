@@ -115,6 +115,10 @@ TEST(ProofOfAWire, AStandInHasNone) {
   stand_in.host = marked_host(kThere, OwnerId(2));
   peer.meet(kOnHost, stand_in);
   EXPECT_EQ(peer.meet(kOnDds, by_word(3)).up, kOnDds);
+  MetPeer own(3);
+  stand_in.own_process = true;  // as other components of its carrier's process meet it
+  own.meet(kOnHost, stand_in);
+  EXPECT_EQ(own.meet(kOnDds, by_word(3)).up, kOnDds);
 }
 
 }  // namespace

@@ -101,6 +101,26 @@ TEST_F(RightsOfCallers, WithoutARuleAllListsAreEmptyAndTuplesRefused) {
   EXPECT_THAT(audit->hosts, ElementsAre("10.0.0.9"));
 }
 
+/// It may let the page vouch for its tokens.
+TEST_F(RightsOfCallers, TheOwnerLearnsWhoseWishASetIs) {
+  judge_by({rule("tablet", {Right::kSet}, {"lamp", "lamp.command", "log"})});
+  const auto link = std::move(*ecology.join(OwnerId(70000)));
+  tuples::TupleSpace owner(OwnerId(70000), scheduler, *link);
+  std::vector<std::string> askers;
+  for (const auto* key : {"lamp", "lamp.command", "log"}) ASSERT_TRUE(owner.set(key, "a"));
+  const auto policy = owner.add_policy(
+      *Pattern::parse("**"),
+      [&](const tuples::RemoteSet& set) {
+        askers.push_back(set.asker);
+        return tuples::SetDecision::applied();
+      },
+      tuples::PolicyScope::kSetsAndAppends);
+  scheduler.run_for(1s);
+  EXPECT_EQ(ask_as(tablet(), "PUT", "/api/v1/tuples/70000/lamp", "on").status, 200U);
+  EXPECT_EQ(ask_as(tablet(), "PUT", "/api/v1/tuples/70000/lamp.command?wait=0s", "on").status, 202U);
+  EXPECT_THAT(askers, ElementsAre("token:tablet", "token:tablet"));
+}
+
 TEST_F(RightsOfCallers, ASubscriptionBringsWhatTheCallerMayRead) {
   judge_by({rule("tablet", {Right::kRead}, {"proxy.*.*.sensor.temperature-1.*"})});
   const Json all{{"do", "subscribe"}, {"pattern", "*:**"}};
