@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "config/carry_config.h"
 #include "config/yaml.h"
 #include "island/island_config.h"
 #include "island/network_types.h"

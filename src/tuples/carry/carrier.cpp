@@ -84,8 +84,8 @@ void Carrier::on_summary(std::size_t engine, OwnerId peer, std::string_view summ
   if (found == known_.end() || !found->second.at[engine].meeting) return;
   found->second.at[engine].meeting->summary = summary;
   review_carrier(peer);
-  for (const auto& [key, own] : stand_ins_) {
-    if (key.first == peer && own->origin == engine) own->link().describe(std::string(summary));
+  for (auto one = stand_ins_.lower_bound({peer, 0}); one != stand_ins_.end() && one->first.first == peer; ++one) {
+    if (one->second->origin == engine) one->second->link().describe(std::string(summary));
   }
 }
 

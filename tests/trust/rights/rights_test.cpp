@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "base/text.h"
+#include "support/rights.h"
 #include "trust/rights/rights_case.h"
 #include "trust/rights/rights_judge.h"
 
@@ -165,10 +166,11 @@ TEST(Rights, CompileTheRulesOfAMemberOnceForManyMembers) {
 }
 
 TEST(Rights, LetVouchOnlyWhomARuleNamesForTheNamesThatItNames) {
-  Rule vouch;
-  vouch.who = {"member:hall"};
+  using support::rule;
+  auto vouch = rule("member:hall", {});
   vouch.names = {"user:*", "member:desk"};
-  const Rights rights({vouch, rule("user:ann@hall", {Right::kSet}, {"a"}), rule("everybody", {Right::kRead}, {"a"})});
+  const Rights rights(
+      std::vector<Rule>{vouch, rule("user:ann@hall", {Right::kSet}, {"a"}), rule("everybody", {Right::kRead}, {"a"})});
   const Member hall{.name = "hall", .serial = "1"}, lab{.name = "lab", .serial = "2"};
   for (const auto* name : {"user:ann", "user:1000", "member:desk", "user:ann@other"})
     EXPECT_TRUE(rights.may_vouch(hall, name)) << name;

@@ -117,7 +117,7 @@ TEST_F(RightsOfCallers, TheOwnerLearnsWhoseWishASetIs) {
       tuples::PolicyScope::kSetsAndAppends);
   scheduler.run_for(1s);
   EXPECT_EQ(ask_as(tablet(), "PUT", "/api/v1/tuples/70000/lamp", "on").status, 200U);
-  EXPECT_EQ(ask_as(tablet(), "PUT", "/api/v1/tuples/70000/lamp.command?wait=0s", "on").status, 202U);
+  EXPECT_EQ(ask_as(tablet(), "PUT", "/api/v1/tuples/70000/lamp.command", "on").status, 200U);
   EXPECT_THAT(askers, ElementsAre("token:tablet", "token:tablet"));
 }
 
