@@ -70,7 +70,8 @@ TEST(RightsConfig, ReadsWhoMayVouchForWhom) {
 
 TEST(RightsConfig, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(wrong_rule("{who: a, may: write, keys: [b]}"),
-            "home.yaml:2:19: rights[0].may: is 'write', expected some of: read, demand, set, approve, send; or all");
+            "home.yaml:2:19: rights[0].may: is 'write', expected some of: read, demand, set, approve, send; or all; or "
+            "vouch alone");
   EXPECT_THAT(wrong_rule("{who: a, keys: [b]}"), HasSubstr("rights[0].may: is missing, expected some of: read"));
   EXPECT_THAT(wrong_rule("{may: read, keys: [b]}"), HasSubstr("rights[0].who: is missing, expected names or roles"));
   EXPECT_THAT(wrong_rule("{who: [], may: read, keys: [b]}"), HasSubstr("rights[0].who: is missing"));

@@ -37,6 +37,42 @@ TEST_P(AtABroker, AStandInGivesWayToItsComponentAndEndsNobody) {
   EXPECT_THAT(displaced, IsEmpty()) << "although it began later";
 }
 
+/// Who may use which ids, without a file.
+class GivenRealm final : public UserRealm {
+ public:
+  explicit GivenRealm(std::map<std::string, std::vector<IdRange>, std::less<>> ids) {
+    for (auto& [user, own] : ids) members_[user] = std::make_shared<Member>(Member{.name = user, .ids = own});
+  }
+  std::shared_ptr<const Member> member(std::string_view user) const override {
+    const auto found = members_.find(user);
+    return found == members_.end() ? nullptr : found->second;
+  }
+  const std::string& document() const override { return document_; }
+  Taken take(std::string_view, std::string_view) override { return Taken::kOlder; }
+  Handle watch(std::function<void()>) override { return {}; }
+
+ private:
+  std::map<std::string, std::shared_ptr<const Member>, std::less<>> members_;
+  std::string document_ = "given";
+};
+
+TEST(InARealm, AStandInNeedsThatItsCarrierMayUseTheIdOfItsComponent) {
+  for (const std::uint32_t also : {1U, 7U}) {
+    VirtualScheduler time;
+    support::CollectingLog log;
+    BrokerWire wire(time, log);
+    const auto realm = std::make_shared<GivenRealm>(
+        std::map<std::string, std::vector<IdRange>, std::less<>>{{"hall", {{1, 1}, {also, also}}}, {"desk", {{8, 8}}}});
+    const auto carrier = wire.enter("hall", realm), reader = wire.enter("desk", realm);
+    const auto stand_in = std::move(*carrier.engine->join_as({OwnerId(7), marked_host("far", OwnerId(1)), {}}));
+    const TupleSpace carried(OwnerId(7), time, *stand_in);
+    const Observer desk(*reader.engine, time, 8);
+    time.run_for(5s);
+    EXPECT_THAT(desk.space.peers(), testing::SizeIs(also == 7 ? 1 : 0));
+    EXPECT_EQ(log.contains("presence of component 7, an id of another user"), also != 7);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Users, AtABroker, testing::Values("hall", "robot"));
 
 }  // namespace

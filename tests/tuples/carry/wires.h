@@ -83,7 +83,8 @@ class BrokerWire final : public Wire {
     machine_.join(net_, "10.0.0.2");
   }
   Entered enter() override { return enter("anna"); }
-  Entered enter(const std::string& user) {
+  /// `realm`: as SpaceOptions::realm.
+  Entered enter(const std::string& user, std::shared_ptr<UserRealm> realm = nullptr) {
     mqtt::SpaceOptions options;
     auto& at = options.brokers.emplace_back();
     at.user = user;
@@ -91,6 +92,7 @@ class BrokerWire final : public Wire {
     at.line.port = kAt.port;
     at.line.client_id = "process" + std::to_string(++last_);
     options.watch_all = true;
+    options.realm = std::move(realm);
     options.trust_broker = true;
     const auto since_boot = [this] { return time_.now().time_since_epoch(); };
     return {std::move(*mqtt::MqttEcology::open(options, time_, machine_, log_, since_boot)),
