@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "apps/rubicon/broker_findings.h"
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/island_look.h"
 #include "apps/rubicon/peis_findings.h"
@@ -40,6 +41,8 @@ class Doctor {
     interfaces_ = transport::interfaces();
     add(check_interfaces(options_, interfaces_));
     look_at_udp();
+    if (uses(options_, client::Engine::kMqtt)) look_at_sites();
+    if (is_over_) return findings_;
     if (uses(options_, client::Engine::kDds)) look_at_trust();
     if (!is_distant()) return examine_host();
     return uses(options_, client::Engine::kDds) ? examine_dds() : examine_peis();
@@ -113,6 +116,24 @@ class Doctor {
               "allow UDP there: look at `nft list ruleset`, `iptables -S` and `tc qdisc`"}});
       }
     }
+  }
+
+  void look_at_sites() {
+    const auto broker = look_at_broker(options_, settings_.patience);
+    const auto realm = look_at_realm(options_, broker);
+    if (!realm) add({{"sites", Grade::kProblem, realm.error().text, page("sites.md#realm-and-members")}});
+    add(check_broker(broker, realm && *realm ? &**realm : nullptr,
+                     std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now())));
+    if (broker.failure) leave_out_broker();
+  }
+
+  /// What else is there is seen without waiting for it.
+  void leave_out_broker() {
+    auto& engines = options_.engines;
+    const bool named = !engines.empty();
+    std::erase(engines, client::Engine::kMqtt);
+    options_.broker = {};
+    is_over_ = named && engines.empty();
   }
 
   void look_at_trust() {
@@ -211,6 +232,7 @@ class Doctor {
     add(check_lines(seen, now));
     add(check_devices(seen));
     add(check_losses(seen));
+    add(check_broker_losses(seen));
     add(check_problems(seen, now));
     add(check_peis_counters(seen));
     add(check_secure(seen));
@@ -269,6 +291,7 @@ class Doctor {
   std::size_t islands_ = 0;
   std::string folder_;      ///< of this host
   std::size_t silent_ = 0;  ///< participants of the domain that show no component
+  bool is_over_ = false;    ///< there is only a broker, which is not reached
   bool has_trust_ = false;  ///< this program has a certificate
   std::vector<std::string> complaints_;
   Findings findings_;
@@ -319,19 +342,19 @@ int doctor(const Settings& settings, Duration length) {
 
 void add_doctor(Cli& cli) {
   const auto length = std::make_shared<std::string>();
-  auto* app = cli.command(
-      {"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
-       "  rubicon doctor\n"
-       "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
-       "  rubicon doctor --json\n"
-       "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
-       "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
-       "components, ids that two programs use or that no component has; and of each island, twice, its lines,\n"
-       "devices, losses, KNX Secure, disks, history, clock, alerts, inbox, names that cannot be\n"
-       "used, and settings of servers behind networks.\n"},
-      [length](const Settings& settings) {
-        return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
-      });
+  auto* app =
+      cli.command({"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
+                   "  rubicon doctor\n"
+                   "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
+                   "  rubicon doctor --json\n"
+                   "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
+                   "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
+                   "components, ids that two programs use or that no component has; of a broker its rights, users\n"
+                   "and realm; and of each island, twice, its lines, devices, losses, KNX Secure, disks, history,\n"
+                   "clock, alerts, inbox, names that cannot be used, and settings of servers behind networks.\n"},
+                  [length](const Settings& settings) {
+                    return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
+                  });
   add_duration_option(app, "--for", *length, "time between the two checks of an island; default 2.5s");
 }
 

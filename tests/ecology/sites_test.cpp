@@ -1,84 +1,14 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <fstream>
-#include <map>
-#include <nlohmann/json.hpp>
-
-#include "support/conversation.h"
-#include "support/folder.h"
+#include "ecology/sites.h"
 #include "support/http_text.h"
-#include "support/meeting_folder.h"
-#include "support/mosquitto.h"
-#include "support/private_network.h"
-#include "support/process.h"
-#include "support/programs.h"
 
 namespace rubicon::ecology {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using nlohmann::json;
 using support::ask;
-using support::Outcome;
 using support::Process;
 using testing::HasSubstr;
-using testing::Not;
-
-const std::string kRubicon = RUBICON_BINARY_DIR "/bin/rubicon";
-
-/// Islands of two sites, and tools elsewhere, that have nothing in common but a broker: each has a folder of its own.
-class SitesOfABroker : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
-    if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
-  }
-  /// A host has a folder where its programs meet, and a home.
-  std::vector<std::string> at(const std::string& host, std::vector<std::string> words) {
-    auto& meeting = meetings_[host];
-    if (!meeting) meeting = std::make_unique<support::MeetingFolder>();
-    const auto home = folder_ / host;
-    fs::create_directories(home);
-    std::vector<std::string> all{"env", "RUBICON_FOLDER=" + meeting->path(), "HOME=" + home, "RUBICON_TRUST=no"};
-    all.insert(all.end(), words.begin(), words.end());
-    return all;
-  }
-  Outcome run(const std::string& host, std::vector<std::string> words) {
-    words.insert(words.begin(), kRubicon);
-    return support::run_to_end(at(host, std::move(words)));
-  }
-  std::unique_ptr<Process> island(int id, const std::string& mqtt, const std::string& more = "") {
-    const auto host = "site" + std::to_string(id);
-    const auto file = folder_ / (host + ".yaml");
-    std::ofstream(file) << "island: {id: " << id << ", name: " << host << "}\ntuples: {mqtt: " << mqtt << "}\n"
-                        << "history: {file: " << host << ".history}\n"
-                        << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: "
-                           "sine, low: 10, high: 30, period: 5s}}, actuators: {switch-1: {}}}}}\n"
-                        << more;
-    auto one =
-        std::make_unique<Process>(at(host, {support::kDaemon, "run", file, "--shell", "--log-level", "warning"}));
-    one->write("stats\n");
-    EXPECT_TRUE(one->line_with("\"ok\"")) << one->errors();
-    return one;
-  }
-  /// Until the command ends well, and says what it should.
-  testing::AssertionResult until(const std::string& host, const std::vector<std::string>& words,
-                                 const std::string& said) {
-    Outcome last;
-    for (int i = 0; i < 100; ++i) {
-      last = run(host, words);
-      if (last.code == 0 && last.output.find(said) != std::string::npos) return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure() << last.code << ": " << last.output << last.errors;
-  }
-
-  support::PrivateNetwork alone_;
-  support::Folder folder_;
-  std::map<std::string, std::unique_ptr<support::MeetingFolder>> meetings_;
-};
 
 TEST_F(SitesOfABroker, AreSeenAndCommandedFromEachOtherAndFromALaptop) {
   support::Mosquitto broker;

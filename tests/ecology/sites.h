@@ -1,0 +1,74 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "support/conversation.h"
+#include "support/folder.h"
+#include "support/meeting_folder.h"
+#include "support/mosquitto.h"
+#include "support/private_network.h"
+#include "support/process.h"
+#include "support/programs.h"
+
+namespace rubicon::ecology {
+
+/// Islands of two sites, and tools elsewhere, that have nothing in common but a broker: each has a folder of its own.
+class SitesOfABroker : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
+  }
+  /// A host has a folder where its programs meet, and a home.
+  std::vector<std::string> at(const std::string& host, std::vector<std::string> words) {
+    auto& meeting = meetings_[host];
+    if (!meeting) meeting = std::make_unique<support::MeetingFolder>();
+    const auto home = folder_ / host;
+    std::filesystem::create_directories(home);
+    std::vector<std::string> all{"env", "RUBICON_FOLDER=" + meeting->path(), "HOME=" + home, "RUBICON_TRUST=no"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  }
+  support::Outcome run(const std::string& host, std::vector<std::string> words) {
+    words.insert(words.begin(), RUBICON_BINARY_DIR "/bin/rubicon");
+    return support::run_to_end(at(host, std::move(words)));
+  }
+  std::unique_ptr<support::Process> island(int id, const std::string& mqtt, const std::string& more = "") {
+    const auto host = "site" + std::to_string(id);
+    const auto file = folder_ / (host + ".yaml");
+    std::ofstream(file) << "island: {id: " << id << ", name: " << host << "}\ntuples: {mqtt: " << mqtt << "}\n"
+                        << "history: {file: " << host << ".history}\n"
+                        << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: "
+                           "sine, low: 10, high: 30, period: 5s}}, actuators: {switch-1: {}}}}}\n"
+                        << more;
+    auto one = std::make_unique<support::Process>(
+        at(host, {support::kDaemon, "run", file, "--shell", "--log-level", "warning"}));
+    one->write("stats\n");
+    EXPECT_TRUE(one->line_with("\"ok\"")) << one->errors();
+    return one;
+  }
+  /// Until the command ends well, and says what it should.
+  testing::AssertionResult until(const std::string& host, const std::vector<std::string>& words,
+                                 const std::string& said) {
+    support::Outcome last;
+    for (int i = 0; i < 100; ++i) {
+      last = run(host, words);
+      if (last.code == 0 && last.output.find(said) != std::string::npos) return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << last.code << ": " << last.output << last.errors;
+  }
+
+  support::PrivateNetwork alone_;
+  support::Folder folder_;
+  std::map<std::string, std::unique_ptr<support::MeetingFolder>> meetings_;
+};
+
+}  // namespace rubicon::ecology
