@@ -246,6 +246,10 @@ TEST_F(RealmAtABroker, AMemberThatSleptTakesNothingOfWhoWasShutOutMeanwhile) {
   hall.reset();
   lab->realm->found(kShutOut);
   time.run_for(5s);
+  const auto eager = guest->space->watch_peers([this](OwnerId peer, PeerEvent event) {
+    if (peer == kHallIsland && event == PeerEvent::kUp)
+      guest->space->set_remote(kHallIsland, "lamp", "stolen", 3s, [](const Reply&) {});
+  });
   hall = member("hall", kHallIsland, "10.0.0.7");  // with the document of before
   open = hall->space->add_policy(pattern("lamp"), [this](const RemoteSet& set) {
     decided.push_back(set.value);
@@ -253,8 +257,36 @@ TEST_F(RealmAtABroker, AMemberThatSleptTakesNothingOfWhoWasShutOutMeanwhile) {
   });
   time.run_for(5s);
   EXPECT_EQ(hall->realm->document(), kShutOut);
+  EXPECT_THAT(guest->take(), testing::Contains("up 1"));
+  EXPECT_THAT(decided, IsEmpty());
   for (auto* one : {&hall, &lab, &desk}) (*one)->take();
   expect_shut_out("dim");
+}
+
+/// Frames of members that nobody knows yet are kept a moment.
+TEST_F(RealmAtABroker, FramesOfWhoWasShutOutAreNotKept) {
+  const auto line = by_hand("guest");
+  std::string inbox;
+  for (const auto& [topic, payload] : broker.retained()) {
+    if (topic.ends_with("/1")) inbox = "rubicon-space/1/default/to/hall/" + topic.substr(topic.size() - 14, 12);
+  }
+  FrameHead head;
+  head.source = OwnerId(70009);
+  head.target = kHallIsland;
+  for (const auto& [topic, payload] : broker.retained()) {
+    if (topic.ends_with("/1")) head.target_incarnation = read_component(payload)->incarnation;
+  }
+  head.stream = head.number = head.first = 1;
+  const auto frame = frame_of(head, {});
+  const auto send = [&] {
+    EXPECT_TRUE(line->publish({inbox + "/guest/00000000000f", std::string(base::as_text(frame)), false, 0, {}, {}, 0}));
+    time.run_for(1s);
+    return hall->ecology->counters().foreign;
+  };
+  const auto before = send();
+  EXPECT_EQ(send(), before);
+  hall->realm->found(kShutOut);
+  EXPECT_EQ(send(), before + 1);
 }
 
 TEST_F(RealmAtABroker, ANewRoleCountsAtOnceAndNobodyIsLost) {
