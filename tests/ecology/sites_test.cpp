@@ -29,7 +29,7 @@ TEST_F(SitesOfABroker, AreSeenAndCommandedFromEachOtherAndFromALaptop) {
   EXPECT_TRUE(until("laptop", with({"get", "2:proxy.dummy-1.hall.actuator.switch-1.value"}), "on"));
   const auto history = run("laptop", with({"history", "site2", "info", "--json"}));
   EXPECT_THAT(history.output, HasSubstr("site2.history")) << history.errors;
-  Process page(at("laptop", with({kRubicon, "web", "--listen", "127.0.0.1:0"})));
+  Process page(at("laptop", with({RUBICON_BINARY_DIR "/bin/rubicon", "web", "--listen", "127.0.0.1:0"})));
   const auto line = page.line_with("http://127.0.0.1:");
   ASSERT_TRUE(line) << page.errors();
   const auto port = std::stoi(line->substr(line->rfind(':') + 1));
@@ -106,7 +106,8 @@ TEST_F(SitesOfABroker, OfARealmDoWhatRolesAndRulesGiveThem) {
   const auto file = home + "/.config/rubicon/ecology.yaml";
   EXPECT_THAT(joined.output, testing::HasSubstr("tools        " + file)) << joined.errors;
   std::ofstream(file, std::ios::app) << "  folder: " << meetings_["home"]->path() << "\n";
-  const auto seen = support::run_to_end({"env", "-u", "RUBICON_FOLDER", "HOME=" + home, kRubicon, "get", value});
+  const auto seen = support::run_to_end(
+      {"env", "-u", "RUBICON_FOLDER", "HOME=" + home, RUBICON_BINARY_DIR "/bin/rubicon", "get", value});
   EXPECT_THAT(seen.output, testing::HasSubstr("on")) << seen.errors;
   EXPECT_NE(run("home", {"get", value}).code, 0) << "RUBICON_FOLDER says where to look";
 }
