@@ -25,18 +25,18 @@ class BrokerLook {
  public:
   BrokerLook(transport::PollLoop& loop, tuples::mqtt::SpaceOptions options)
       : loop_(loop), options_(std::move(options)), topics_(options_.space) {
-    seen_.place = fmt::format("{}:{}", options_.broker.host, options_.broker.port);
+    seen_.place = fmt::format("{}:{}", broker().host, broker().port);
     seen_.space = options_.space;
-    seen_.user = options_.user;
-    seen_.tls = options_.broker.tls.has_value();
-    own_.user = options_.user;
+    seen_.user = options_.brokers.front().user;
+    seen_.tls = broker().tls.has_value();
+    own_.user = seen_.user;
     std::random_device source;
     own_.token = fmt::format("{:04x}{:08x}", source() & 0xffffU, source());
   }
 
   BrokerSeen look(Duration patience) {
-    options_.broker.connect_time = patience;
-    auto opened = sockets_.open_mqtt(options_.broker, calls());
+    broker().connect_time = patience;
+    auto opened = sockets_.open_mqtt(broker(), calls());
     if (!opened) {
       seen_.failure = opened.error();
       return std::move(seen_);
@@ -51,6 +51,7 @@ class BrokerLook {
   }
 
  private:
+  transport::MqttOptions& broker() { return options_.brokers.front().line; }
   template <class Done>
   void wait(Done done, Duration most) {
     const auto ends = loop_.now() + most;

@@ -9,8 +9,10 @@ namespace {
 /// An acknowledgement rides on a frame; it goes alone after so many frames, or after that time.
 constexpr unsigned kAnswerFrames = 16;
 constexpr Duration kAnswerTime = std::chrono::milliseconds(50);
-/// Without an acknowledgement for so long, what is kept is sent again; then after twice the time, up to the longest.
+/// Without an acknowledgement for so long, or so many round trips, what is kept is sent again; then after twice the
+/// time, up to the longest.
 constexpr Duration kRepeat = std::chrono::seconds(1), kLongestRepeat = std::chrono::seconds(8);
+constexpr int kRepeatTrips = 4;
 /// A large frame that was sent so often, for so long, while smaller ones arrived, exceeds what the broker takes: one of
 /// version 3.1.1 does not say so.
 constexpr unsigned kLargeSent = 3;
@@ -80,7 +82,7 @@ void Channel::flush() {
   if (unsent_ < next_ && !send_kept(unsent_)) return;
   while ((!entries_.empty() || times_due_) && may_send()) {
     if (kept_.empty()) oldest_since_ = scheduler_.now();
-    auto& frame = kept_.emplace_back(Kept{next_++, next_entries(), 0, false});
+    auto& frame = kept_.emplace_back(Kept{next_++, next_entries(), scheduler_.now()});
     kept_bytes_ += frame.entries.size();
     if (!send(frame)) return;
   }
@@ -191,14 +193,15 @@ bool Channel::is_next(const FrameHead& head) {
   return head.stream > heard_stream_ && head.number == head.first;
 }
 
-/// The first frame is answered at once: its sender has little credit before.
+/// The first frame is answered at once: its sender has little credit before. So are later ones where all have little.
 void Channel::take(const FrameHead& head) {
   const auto before = std::exchange(heard_stream_, head.stream);
   const bool begins = before != head.stream;
   if (begins && before != 0) calls_.met_again();
   heard_ = head.number;
   gap_told_ = false;
-  if (++unanswered_ >= kAnswerFrames || begins) return answer();
+  const auto often = std::clamp(calls_.credit() / 2, 1U, kAnswerFrames);
+  if (++unanswered_ >= often || begins) return answer();
   answer_later_.advance_to(scheduler_.now() + kAnswerTime);
 }
 
@@ -207,12 +210,8 @@ void Channel::acknowledged(const FrameHead& head) {
   const bool knows_stream = head.heard_stream == stream_;  // else it began anew
   if (knows_stream && head.heard > acknowledged_ && head.heard < next_) {
     acknowledged_ = head.heard;
-    const auto before = kept_bytes_;
-    for (; !kept_.empty() && kept_.front().number <= head.heard; kept_.pop_front())
-      kept_bytes_ -= kept_.front().entries.size();
-    taken_bytes_ += before - kept_bytes_;
+    forget_up_to(head.heard);
     note_pace();
-    repeat_pause_ = kRepeat;
     repeat_.clear();
     oldest_since_ = scheduler_.now();
     if (!kept_.empty()) repeat_.set(repeat_pause_);
@@ -220,6 +219,17 @@ void Channel::acknowledged(const FrameHead& head) {
   if (!head.again || kept_.empty()) return;
   kept_.front().missing = true;
   send_kept(0);
+}
+
+/// Of a frame that was sent again nobody knows which of them was acknowledged: the time to wait stays as it is.
+void Channel::forget_up_to(std::uint64_t number) {
+  for (; !kept_.empty() && kept_.front().number <= number; kept_.pop_front()) {
+    const auto& frame = kept_.front();
+    if (frame.sent == 1)
+      repeat_pause_ = std::clamp(kRepeatTrips * (scheduler_.now() - frame.since), kRepeat, kLongestRepeat);
+    kept_bytes_ -= frame.entries.size();
+    taken_bytes_ += frame.entries.size();
+  }
 }
 
 /// What is under way should be there within a second, so that a slow connection does not bring old values: those that

@@ -81,6 +81,7 @@ class Channel {
   struct Kept {
     std::uint64_t number = 0;
     Bytes entries;
+    SteadyTime since;      ///< it was sent first
     unsigned sent = 0;     ///< how often
     bool missing = false;  ///< the other side has a later one
   };
@@ -93,6 +94,7 @@ class Channel {
   void give_up(Kept& frame);
   void answer(bool again = false);
   bool send_kept(std::uint64_t from);
+  void forget_up_to(std::uint64_t number);
   void acknowledged(const FrameHead& head);
   void note_pace();
   bool is_next(const FrameHead& head);

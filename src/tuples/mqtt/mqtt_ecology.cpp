@@ -20,7 +20,7 @@ constexpr Duration kBrokerLooks = std::chrono::seconds(5);
 /// libmosquitto's.
 constexpr Duration kLeastKeepAlive = std::chrono::seconds(5);
 /// Frames that all others together may have under way to one process: below the queue that brokers have by default.
-constexpr std::uint32_t kQueue = 800, kLeastCredit = 4;
+constexpr std::uint32_t kQueue = 800, kLeastCredit = 1;
 /// A broker forgets what is retained after this time.
 constexpr Duration kRetained = std::chrono::hours(1);
 /// Connections whose topics are emptied; what others left ends by itself.

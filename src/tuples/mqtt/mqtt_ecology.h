@@ -156,7 +156,7 @@ class MqttEcology final : public StandInEcology {
   std::uint64_t count_ = 0;    ///< of connections
   std::uint64_t streams_ = 0;  ///< the last one that a channel began
   std::map<OwnerId, MqttLink*> links_;
-  std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately
+  std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately, or was asked for values
   std::deque<Early> early_;
   std::size_t early_bytes_ = 0;
   std::uint64_t question_ = 0;

@@ -135,13 +135,17 @@ PeerIdentity MqttLink::as_judged(PeerIdentity identity) const {
 
 /// Whenever an owner is met again it is asked again, and sends snapshots.
 void MqttLink::send_interests(Peer& peer) {
-  for (const auto& [number, spec] : subscriptions_) {
-    if (!may_meet(spec, peer.identity.id)) continue;
-    distant::FrameWriter entry;
-    entry.add_subscription(spec);
-    peer.channel->add(entry.take());
-  }
+  for (const auto& [number, spec] : subscriptions_) send_interest(peer, spec);
   ecology_.flush_soon_.request();
+}
+
+/// Values will come: of many owners at once, so that from now on each may send little.
+void MqttLink::send_interest(Peer& peer, const SubscriptionSpec& spec) {
+  if (!may_meet(spec, peer.identity.id)) return;
+  distant::FrameWriter entry;
+  entry.add_subscription(spec);
+  peer.channel->add(entry.take());
+  ecology_.heard_[peer.identity.id] = ecology_.scheduler_.now();
 }
 
 void MqttLink::open_channel(Peer& peer) {
@@ -253,10 +257,7 @@ void MqttLink::subscribe(const SubscriptionSpec& spec) {
   look_for(spec);
   subscriptions_.insert_or_assign(spec.id, spec);
   for (auto& [id, peer] : peers_) {
-    if (!peer.up || !may_meet(spec, id)) continue;
-    distant::FrameWriter entry;
-    entry.add_subscription(spec);
-    peer.channel->add(entry.take());
+    if (peer.up) send_interest(peer, spec);
   }
   ecology_.flush_soon_.request();
 }

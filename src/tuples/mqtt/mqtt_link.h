@@ -87,6 +87,7 @@ class MqttLink final : public Link {
   void give_up(OwnerId peer, ByteView entries);
   void exceeds(OwnerId peer, std::string_view key, std::size_t size);
   void send_interests(Peer& peer);
+  void send_interest(Peer& peer, const SubscriptionSpec& spec);
   void received(OwnerId id, ByteView entries);
   Peer* find_up(OwnerId id);
   void take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent);

@@ -26,8 +26,11 @@ struct End {
       ++frames;
       largest = std::max(largest, entries.size());
       if (!other || drops(head)) return Channel::Sent::kYes;
-      (void)time_.at(time_.now() + delay, [] {});
       const auto bytes = frame_of(head, entries);
+      if (delay > Duration(0)) {
+        on_their_way.push_back(time_.at(time_.now() + delay, [to = other, bytes] { to->take(bytes); }));
+        return Channel::Sent::kYes;
+      }
       time_.post([to = other, bytes] { to->take(bytes); });
       return Channel::Sent::kYes;
     };
@@ -75,6 +78,7 @@ struct End {
   int met_again = 0;
   std::size_t frames = 0, largest = 0;
   std::vector<std::uint64_t> got;
+  std::vector<Timer> on_their_way;
 };
 
 struct Channels : testing::Test {
@@ -109,6 +113,16 @@ TEST_F(Channels, BringTheLastFrameThoughTheBrokerDroppedIt) {
   EXPECT_THAT(b.got, ElementsAreArray(up_to(2))) << "no gap shows";
   time.run_for(200ms);
   EXPECT_THAT(b.got, ElementsAreArray(up_to(3)));
+}
+
+TEST_F(Channels, WaitLongerWhereItTakesLonger) {
+  a.delay = b.delay = 2s;
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    a.say(i);
+    time.run_for(20s);
+  }
+  EXPECT_THAT(b.got, ElementsAreArray(up_to(20)));
+  EXPECT_LE(a.frames, 24U) << "only the first ones are sent again";
 }
 
 TEST_F(Channels, SendAgainFromTheFirstThatIsMissing) {
@@ -153,6 +167,13 @@ TEST_F(Channels, HaveNoMoreUnderWayThanTheOtherSideTakes) {
   for (std::uint64_t i = 2; i <= 100; ++i) a.say(i);
   EXPECT_EQ(a.frames - before, 8U);
   EXPECT_GT(a.channel->waiting(), 0U);
+}
+
+TEST_F(Channels, DoNotWaitForAcknowledgementsWhereCreditIsLittle) {
+  b.credit = 1;
+  for (std::uint64_t i = 1; i <= 20; ++i) a.say(i);
+  time.run_for(1ms);
+  EXPECT_THAT(b.got, ElementsAreArray(up_to(20)));
 }
 
 /// Where all of it arrives at once that is 8 MiB, else 512 KiB.

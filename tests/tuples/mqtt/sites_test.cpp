@@ -1,5 +1,8 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/site.h"
@@ -321,6 +324,30 @@ TEST_F(Sites, ABrokerThatHandsOnNothingIsNamedAndAskedAgain) {
   broker.ignored_topics.clear();
   time.run_for(15s);
   EXPECT_FALSE(robot->ecology->seeks(std::nullopt));
+}
+
+/// All owners send at once; the broker drops what exceeds its queue.
+TEST_F(Sites, OneWhoAsksManyGetsTheirValuesOnce) {
+  constexpr std::size_t kSites = 60, kValues = 20, kBytes = 20'000;
+  const auto before = broker.clients();
+  const auto robot = site(kRobot, "10.0.0.5");
+  while (broker.clients().size() == before.size()) time.run_for(1ms);
+  for (const auto& client : broker.clients()) {
+    if (!std::binary_search(before.begin(), before.end(), client)) broker.slow(client, 1ms);
+  }
+  std::vector<std::unique_ptr<Site>> all;
+  for (std::size_t i = 0; i < kSites; ++i) {
+    all.push_back(site(OwnerId(static_cast<std::uint32_t>(100 + i)), fmt::format("10.1.0.{}", i + 1)));
+    for (std::size_t j = 0; j < kValues; ++j)
+      EXPECT_TRUE(all.back()->space->set(fmt::format("value.{}", j), std::string(kBytes, 'x')));
+  }
+  time.run_for(30s);
+  std::size_t bytes = 0, came = 0;
+  broker.heard = [&](const transport::MqttBroker::Publication& one) { bytes += one.payload.size(); };
+  const auto values = robot->space->subscribe(pattern("value.*"), {}, [&](const Event&) { ++came; });
+  time.run_for(1min);
+  EXPECT_EQ(came, kSites * kValues);
+  EXPECT_LT(bytes, kSites * kValues * kBytes * 11 / 10) << "nothing is sent again";
 }
 
 TEST_F(Sites, AWrongPasswordIsTriedSeldom) {
