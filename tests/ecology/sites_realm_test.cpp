@@ -95,6 +95,21 @@ TEST_F(RealmOfSites, WhoIsRevokedReceivesNothingMoreThoughTheBrokerKnowsNothing)
   EXPECT_THAT(trust("guest", {"show", "--json"}).output, HasSubstr("\"revoked\":[\"guest\"]"));
 }
 
+/// No program runs where members are added and revoked.
+TEST_F(RealmOfSites, OneCommandBringsARevocationToTheBroker) {
+  make_realm();
+  join("lab", {"--island", "2"});
+  start_broker();
+  const auto lab = island(2, mqtt("lab"));
+  trust("authority", {"add", "guest", "--here"});
+  trust("authority", {"revoke", "guest"});
+  const auto knows = [&] { return trust("lab", {"show"}).output.find("guest") != std::string::npos; };
+  EXPECT_FALSE(knows());
+  EXPECT_EQ(run("authority", {"islands", "--config", tool("hall", mqtt("hall", "authority"))}).code, 0);
+  for (int i = 0; i < 100 && !knows();) ++i;
+  EXPECT_TRUE(knows()) << lab->errors();
+}
+
 TEST_F(RealmOfSites, TheDoctorOfAMemberNamesWhoIsNoneAndWhatIsOld) {
   make_realm(true);
   join("desk", {"--role", "admin"});

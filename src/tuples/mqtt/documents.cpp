@@ -126,7 +126,7 @@ bool Documents::is_shown() const {
   return std::any_of(users_.begin(), users_.end(), [](const auto& one) { return one.second.newest; });
 }
 
-/// What the broker lost many know of, and one of them is enough; what was found on the disk is news for all.
+/// What the broker lost many know of, and one of them is enough; what nobody was seen to show is news for all.
 void Documents::review() {
   if (!read_ || user_ == kAnonymous) return;
   if (!is_shown()) {

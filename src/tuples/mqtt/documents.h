@@ -30,8 +30,8 @@ class Documents {
   static constexpr unsigned kMaxChecks = 32;
   static constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  ///< bytes that wait for their check
   static constexpr std::size_t kMaxUsers = 4096;                    ///< whose documents are looked at
-  /// Until one of many shows what nobody shows: what the broker lost, and what each of them has when it starts.
-  static constexpr Duration kSpread = std::chrono::seconds(30), kStartSpread = std::chrono::seconds(2);
+  /// Until one of many shows again what the broker lost.
+  static constexpr Duration kSpread = std::chrono::seconds(30);
   static constexpr Duration kShowAgain = std::chrono::minutes(1);  ///< unless it came back by then
 
   Documents(const Topics& topics, std::string user, UserRealm& realm, Scheduler& scheduler, base::LimitedLog& log,
@@ -74,7 +74,7 @@ class Documents {
   std::size_t waiting_ = 0;  ///< bytes
   SteadyTime window_{};
   unsigned checks_ = 0;  ///< in the window
-  Duration spread_ = kStartSpread;
+  Duration spread_{};
   bool read_ = false;    ///< what is retained, on this connection
   bool taking_ = false;  ///< one that another user showed
   Counters counters_;
