@@ -39,6 +39,7 @@ bool Passage::subscribe(const SubscriptionSpec& spec) {
   if (subscriptions_.size() >= kMaxSubscriptions && !subscriptions_.contains(spec.id)) return false;
   auto& subscription = subscriptions_[spec.id];
   if (!(subscription.spec.pattern == spec.pattern)) withdraw(subscription);
+  let_all_sleep(subscription);
   subscription.spec = spec;
   subscription.keys = carried(spec.pattern.key);
   end_if_empty(subscription);
@@ -73,6 +74,7 @@ void Passage::open(StandInPort& reader) {
 void Passage::close(bool withdraws) {
   for (auto& [id, subscription] : subscriptions_) {
     if (withdraws) withdraw(subscription);
+    subscription.woken.clear();
     subscription.wires.clear();
     subscription.awaited.clear();
   }
@@ -98,6 +100,7 @@ void Passage::send(Subscription& subscription) {
 }
 
 void Passage::withdraw(Subscription& subscription) {
+  let_all_sleep(subscription);
   for (const auto& one : subscription.wires) {
     of_wire_.erase(one.first);
     if (to_owner_) to_owner_->link().unsubscribe(one.first);
@@ -118,7 +121,7 @@ bool Passage::may_read(std::string_view key) const {
   return !policy.filters(reader_) || policy.access(reader_, key).read;
 }
 
-/// Of a pattern nobody knows the tuples yet: whoever has rights for some only does not wake them by it.
+/// Of a pattern nobody knows the tuples yet: for whoever has rights for some only it is passive, and wake() follows.
 Flow Passage::allowed(Flow flow, const std::string& keys) const {
   auto& policy = to_reader_.link().policy();
   if (!policy.filters(reader_)) return flow;
@@ -127,6 +130,32 @@ Flow Passage::allowed(Flow flow, const std::string& keys) const {
   flow.passive = flow.passive || !access.demand;
   flow.minimum = std::max(flow.minimum, std::min(access.interval, kMaxDuration));
   return flow;
+}
+
+/// A tuple of patterns that are passive because of rights, which the reader may wake: it gets a subscription of its
+/// own.
+void Passage::wake(std::string_view key) {
+  auto& policy = to_reader_.link().policy();
+  if (!to_owner_ || !policy.filters(reader_) || !policy.access(reader_, key).demand) return;
+  for (auto& [id, subscription] : subscriptions_) {
+    const auto& [number, pattern, flow] = subscription.spec;
+    const bool is_pattern = id != kObserver && pattern.key.find('*') != pattern.key.npos;
+    if (!is_pattern || flow.passive || subscription.woken.contains(key) || !pattern.matches(owner_, key)) continue;
+    if (subscription.woken.size() >= kMaxSubscriptions) continue;
+    const auto wire = subscription.woken[std::string(key)] = to_owner_->new_subscription();
+    to_owner_->link().subscribe({wire, {owner_, std::string(key)}, allowed(flow, std::string(key))});
+  }
+}
+
+void Passage::let_sleep(Subscription& subscription, std::string_view key) {
+  const auto found = subscription.woken.find(key);
+  if (found == subscription.woken.end()) return;
+  if (to_owner_) to_owner_->link().unsubscribe(found->second);
+  subscription.woken.erase(found);
+}
+
+void Passage::let_all_sleep(Subscription& subscription) {
+  while (!subscription.woken.empty()) let_sleep(subscription, std::string(subscription.woken.begin()->first));
 }
 
 void Passage::on_changes(std::span<const Change> changes) {
@@ -146,6 +175,11 @@ void Passage::on_changes(std::span<const Change> changes) {
 /// Of what the link observes the reader gets only what it subscribed to.
 void Passage::on_carried(const Change& change, std::string_view key) {
   if (!is_carried(key) || !may_read(key)) return;
+  if (std::holds_alternative<TupleSet>(change)) {
+    wake(key);
+  } else {
+    for (auto& one : subscriptions_) let_sleep(one.second, key);
+  }
   const bool observed = subscriptions_.contains(kObserver);
   if (observed) show_to_link(change, key);
   if (!observed || is_read(key)) enqueue(change);

@@ -48,8 +48,9 @@ class Passage {
   struct Subscription {
     SubscriptionSpec spec;
     std::vector<std::string> keys;
-    std::map<std::uint32_t, std::string> wires;  ///< as the owner knows them
-    std::set<std::uint32_t> awaited;             ///< those whose snapshot has not ended
+    std::map<std::uint32_t, std::string> wires;               ///< as the owner knows them
+    std::set<std::uint32_t> awaited;                          ///< those whose snapshot has not ended
+    std::map<std::string, std::uint32_t, std::less<>> woken;  ///< by key: those of wake()
   };
 
   std::vector<std::string> carried(std::string_view pattern) const;
@@ -61,6 +62,9 @@ class Passage {
   bool is_carried(std::string_view key) const;
   bool may_read(std::string_view key) const;
   Flow allowed(Flow flow, const std::string& keys) const;
+  void wake(std::string_view key);
+  void let_sleep(Subscription& subscription, std::string_view key);
+  void let_all_sleep(Subscription& subscription);
   void on_carried(const Change& change, std::string_view key);
   bool is_read(std::string_view key) const;
   void show_to_link(const Change& change, std::string_view key);

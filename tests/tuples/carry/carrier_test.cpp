@@ -143,15 +143,31 @@ TEST_F(OneHome, PassesWhatTheRightsOfTheCarrierLetTheReaderSee) {
   const auto handle = reader->space.subscribe(pattern("7:**"), {.minimum = 1s}, seen.call());
   settle();
   EXPECT_THAT(seen.take(), testing::UnorderedElementsAre("kitchen.lamp=off", "kitchen.log=a"));
-  EXPECT_FALSE(home->demand.wanted) << "of a pattern";
   ASSERT_TRUE(home->space.set("hall.lamp", "on"));
   time.run_ready();
   EXPECT_THAT(seen.take(), IsEmpty());
-  peis.limits["kitchen.lamp"] = {.interval = 30s};
-  const auto lamp = reader->space.subscribe(pattern("7:kitchen.lamp"), {.minimum = 1s}, seen.call());
-  time.run_ready();
-  EXPECT_TRUE(home->demand.wanted);
+}
+
+TEST_F(OneHome, WakesWhatTheRightsOfTheCarrierLetTheReaderWake) {
+  Demand log, hall;
+  const auto of_log = home->space.watch_demand(pattern("kitchen.log"), [&](const Demand& now) { log = now; });
+  const auto of_hall = home->space.watch_demand(pattern("hall.lamp"), [&](const Demand& now) { hall = now; });
+  peis.limits = {{"kitchen.log", {.demand = false}}, {"kitchen.lamp", {.interval = 30s}}};
+  auto handle = std::make_optional(reader->space.subscribe(pattern("7:**"), {.minimum = 1s}, seen.call()));
+  settle();
   EXPECT_EQ(home->demand.interval, 30s);
+  EXPECT_EQ(hall.interval, 1s);
+  EXPECT_FALSE(log.wanted);
+  ASSERT_TRUE(home->space.erase("hall.lamp"));
+  time.run_ready();
+  ASSERT_TRUE(home->space.set("hall.lamp", "on"));
+  time.run_for(1s);
+  EXPECT_TRUE(hall.wanted) << "again";
+  const auto lamp = reader->space.subscribe(pattern("7:kitchen.lamp"), {.minimum = 60s}, seen.call());
+  handle.reset();
+  time.run_ready();
+  EXPECT_FALSE(hall.wanted);
+  EXPECT_EQ(home->demand.interval, 60s) << "by its key";
 }
 
 TEST_F(OneHome, ShowsItsSummary) {
