@@ -226,8 +226,20 @@ void Presence::review_all() {
   for (const auto id : ids) review(id, PeerEvent::kLost);
 }
 
+/// What the same start showed on earlier connections, if only their ends were not told: else it would stay for a lease
+/// after this one ended.
+void Presence::forget_former(OwnerId id, const Reached& now) {
+  std::erase_if(components_.at(id), [&](const auto& one) {
+    const auto& state = lines_.at(one.first);
+    const bool former = one.first != now.line && is_same(one.second, now) && !state.seen && !state.doubted;
+    if (former) add_bytes(one.first.user, 0, size_of(one.second));
+    return former;
+  });
+}
+
 void Presence::review(OwnerId id, PeerEvent how) {
   const auto* now = best(id);
+  if (now && lines_.at(now->line).seen) forget_former(id, *now);
   const auto before = reached_.find(id);
   if (!now) {
     if (before == reached_.end()) return;

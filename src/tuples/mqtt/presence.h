@@ -88,6 +88,7 @@ class Presence {
   bool counts(const Line& line, OwnerId id) const;
   const Reached* best(OwnerId id) const;
   bool is_better(const Reached& one, const Reached& other) const;
+  void forget_former(OwnerId id, const Reached& now);
   void review(OwnerId id, PeerEvent how);
   void review_line(const Line& line, PeerEvent how);
   void remove(const Line& line, OwnerId id, PeerEvent how);

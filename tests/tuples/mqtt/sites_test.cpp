@@ -147,6 +147,17 @@ TEST_F(Sites, LoseNobodyWhoIsBackFirst) {
   }
 }
 
+TEST_F(Sites, AnEndIsSeenAtOnceOnALaterConnectionToo) {
+  broker.stop(false);
+  broker.start();
+  time.run_for(5s);
+  hall->space.reset();
+  hall->link.reset();
+  hall.reset();
+  time.run_for(10ms);
+  EXPECT_THAT(lab->take(), ElementsAre("left 1"));
+}
+
 TEST_F(Sites, AreLostAfterTheirLeaseWithoutABrokerAndMetAgain) {
   broker.stop(true);
   time.run_for(25s);
