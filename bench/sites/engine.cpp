@@ -24,7 +24,6 @@ tuples::mqtt::SpaceOptions space_options(const Meeting& meeting) {
   auto& at = options.brokers.emplace_back();
   at.line.host = "127.0.0.1";
   at.line.port = port_of(meeting);
-  options.watch_all = true;
   options.space = meeting.tag;
   options.trust_broker = true;
   if (meeting.trust.empty()) return options;
