@@ -51,8 +51,8 @@ void Node::rest(Duration time) {
 void Node::await(OwnerId peer) {
   const auto peers = space().peers();
   if (std::find(peers.begin(), peers.end(), peer) != peers.end()) return;
-  // Engines with many components meet only those that somebody names.
-  const auto named = space().subscribe({peer, "bench.met"}, {}, [](const tuples::Event&) {});
+  const auto named =
+      awaits_by_name ? space().subscribe({peer, "bench.met"}, {}, [](const tuples::Event&) {}) : Handle();
   const auto watch = space().watch_peers([this, peer](OwnerId who, tuples::PeerEvent event) {
     if (who == peer && event == tuples::PeerEvent::kUp) finish();
   });

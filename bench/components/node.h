@@ -29,6 +29,7 @@ struct Meeting {
 using OpenEngine = std::shared_ptr<tuples::Ecology> (*)(const Meeting& meeting, transport::Loop& loop,
                                                         base::LogSink& log);
 inline OpenEngine open_engine = nullptr;  ///< ComponentProgram::open_engine
+inline bool awaits_by_name = false;       ///< ComponentProgram::awaits_by_name
 
 /// A component in this process, as a program has one: a loop, an engine, a tuple space.
 class Node {

@@ -125,6 +125,7 @@ int measure(const ComponentProgram& program, const Options& options) {
 
 int run_components(int count, char** values, const ComponentProgram& program) {
   open_engine = program.open_engine;
+  awaits_by_name = program.awaits_by_name;
   CLI::App app(program.purpose, std::filesystem::path(values[0]).filename().string());
   Options options;
   describe(app, program, options);

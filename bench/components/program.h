@@ -29,6 +29,8 @@ struct ComponentProgram {
   /// Between which `--engine` chooses; the first is the default.
   std::vector<std::string> engines{};
   std::uint32_t highest_domain = 0;  ///< of DDS; 0 = the engine has no domains
+  /// The engine meets only components that somebody names: who awaits one subscribes to a tuple of it.
+  bool awaits_by_name = false;
   /// Adds its own options, of the process that measures.
   void (*add_options)(CLI::App& app) = nullptr;
 };

@@ -25,6 +25,7 @@ int main(int count, char** values) {
                    {"many-sites", sites::many_sites},
                    {"lister", sites::lister},
                    {"switcher", sites::switcher}};
+  program.awaits_by_name = true;
   program.add_options = sites::add_options;
   return run_components(count, values, program);
 }
