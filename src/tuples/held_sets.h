@@ -23,9 +23,11 @@ class HeldSets {
   bool has(OwnerId owner) const { return held_.contains(owner); }
   /// False: too many, or too large.
   bool hold(const RemoteSet& set, SteadyTime now);
-  /// Those to this owner, in their order.
+  /// Those to this owner whose time to live goes on, in their order.
   std::vector<RemoteSet> take(OwnerId owner, SteadyTime now);
   std::vector<OwnerId> owners() const;
+  /// Those whose time to live ended are answered already.
+  void drop_ended(SteadyTime now);
   void clear();
 
  private:

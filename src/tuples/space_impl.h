@@ -143,6 +143,7 @@ struct TupleSpace::Impl final : LinkListener {
   Pacer pacer;
   Requests requests;
   HeldSets sought;  // whose owners the link looks for
+  Duration seek_step{};
   base::Deadline sought_due{scheduler, [this] { release_sought(); }};
   SetPolicies policies;
 

@@ -8,7 +8,7 @@ namespace rubicon::tuples {
 namespace {
 
 /// Between two looks whether the owners of sets that wait were found.
-constexpr Duration kSeekStep = std::chrono::milliseconds(5);
+constexpr Duration kSeekStep = std::chrono::milliseconds(5), kLongSeekStep = std::chrono::milliseconds(100);
 
 SetOptions options_of(const RemoteSet& set) {
   return {set.media_type, set.user_time, set.lifetime, set.expected_sequence};
@@ -54,14 +54,17 @@ void TupleSpace::Impl::hold(const RemoteSet& set) {
   if (!sought.hold(set, scheduler.now()))
     return refuse(set, {ErrorCode::kBusy, "too many remote sets wait for their owners"});
   requests.set_left(set.request, false);
-  sought_due.advance_to(scheduler.now() + kSeekStep);
+  seek_step = kSeekStep;
+  sought_due.advance_to(scheduler.now() + seek_step);
 }
 
 void TupleSpace::Impl::release_sought() {
   const auto alive = lifetime.watch();
+  seek_step = std::min(2 * seek_step, kLongSeekStep);
+  sought.drop_ended(scheduler.now());
   for (const auto owner : sought.owners()) {
     if (link.seeks(owner)) {
-      sought_due.advance_to(scheduler.now() + kSeekStep);
+      sought_due.advance_to(scheduler.now() + seek_step);
       continue;
     }
     for (auto& set : sought.take(owner, scheduler.now())) {

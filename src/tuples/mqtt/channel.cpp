@@ -17,6 +17,8 @@ constexpr int kRepeatTrips = 4;
 /// version 3.1.1 does not say so.
 constexpr unsigned kLargeSent = 3;
 constexpr Duration kLargeTime = std::chrono::seconds(6);
+/// Whoever asks for what is missing gets it at most so often.
+constexpr Duration kAgainPause = std::chrono::milliseconds(100);
 /// Over which the pace of acknowledgements is measured.
 constexpr Duration kPaceTime = std::chrono::seconds(1);
 
@@ -138,7 +140,7 @@ void Channel::too_large(std::uint64_t stream, std::uint64_t number) {
 }
 
 bool Channel::is_swallowed(const Kept& frame) const {
-  return frame.entries.size() > kFrameBytes && frame.missing && frame.sent >= kLargeSent &&
+  return calls_.may_swallow(frame.entries.size()) && frame.missing && frame.sent >= kLargeSent &&
          scheduler_.now() - oldest_since_ > kLargeTime;
 }
 
@@ -168,6 +170,7 @@ void Channel::send_again() {
 
 void Channel::reconnected() {
   repeat_pause_ = kRepeat;
+  if (!kept_.empty()) oldest_since_ = scheduler_.now();
   if (heard_ > 0 || next_ > 1) answer_later_.advance_to(scheduler_.now() + kAnswerTime);  // says where this side is
   if (send_kept(0)) flush();
 }
@@ -216,7 +219,13 @@ void Channel::acknowledged(const FrameHead& head) {
     oldest_since_ = scheduler_.now();
     if (!kept_.empty()) repeat_.set(repeat_pause_);
   }
-  if (!head.again || kept_.empty()) return;
+  if (!knows_stream && acknowledged_ > 0 && heard_stream_ == 0) {
+    acknowledged_ = 0;  // it began anew before anything of it came
+    calls_.met_again();
+  }
+  const auto now = scheduler_.now();
+  if (!head.again || kept_.empty() || now - again_at_ < kAgainPause) return;
+  again_at_ = now;
   kept_.front().missing = true;
   send_kept(0);
 }

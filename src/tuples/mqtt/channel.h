@@ -34,6 +34,8 @@ class Channel {
     std::function<Sent(const FrameHead& head, ByteView entries)> send;
     /// These are given up: no frame can carry them.
     std::function<void(ByteView entries)> too_large;
+    /// Whether the broker may drop a frame of that size each time, without a word.
+    std::function<bool(std::size_t size)> may_swallow;
     /// The entries of a frame, in the order of frames, each once. May destroy the channel.
     std::function<void(ByteView entries)> received;
     /// The other side met this one again, and knows nothing of what went before.
@@ -115,7 +117,7 @@ class Channel {
   SteadyTime taken_since_{};
   std::uint32_t credit_ = kFirstCredit;
   bool times_due_ = false, asks_ = false;
-  SteadyTime oldest_since_{};
+  SteadyTime oldest_since_{}, again_at_{};
   Duration repeat_pause_;
   // what is received
   std::uint64_t heard_stream_ = 0, heard_ = 0;

@@ -20,7 +20,10 @@ Documents::Documents(const Topics& topics, std::string user, UserRealm& realm, S
       changes_(realm.watch([this] { changed(); })) {}
 
 void Documents::connected() {
-  for (auto& [user, shown] : users_) shown.newest = shown.old = false;
+  for (auto& [user, shown] : users_) {
+    shown.newest = shown.old = false;
+    shown.next = {};  // who was shut out meanwhile is known at once
+  }
   calls_.subscribe(topics_.document_filter());
 }
 
@@ -123,7 +126,8 @@ void Documents::changed() {
 }
 
 bool Documents::is_shown() const {
-  return std::any_of(users_.begin(), users_.end(), [](const auto& one) { return one.second.newest; });
+  return std::any_of(users_.begin(), users_.end(),
+                     [this](const auto& one) { return one.second.newest && realm_.member(one.first); });
 }
 
 /// What the broker lost many know of, and one of them is enough; what nobody was seen to show is news for all.

@@ -26,6 +26,11 @@ std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::
   return member;
 }
 
+/// nullptr where nobody vouches for the user.
+std::shared_ptr<const Member> MqttEcology::vouched_member(const std::string& user) const {
+  return vouched_ || options_.trust_broker ? member_of(options_, user) : nullptr;
+}
+
 /// Where somebody vouches for users.
 bool MqttEcology::may_have(const Line& line, OwnerId id) const {
   if ((!options_.judge && !options_.realm) || line == own_) return true;
@@ -53,7 +58,7 @@ void MqttEcology::judge_again() {
 void MqttLink::judge_again() {
   for (auto& [id, peer] : peers_) {
     if (!peer.up || peer.identity.own_process) continue;
-    auto member = member_of(ecology_.options_, peer.line.user);
+    auto member = ecology_.vouched_member(peer.line.user);
     if (member == peer.identity.member) continue;
     peer.identity.member = std::move(member);
     policy_->peer_up(as_judged(peer.identity));

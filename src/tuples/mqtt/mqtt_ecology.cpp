@@ -116,6 +116,8 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
   large_.clear();
   if (documents_) documents_->connected();  // who was shut out meanwhile, before anything of others
   std::ignore = uplink_.line()->subscribe(topics_.inbox_filter(own_), 0);
+  probed_ = false;
+  publish(topics_.probe(own_), {}, false);
   show_all();
   search_.connected();
 }
@@ -178,12 +180,14 @@ bool MqttEcology::publish(transport::MqttPublication one) {
 
 void MqttEcology::on_message(const transport::MqttMessage& message) {
   if (documents_ && documents_->received(message.topic, message.payload)) return;
+  if (message.topic == topics_.probe(own_)) return set_vouched(false);
   const auto at = topics_.parse(message.topic);
   if (const auto* inbox = std::get_if<Topics::Inbox>(&at)) {
     if (message.retained || inbox->to != own_) return foreign(inbox->from, "a retained message");
     const auto payload = base::as_bytes(message.payload);
     if (inbox->from == own_ && !payload.empty() && payload[0] == kFence) {
       const auto step = base::parse_number<std::uint64_t>(base::as_text(payload.subspan(1)));
+      if (!probed_) set_vouched(true);  // it was sent before and did not come
       return search_.passed(step.value_or(0));
     }
     return on_frame(inbox->from, payload);
@@ -194,13 +198,23 @@ void MqttEcology::on_message(const transport::MqttMessage& message) {
   log_.warning("foreign", fmt::format("a message at {}, which is no topic of ours", message.topic));
 }
 
+/// Whether the rights of the broker let this user write in the name of another; then others may write in its name.
+void MqttEcology::set_vouched(bool vouched) {
+  probed_ = true;
+  if (std::exchange(vouched_, vouched) == vouched) return;
+  if (!vouched && !options_.trust_broker && (options_.judge || options_.realm))
+    log_.unlimited().warning(
+        "the broker lets users write in each other's names: who others are counts for nothing until it has rights by "
+        "user, or `trust_broker: yes`");
+  judge_again();
+}
+
 void MqttEcology::foreign(const Line& from, const std::string& what) {
   ++counters_.foreign;
   log_.warning("foreign " + from.user, fmt::format("{} of user {}: dropped", what, from.user));
 }
 
 void MqttEcology::on_presence(const Topics::Presence& at, std::string_view payload, bool retained) {
-  if (!retained) ++shown_lately_;
   if (payload.empty()) return at.component ? presence_.fade(at.line, *at.component) : presence_.hide(at.line);
   if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
   if (payload.size() > kMaxPresence) return foreign(at.line, fmt::format("presence of {} bytes", payload.size()));
@@ -217,7 +231,7 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
     if (!shown) return foreign(at.line, shown.error().text);
     room = presence_.show(at.line, *shown);
   }
-  if (room) return;
+  if (room) return void(shown_lately_ += retained ? 0 : 1);
   search_.forget(at.line);
   log_.warning("presence " + at.line.user,
                fmt::format("user {} shows too many components, or all together do: some are ignored", at.line.user));
@@ -241,6 +255,7 @@ bool MqttEcology::is_own(OwnerId id, std::uint64_t incarnation) const {
 void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries) {
   auto* link = find_link(head.target);
   if (!link || !link->attached() || link->incarnation() != head.target_incarnation) return;
+  if (options_.realm && from != own_ && !options_.realm->member(from.user)) return foreign(from, "a frame");
   if (head.number == 0 && !entries.empty()) return on_check(from, head, entries);
   const auto* source = presence_.reached(head.source);
   const bool known = source && source->shown.incarnation == head.source_incarnation;
@@ -254,7 +269,6 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
 
 /// Nobody looked for it so far, or its presence is under way: it is kept a moment, else its sender sends it again.
 void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries) {
-  if (options_.realm && from != own_ && !options_.realm->member(from.user)) return foreign(from, "a frame");
   search_.line(from);
   const auto now = scheduler_.now();
   while (!early_.empty() && now - early_.front().since > kLately) {
@@ -327,12 +341,13 @@ void MqttEcology::on_not_taken(const transport::MqttOutcome& outcome, const Erro
   if (large.empty() || why.code != ErrorCode::kOutOfRange)
     return void(log_.warning("not taken", fmt::format("the broker does not take {}: {}", outcome.topic, why.text)));
   const auto& one = large.mapped();
+  largest_ = std::min(largest_, one.size - 1);  // until the connection ends: then it may have other settings
   if (auto* link = find_link(one.source)) link->too_large(one.target, one.stream, one.number);
 }
 
-/// Until the connection ends: then the broker may have other settings.
-void MqttEcology::learn_limit(std::size_t too_large) {
-  largest_ = std::min(largest_, too_large - 1);
+/// One of version 5 would say so.
+bool MqttEcology::may_swallow(std::size_t size) const {
+  return !answers_ && size > Channel::kFrameBytes;
 }
 
 std::uint32_t MqttEcology::credit() const {

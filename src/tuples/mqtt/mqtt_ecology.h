@@ -90,6 +90,17 @@ class MqttEcology final : public StandInEcology {
     std::uint64_t stream = 0, number = 0;
     std::size_t size = 0;
   };
+  /// Whether a start of a component lives.
+  struct Question {
+    std::uint64_t number = 0, incarnation = 0;
+    OwnerId asker{};
+    SteadyTime since{};
+  };
+  /// A component that owes acknowledgements.
+  struct Suspect {
+    SteadyTime asked = SteadyTime::max();  ///< and did not answer yet
+    SteadyTime answered{};
+  };
   static constexpr Duration kLately = std::chrono::seconds(10);
   static constexpr std::size_t kMaxEarly = std::size_t{4} << 20;
 
@@ -117,7 +128,9 @@ class MqttEcology final : public StandInEcology {
   void take(const Line& from, const FrameHead& head, ByteView entries);
   void hold(const Line& from, const FrameHead& head, ByteView entries);
   void on_check(const Line& from, const FrameHead& head, ByteView entries);
+  void on_answer(const Line& from, const FrameHead& head, std::uint64_t number);
   void foreign(const Line& from, const std::string& what);
+  void set_vouched(bool vouched);
   void on_changed(OwnerId id, PeerEvent how);
   void on_forgotten(const Line& line);
   // -- who others are
@@ -127,14 +140,16 @@ class MqttEcology final : public StandInEcology {
   /// A component of this process: what it says does not pass the broker, where others could say it too.
   bool is_own(OwnerId id, std::uint64_t incarnation) const;
   bool may_have(const Line& line, OwnerId id) const;
+  std::shared_ptr<const Member> vouched_member(const std::string& user) const;
   Channel::Sent send(const FrameHead& head, ByteView entries);
   Channel::Sent send_to(const Line& to, const FrameHead& head, ByteView entries);
-  void learn_limit(std::size_t too_large);
+  bool may_swallow(std::size_t size) const;
   void show(const MqttLink& link);
   void hide(const MqttLink& link);
   std::uint32_t credit() const;
   void read_again();
   void ask_rivals();
+  void look_at_silent();
   void ask_doubted();
   void ask(const MqttLink& asker, OwnerId id, const Reached& who);
   void each_link(const std::function<void(MqttLink& link)>& call);
@@ -151,15 +166,17 @@ class MqttEcology final : public StandInEcology {
   std::unique_ptr<Documents> documents_;  ///< null: there is no realm
   Handle realm_changes_;
   Line own_;
-  std::vector<Line> former_;   ///< earlier connections of this process that may have left topics
-  bool returns_ = false;       ///< until presence was read on this connection
-  std::uint64_t count_ = 0;    ///< of connections
-  std::uint64_t streams_ = 0;  ///< the last one that a channel began
+  std::vector<Line> former_;              ///< earlier connections of this process that may have left topics
+  bool vouched_ = true, probed_ = false;  ///< whether the broker protects names, and it was tried on this connection
+  bool returns_ = false;                  ///< until presence was read on this connection
+  std::uint64_t count_ = 0;               ///< of connections
+  std::uint64_t streams_ = 0;             ///< the last one that a channel began
   std::map<OwnerId, MqttLink*> links_;
   std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately, or was asked for values
   std::deque<Early> early_;
   std::size_t early_bytes_ = 0;
-  std::uint64_t question_ = 0;
+  std::map<std::pair<OwnerId, Line>, Question> questions_;
+  std::map<OwnerId, Suspect> suspects_;
   bool answers_ = false;            ///< the broker says what it does not take
   std::size_t largest_ = SIZE_MAX;  ///< bytes of entries that the broker takes in one message, as far as known
   std::size_t proven_ = 0;          ///< so many bytes it took

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <random>
 
 #include "tuples/mqtt/mqtt_ecology.h"
@@ -12,6 +14,14 @@ constexpr Duration kShowAgain = std::chrono::minutes(25);
 constexpr Duration kLook = std::chrono::seconds(1);
 /// After so many changes in one look some may have been dropped: presence is read again.
 constexpr unsigned kManyChanges = 500;
+constexpr Duration kSeldom = std::chrono::seconds(30);
+/// Of a component that lives.
+constexpr Duration kAnswerTime = std::chrono::seconds(3);
+
+std::uint64_t random_number() {
+  std::random_device source;
+  return static_cast<std::uint64_t>(source()) << 31 | source();
+}
 
 struct Check final : distant::FrameReader {
   void on_changes(std::span<const Change>) override {}
@@ -62,8 +72,10 @@ void MqttEcology::leave() {
 
 /// Whether a component lives.
 void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
+  auto& question = questions_[{id, who.line}];
+  question = {random_number(), who.shown.incarnation, asker.id(), scheduler_.now()};
   distant::FrameWriter entry;
-  entry.add(distant::IdentityCheck{false, question_});
+  entry.add(distant::IdentityCheck{false, question.number});
   FrameHead head;
   head.source = asker.id();
   head.source_incarnation = asker.incarnation();
@@ -72,53 +84,95 @@ void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
   send_to(who.line, head, entry.view());
 }
 
-/// A question is answered by whoever lives. The answer of an earlier start of an own component displaces that.
+/// A question is answered by whoever lives.
 void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView entries) {
   Check check;
   if (!distant::read_frame(entries, head.source, head.target, check) || !check.found) return;
-  if (!check.found->is_answer) {
-    // A stand-in gives way: it ends no component.
-    if (const auto* asked = find_link(head.target); head.source == head.target && asked && asked->is_stand_in()) return;
-    distant::FrameWriter answer;
-    answer.add(distant::IdentityCheck{true, check.found->number});
-    FrameHead back;
-    back.source = head.target;
-    back.source_incarnation = head.target_incarnation;
-    back.target = head.source;
-    back.target_incarnation = head.source_incarnation;
-    return void(send_to(from, back, answer.view()));
-  }
-  if (check.found->number != question_) return;
-  presence_.believe(from);
+  if (check.found->is_answer) return on_answer(from, head, check.found->number);
+  // A stand-in gives way: it ends no component.
+  if (const auto* asked = find_link(head.target); head.source == head.target && asked && asked->is_stand_in()) return;
+  distant::FrameWriter answer;
+  answer.add(distant::IdentityCheck{true, check.found->number});
+  FrameHead back;
+  back.source = head.target;
+  back.source_incarnation = head.target_incarnation;
+  back.target = head.source;
+  back.target_incarnation = head.source_incarnation;
+  send_to(from, back, answer.view());
+}
+
+/// Of the start that was asked, from where it was asked. That of an earlier start of an own component displaces that.
+void MqttEcology::on_answer(const Line& from, const FrameHead& head, std::uint64_t number) {
+  const auto question = questions_.extract({head.source, from});
+  if (question.empty() || question.mapped().number != number ||
+      question.mapped().incarnation != head.source_incarnation || question.mapped().asker != head.target)
+    return;
+  if (const auto suspect = suspects_.find(head.source); suspect != suspects_.end())
+    suspect->second = {SteadyTime::max(), scheduler_.now()};
+  presence_.believe(from, head.source);
   if (head.source != head.target || head.source_incarnation >= head.target_incarnation) return;
   if (auto* link = find_link(head.target)) link->displace();
 }
 
-/// Another component with the id of an own one that began before it.
+/// Another component with the id of an own one that began before it. One of another user ends nobody.
 void MqttEcology::ask_rivals() {
   each_link([this](const MqttLink& link) {
     for (const auto& other : presence_.all_with(link.id())) {
-      if (other.line.token != own_.token && other.shown.incarnation < link.incarnation()) ask(link, link.id(), other);
+      if (other.line == own_ || other.shown.incarnation >= link.incarnation()) continue;
+      if (other.line.user == own_.user) {
+        ask(link, link.id(), other);
+      } else {
+        log_.warning(fmt::format("rival {}", number(link.id())),
+                     fmt::format("user {} shows a component {}, too: give one of them another id", other.line.user,
+                                 number(link.id())));
+      }
     }
   });
+}
+
+/// Those that do not acknowledge are asked; who does not answer either is gone.
+void MqttEcology::look_at_silent() {
+  const auto now = scheduler_.now();
+  std::map<OwnerId, Suspect> silent;
+  std::vector<std::pair<OwnerId, const MqttLink*>> unasked;
+  std::vector<OwnerId> over;
+  each_link([&](const MqttLink& link) {
+    for (const auto id : link.silent(options_.lease - kAnswerTime)) {
+      const auto known = suspects_.find(id);
+      auto suspect = known == suspects_.end() ? Suspect() : known->second;
+      const bool asked = suspect.asked != SteadyTime::max();
+      if (asked && now - suspect.asked >= kAnswerTime) over.push_back(id);
+      if (!asked && now - suspect.answered >= options_.lease - kAnswerTime) {
+        suspect.asked = now;
+        unasked.emplace_back(id, &link);
+      }
+      silent.insert_or_assign(id, suspect);
+    }
+  });
+  suspects_ = std::move(silent);
+  for (const auto& [id, link] : unasked) {
+    if (const auto* who = presence_.reached(id)) ask(*link, id, *who);
+  }
+  const auto alive = lifetime_.watch();
+  for (const auto id : over) {
+    if (const auto* who = alive.ended() ? nullptr : presence_.reached(id)) presence_.doubt(Line(who->line), id);
+  }
 }
 
 /// Once a second.
 void MqttEcology::look() {
   look_ = scheduler_.after(kLook, [this] { look(); });
-  if (question_ == 0) question_ = static_cast<std::uint64_t>(std::random_device()()) << 16 | 1;
-  std::erase_if(heard_, [now = scheduler_.now()](const auto& one) { return now - one.second > kLately; });
+  const auto now = scheduler_.now();
+  std::erase_if(heard_, [now](const auto& one) { return now - one.second > kLately; });
+  std::erase_if(questions_, [now](const auto& one) { return now - one.second.since > kLately; });
   const auto changes = std::exchange(shown_lately_, 0);
   if (!search_.ready()) return;
-  if (scheduler_.now() - shown_at_ > kShowAgain) show_all();
-  if (changes > kManyChanges || scheduler_.now() - read_at_ > read_again_in_) read_again();
+  if (now - shown_at_ > kShowAgain) show_all();
+  const auto read = now - read_at_;
+  if (read > read_again_in_ || (changes > kManyChanges && read > kSeldom)) read_again();
   ask_rivals();
   const auto alive = lifetime_.watch();
-  each_link([this](const MqttLink& link) {
-    for (const auto id : link.silent(options_.lease)) {
-      if (const auto* silent = presence_.reached(id)) presence_.doubt(Line(silent->line));
-    }
-  });
+  look_at_silent();
   if (!alive.ended()) ask_doubted();
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 /// Bytes that may wait for one component; beyond them publish() and remote_set() refuse.
 constexpr std::size_t kMaxWaiting = std::size_t{512} * 1024, kMaxSetsWaiting = std::size_t{32} << 20;
+constexpr Duration kSeldomMoved = std::chrono::milliseconds(200);
 /// Components that are remembered after they went, because their requests may arrive again.
 constexpr std::size_t kMaxGone = 1000;
 
@@ -23,8 +24,9 @@ std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::string& host, con
 }
 
 Error too_large_for_broker(std::string_view key, std::size_t size, std::size_t largest) {
-  return {ErrorCode::kOutOfRange,
-          fmt::format("{} with its value has {} bytes, the broker takes at most {}", key, size, largest)};
+  const auto limit = largest == SIZE_MAX ? std::string("that is more than the broker takes")
+                                         : fmt::format("the broker takes at most {}", largest);
+  return {ErrorCode::kOutOfRange, fmt::format("{} with its value has {} bytes, {}", key, size, limit)};
 }
 
 bool may_meet(const SubscriptionSpec& spec, OwnerId owner) {
@@ -64,6 +66,7 @@ void MqttLink::detach() {
     if (peer.up) policy_->peer_down(id);
   }
   peers_.clear();
+  held_bytes_ = 0;
   ecology_.hide(*this);
 }
 
@@ -80,8 +83,7 @@ void MqttLink::introduce() {
 // -- peers
 
 PeerIdentity MqttLink::identity_of(OwnerId id, const Reached& reached) const {
-  PeerIdentity identity{id, reached.shown.incarnation, reached.shown.host,
-                        member_of(ecology_.options_, reached.line.user)};
+  PeerIdentity identity{id, reached.shown.incarnation, reached.shown.host, ecology_.vouched_member(reached.line.user)};
   identity.own_process = ecology_.is_own(id, reached.shown.incarnation);
   return identity;
 }
@@ -99,11 +101,17 @@ void MqttLink::review(OwnerId id, PeerEvent how) {
   if (alive.ended() || !attached() || !now) return;
   if (!same) return peer_up(id, *now);
   auto& peer = known->second;
-  if (std::exchange(peer.line, now->line) != now->line) peer.channel->reconnected();
+  if (std::exchange(peer.line, now->line) != now->line) moved(peer);
   if (peer.summary != now->shown.summary) {
     peer.summary = now->shown.summary;
     listener_->on_summary(id, peer.summary);
   }
+}
+
+/// To another connection. Whoever moves again and again gets what is under way not each time.
+void MqttLink::moved(Peer& peer) {
+  const auto time = ecology_.scheduler_.now();
+  if (time - std::exchange(peer.moved, time) > kSeldomMoved) peer.channel->reconnected();
 }
 
 void MqttLink::peer_up(OwnerId id, const Reached& reached) {
@@ -152,6 +160,7 @@ void MqttLink::open_channel(Peer& peer) {
   const auto id = peer.identity.id;
   Channel::Calls calls;
   calls.send = [this](const FrameHead& head, ByteView entries) { return ecology_.send(head, entries); };
+  calls.may_swallow = [this](std::size_t size) { return ecology_.may_swallow(size); };
   calls.too_large = [this, id](ByteView entries) { give_up(id, entries); };
   calls.received = [this, id](ByteView entries) { received(id, entries); };
   calls.met_again = [this, id] {
@@ -169,7 +178,7 @@ void MqttLink::peer_down(OwnerId id, PeerEvent how) {
   auto& peer = peers_.at(id);
   peer.up = false;
   peer.held.clear();
-  peer.held_bytes = 0;
+  held_bytes_ -= std::exchange(peer.held_bytes, 0);
   // It may be one of its calls that brought this.
   ecology_.scheduler_.post([channel = std::shared_ptr(std::move(peer.channel))] {});
   const auto alive = lifetime_.watch();
@@ -313,7 +322,6 @@ void MqttLink::give_up(OwnerId id, ByteView entries) {
     std::string key;
     std::optional<RemoteSet> set;
   } found;
-  ecology_.learn_limit(entries.size());
   std::ignore = distant::read_frame(entries, who_.id, id, found);
   exceeds(id, found.set ? found.set->key : found.key, entries.size());
   if (!found.set) return;

@@ -63,6 +63,7 @@ class MqttLink final : public Link {
     Line line;
     std::string summary;
     bool up = false;
+    SteadyTime moved{};  ///< to another connection, last
     std::unique_ptr<Channel> channel;
     std::uint64_t last_request = 0, requests_of = 0;  ///< highest number of its requests, and by which start
     std::deque<Held> held;                            ///< requests whose age is not known yet
@@ -82,6 +83,7 @@ class MqttLink final : public Link {
   void peer_down(OwnerId id, PeerEvent how);
   PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
   PeerIdentity as_judged(PeerIdentity identity) const;
+  void moved(Peer& peer);
   void open_channel(Peer& peer);
   void look_for(const SubscriptionSpec& spec);
   void give_up(OwnerId peer, ByteView entries);
@@ -92,6 +94,8 @@ class MqttLink final : public Link {
   Peer* find_up(OwnerId id);
   void take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent);
   void take_held(OwnerId id);
+  void look_at_held();
+  void refuse(const RemoteSet& set, const Error& why);
   void forget_gone();
 
   MqttEcology& ecology_;
@@ -106,6 +110,7 @@ class MqttLink final : public Link {
   std::map<OwnerId, Peer> peers_;
   OwnerId reading_from_{};
   std::optional<Duration> reading_sent_;
+  std::size_t held_bytes_ = 0;  ///< of all peers
   Timer held_timer_;
   base::Lifetime lifetime_;
 };

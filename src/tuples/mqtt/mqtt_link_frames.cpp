@@ -6,7 +6,9 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-constexpr std::size_t kMaxHeld = std::size_t{32} << 20;  ///< bytes of requests whose age is not known yet
+/// Bytes of requests whose age is not known yet: of one component, and of all to a link. So long they wait at most.
+constexpr std::size_t kMaxHeld = std::size_t{32} << 20, kMaxAllHeld = std::size_t{64} << 20;
+constexpr Duration kMaxHold = std::chrono::seconds(30);
 constexpr Duration kAskAgain = std::chrono::seconds(1);
 
 }  // namespace
@@ -98,20 +100,37 @@ void MqttLink::on_set(RemoteSet&& set) {
                                              !peer->channel->ages().age(*reading_sent_, ecology_.since_boot_()));
   if (!waits) return take_set(*peer, std::move(set), reading_sent_);
   const auto size = size_of(set);
-  if (peer->held_bytes + size > kMaxHeld)
+  if (auto may = policy_->may_set(set); !may) return refuse(set, may.error());
+  if (peer->held_bytes + size > kMaxHeld || held_bytes_ + size > kMaxAllHeld)
     return reply({set.from, set.request, Verdict::kRefused, ErrorCode::kBusy,
                   "too many requests wait until this process knows whether they may be carried out"});
   if (peer->held.empty()) peer->channel->add_times(true), ecology_.flush_soon_.request();
   peer->held_bytes += size;
+  held_bytes_ += size;
   peer->held.push_back({std::move(set), reading_sent_.value_or(Duration(0)), ecology_.scheduler_.now()});
-  if (!held_timer_.pending())
-    held_timer_ = ecology_.scheduler_.after(kAskAgain, [this] {
-      std::vector<OwnerId> ids;
-      for (const auto& [id, one] : peers_) {
-        if (!one.held.empty()) ids.push_back(id);
-      }
-      for (const auto id : ids) take_held(id);
-    });
+  look_at_held();
+}
+
+/// No request of that component that waits is overtaken in number.
+void MqttLink::refuse(const RemoteSet& set, const Error& why) {
+  const Reply answer{set.from, set.request, Verdict::kRefused, why.code, why.text};
+  policy_->answered(set, answer);
+  reply(answer);
+}
+
+void MqttLink::look_at_held() {
+  if (held_timer_.pending()) return;
+  held_timer_ = ecology_.scheduler_.after(kAskAgain, [this] {
+    std::vector<OwnerId> ids;
+    for (const auto& [id, one] : peers_) {
+      if (!one.held.empty()) ids.push_back(id);
+    }
+    const auto alive = lifetime_.watch();
+    for (const auto id : ids) {
+      take_held(id);
+      if (alive.ended()) return;
+    }
+  });
 }
 
 /// Exactly zero remains: a negative time, because zero means that none was given.
@@ -134,19 +153,20 @@ void MqttLink::take_held(OwnerId id) {
     auto& first = peer->held.front();
     const bool known = peer->channel->ages().age(first.sent, ecology_.since_boot_()).has_value();
     const auto lives = first.set.time_to_live;
-    if (!known && lives > Duration(0) && ecology_.scheduler_.now() - first.since < lives) break;
+    if (!known && lives > Duration(0) && ecology_.scheduler_.now() - first.since < std::min(lives, kMaxHold)) break;
     auto one = std::move(first);
     peer->held_bytes -= size_of(one.set);
+    held_bytes_ -= size_of(one.set);
     peer->held.pop_front();
     take_set(*peer, std::move(one.set), one.sent);
     if (alive.ended()) return;
   }
   reading_from_ = before;
   auto* peer = find_up(id);
-  if (!peer || peer->held.empty() || held_timer_.pending()) return;
+  if (!peer || peer->held.empty()) return;
   peer->channel->add_times(true);
   ecology_.flush_soon_.request();
-  held_timer_ = ecology_.scheduler_.after(kAskAgain, [this, id] { take_held(id); });
+  look_at_held();
 }
 
 }  // namespace rubicon::tuples::mqtt

@@ -9,10 +9,11 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-constexpr std::size_t kShownOverhead = 256;
+/// Of a connection; of a component with what links keep of it.
+constexpr std::size_t kShownOverhead = 256, kComponentOverhead = 2048;
 
 std::size_t size_of(const Reached& one) {
-  return kShownOverhead + 2 * one.line.user.size() + one.shown.host.size() + one.shown.summary.size();
+  return kComponentOverhead + 2 * one.line.user.size() + one.shown.host.size() + one.shown.summary.size();
 }
 
 bool is_same(const Reached& one, const Reached& other) {
@@ -47,7 +48,6 @@ bool Presence::show(const Line& line, const LineShown& shown) {
   state.shown = shown;
   state.until = SteadyTime::max();
   state.here = state.seen = true;
-  state.doubted = false;
   review_line(line, PeerEvent::kLost);
   return true;
 }
@@ -88,12 +88,10 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
 }
 
 void Presence::fade(const Line& line, OwnerId id) {
-  const auto found = lines_.find(line);
-  if (found == lines_.end() || !found->second.seen) return;
-  const auto one = found->second.components.find(id);
-  if (one == found->second.components.end()) return;
-  one->second.until = std::min(one->second.until, scheduler_.now() + kReturn);
-  expiry_.advance_to(one->second.until);
+  auto* one = find(line, id);
+  if (!one || !lines_.at(line).seen) return;
+  one->until = std::min(one->until, scheduler_.now() + kReturn);
+  expiry_.advance_to(one->until);
 }
 
 void Presence::remove(const Line& line, OwnerId id, PeerEvent how) {
@@ -138,25 +136,33 @@ void Presence::end_reading() {
   for (const auto& [line, id] : gone) fade(line, id);
 }
 
-void Presence::doubt(const Line& line) {
-  const auto found = lines_.find(line);
-  if (found == lines_.end() || std::exchange(found->second.doubted, true)) return;
-  review_line(line, PeerEvent::kLost);
+void Presence::doubt(const Line& line, OwnerId id) {
+  auto* one = find(line, id);
+  if (one && !std::exchange(one->doubted, true)) review(id, PeerEvent::kLost);
 }
 
-void Presence::believe(const Line& line) {
-  const auto found = lines_.find(line);
-  if (found != lines_.end() && std::exchange(found->second.doubted, false)) review_line(line, PeerEvent::kLost);
+void Presence::believe(const Line& line, OwnerId id) {
+  auto* one = find(line, id);
+  if (one && std::exchange(one->doubted, false)) review(id, PeerEvent::kLost);
 }
 
 std::vector<std::pair<OwnerId, Reached>> Presence::doubted() const {
   std::vector<std::pair<OwnerId, Reached>> all;
   for (const auto& [line, state] : lines_) {
-    if (!state.doubted || state.components.empty()) continue;
-    const auto id = state.components.begin()->first;
-    all.emplace_back(id, components_.at(id).at(line));
+    for (const auto& [id, one] : state.components) {
+      if (!one.doubted) continue;
+      const auto known = components_.find(id);
+      if (known != components_.end() && known->second.contains(line)) all.emplace_back(id, known->second.at(line));
+    }
   }
   return all;
+}
+
+Presence::Component* Presence::find(const Line& line, OwnerId id) {
+  const auto found = lines_.find(line);
+  if (found == lines_.end()) return nullptr;
+  const auto one = found->second.components.find(id);
+  return one == found->second.components.end() ? nullptr : &one->second;
 }
 
 void Presence::expire() {
@@ -186,7 +192,9 @@ void Presence::expire() {
 /// A line that goes may come back: until then what is there stays.
 bool Presence::counts(const Line& line, OwnerId id) const {
   const auto found = lines_.find(line);
-  if (found == lines_.end() || found->second.doubted || found->second.shown.lease <= Duration(0)) return false;
+  if (found == lines_.end() || found->second.shown.lease <= Duration(0)) return false;
+  const auto one = found->second.components.find(id);
+  if (one == found->second.components.end() || one->second.doubted) return false;
   return !calls_.allowed || calls_.allowed(line, id);
 }
 
@@ -231,7 +239,7 @@ void Presence::review_all() {
 void Presence::forget_former(OwnerId id, const Reached& now) {
   std::erase_if(components_.at(id), [&](const auto& one) {
     const auto& state = lines_.at(one.first);
-    const bool former = one.first != now.line && is_same(one.second, now) && !state.seen && !state.doubted;
+    const bool former = one.first != now.line && is_same(one.second, now) && !state.seen;
     if (former) add_bytes(one.first.user, 0, size_of(one.second));
     return former;
   });

@@ -56,11 +56,11 @@ class Presence {
   /// others is gone.
   void end_reading();
   /// Nobody answers there: what it shows does not count, until somebody does.
-  void doubt(const Line& line);
-  void believe(const Line& line);
+  void doubt(const Line& line, OwnerId id);
+  void believe(const Line& line, OwnerId id);
   /// Calls::allowed may have another answer now.
   void review_all();
-  /// One component of each such line.
+  /// All of them.
   std::vector<std::pair<OwnerId, Reached>> doubted() const;
 
   /// What was shown on that line.
@@ -75,15 +75,16 @@ class Presence {
 
  private:
   struct Component {
-    bool seen = false;
+    bool seen = false, doubted = false;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
   };
   struct LineState {
     LineShown shown;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
-    bool here = false, seen = false, doubted = false;
+    bool here = false, seen = false;
     std::map<OwnerId, Component> components;
   };
+  Component* find(const Line& line, OwnerId id);
   bool add_bytes(const std::string& user, std::size_t more, std::size_t less);
   bool counts(const Line& line, OwnerId id) const;
   const Reached* best(OwnerId id) const;

@@ -14,18 +14,17 @@ Search::Search(const Topics& topics, Scheduler& scheduler, Calls calls)
 /// The own inbox is the first step: whoever speaks to this process while it reads is heard.
 void Search::connected() {
   connected_ = true;
-  ready_ = all_read_ = false;
-  for (auto& [id, read] : components_) read = false;
-  for (auto& [line, read] : lines_) read = false;
-  step_.clear();
-  queue_.clear();
+  for (auto& [line, read] : lines_) {
+    if (std::exchange(read, false)) ++unread_[line.user];
+  }
   queue_.push_back({{}, {}, {}, true});
   add_all();
   next();
 }
 
 void Search::cut() {
-  connected_ = ready_ = false;
+  connected_ = ready_ = all_read_ = false;
+  for (auto& [id, read] : components_) read = false;
   step_.clear();
   queue_.clear();
   late_.clear();
@@ -92,7 +91,7 @@ void Search::passed(std::uint64_t step) {
 
 void Search::read(const Line& line) {
   if (const auto found = lines_.find(line); found != lines_.end()) {
-    found->second = true;
+    if (!std::exchange(found->second, true)) count_read(line);
     calls_.line_read(line);
   } else {
     calls_.unsubscribe(topics_.line_filter(line));  // forgotten meanwhile
@@ -106,6 +105,7 @@ void Search::narrow() {
   for (const auto& [line, read] : lines_) calls_.unsubscribe(topics_.line_filter(line));
   components_.clear();
   lines_.clear();
+  unread_.clear();
 }
 
 void Search::all() {
@@ -125,7 +125,9 @@ void Search::component(OwnerId id) {
 
 void Search::line(const Line& line) {
   if (all_ || lines_.contains(line)) return;
-  if (lines_.size() >= kMaxSought) return all();
+  auto& unread = unread_[line.user];
+  if (lines_.size() >= kMaxLines || unread >= kMaxUnread) return;
+  ++unread;
   lines_.emplace(line, false);
   if (!connected_) return;
   queue_.push_back({topics_.line_filter(line), {}, line});
@@ -133,7 +135,16 @@ void Search::line(const Line& line) {
 }
 
 void Search::forget(const Line& line) {
-  if (lines_.erase(line) > 0 && connected_) calls_.unsubscribe(topics_.line_filter(line));
+  const auto found = lines_.find(line);
+  if (found == lines_.end()) return;
+  if (!found->second) count_read(line);
+  lines_.erase(found);
+  if (connected_) calls_.unsubscribe(topics_.line_filter(line));
+}
+
+void Search::count_read(const Line& line) {
+  const auto found = unread_.find(line.user);
+  if (found != unread_.end() && --found->second == 0) unread_.erase(found);
 }
 
 bool Search::knows(OwnerId id) const {

@@ -30,8 +30,10 @@ class Search {
     std::function<void()> complete;
   };
   static constexpr Duration kFenceTime = std::chrono::seconds(10);
-  /// Of components, and of connections, that are looked for one by one; more of them, and all presence is read.
+  /// Of components that are looked for one by one; with more of them all presence is read.
   static constexpr std::size_t kMaxSought = 4096;
+  /// Of connections; of those of one user that are not read yet. More of them are not looked at.
+  static constexpr std::size_t kMaxLines = 16'384, kMaxUnread = 256;
 
   Search(const Topics& topics, Scheduler& scheduler, Calls calls);
 
@@ -73,12 +75,14 @@ class Search {
   void fence();
   void read(const Line& line);
   void narrow();
+  void count_read(const Line& line);
 
   const Topics& topics_;
   Calls calls_;
   bool connected_ = false, all_ = false, all_read_ = false, ready_ = false;
   std::map<OwnerId, bool> components_;  ///< whether it was read
   std::map<Line, bool> lines_;
+  std::map<std::string, std::size_t> unread_;  ///< of lines_, by user
   std::deque<Part> queue_;
   std::vector<Part> step_;  ///< that is under way
   std::uint64_t number_ = 0;

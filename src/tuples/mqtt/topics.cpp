@@ -94,6 +94,10 @@ std::string Topics::inbox_filter(const Line& own) const {
   return fmt::format("{}to/{}/{}/+/+", root_, own.user, own.token);
 }
 
+std::string Topics::probe(const Line& own) const {
+  return inbox(own, {"-probe-", own.token});
+}
+
 std::string Topics::document(std::string_view user) const {
   return fmt::format("{}{}{}", root_, kDocuments, user);
 }

@@ -46,6 +46,8 @@ class Topics {
   static constexpr std::string_view kShards = "0123456789abcdef";
   std::string inbox(const Line& to, const Line& from) const;
   std::string inbox_filter(const Line& own) const;
+  /// In the own inbox, in a name that no user has: what comes from there, the broker's rights do not hold back.
+  std::string probe(const Line& own) const;
   /// Retained: a document that the user shows to all. It is no topic of parse().
   std::string document(std::string_view user) const;
   std::string document_filter() const;

@@ -83,13 +83,14 @@ void Uplink::on_connected(const transport::MqttConnack& connack) {
   connected_ = true;
   pause_ = kFirstPause;
   trouble_.clear();
+  refusals_ = 0;
   log_.unlimited().info(
       fmt::format("connected with {} as {}", name(at_), broker().user == kAnonymous ? "nobody" : broker().user));
   if (at_ > 0) look_back_ = scheduler_.after(about(kLookBack), [this] { look_back(0); });
   calls_.connected(connack);
 }
 
-/// A broker that refuses this process is not tried again before the others were.
+/// A broker that refuses this process is not tried again before the others were; if all refuse, seldom.
 void Uplink::on_failed(const Error& why) {
   const bool was_up = std::exchange(connected_, false), refused = why.code == ErrorCode::kRefused;
   line_.reset();
@@ -99,12 +100,13 @@ void Uplink::on_failed(const Error& why) {
   log_.warning("connection", fmt::format("{}: {}", name(at_), why.text));
   const auto now = scheduler_.now();
   if (was_up) failing_since_ = now;
-  if (brokers_.size() > 1 && (refused || now - failing_since_ >= kPatience)) {
+  if (refused && ++refusals_ % brokers_.size() == 0) {
+    pause_ = kRefusedPause;
+    at_ = (at_ + 1) % brokers_.size();
+  } else if (brokers_.size() > 1 && (refused || now - failing_since_ >= kPatience)) {
     at_ = (at_ + 1) % brokers_.size();
     failing_since_ = now;
     pause_ = kFirstPause;
-  } else if (refused) {
-    pause_ = kRefusedPause;
   }
   connect_later();
   if (was_up) calls_.lost();

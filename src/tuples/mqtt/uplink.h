@@ -71,6 +71,7 @@ class Uplink {
   std::unique_ptr<transport::MqttLine> line_;
   std::unique_ptr<transport::MqttLine> scout_;  ///< asks whether an earlier broker is there
   bool connected_ = false;
+  std::size_t refusals_ = 0;  ///< one after the other
   SteadyTime failing_since_{};
   Duration pause_;
   std::string trouble_;

@@ -35,6 +35,7 @@ struct End {
       return Channel::Sent::kYes;
     };
     calls.too_large = [](ByteView) {};
+    calls.may_swallow = [](std::size_t) { return false; };
     calls.received = [this](ByteView entries) { read(entries); };
     calls.met_again = [this] { ++met_again; };
     calls.credit = [this] { return credit; };

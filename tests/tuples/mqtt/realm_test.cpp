@@ -12,6 +12,7 @@
 #include "support/memory/mqtt_broker.h"
 #include "support/rights.h"
 #include "tuples/component.h"
+#include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/mqtt_ecology.h"
 #include "tuples/space_rights.h"
 
@@ -25,6 +26,8 @@ using testing::IsEmpty;
 
 const transport::Endpoint kRealmBroker{"10.0.0.1", 1883};
 constexpr OwnerId kHallIsland{1}, kLabIsland{2}, kDesk{70000}, kGuest{70001};
+const std::string kRoot = "rubicon-space/1/default/";
+constexpr std::uint64_t kRogueStart = 1'000'000'000'000'000;  // 2001
 const std::string kShown = "rubicon-space/1/default/p/realm/";
 
 /// `signed 7 hall:1 desk:admin`: the seventh document. A number behind a name is that of its island, a word its role.
@@ -170,6 +173,54 @@ struct RealmAtABroker : testing::Test {
         EXPECT_THAT(event, AnyOf("down 70001", "up 70009")) << "nobody else is lost or met";
     }
   }
+  /// A component that is earlier than each real one, and answers all who ask whether it lives.
+  std::unique_ptr<transport::MqttLine> rogue(OwnerId id) {
+    transport::MqttOptions options;
+    options.host = kRealmBroker.address;
+    options.user = "guest";
+    options.password = "secret";
+    transport::MqttCalls calls;
+    calls.connected = [](const transport::MqttConnack&) {};
+    calls.received = [this](const transport::MqttMessage& message) { answer(message); };
+    calls.failed = [](const Error&) {};
+    other_machine.join(net, "10.0.0.9");
+    auto line = std::move(*other_machine.open_mqtt(options, calls));
+    time.run_for(1s);
+    EXPECT_TRUE(line->subscribe(kRoot + "to/guest/00000000000a/#", 0));
+    const std::string at = kRoot + "p/a/guest/00000000000a";
+    EXPECT_TRUE(line->publish({at, line_text({1, 20s}), true, 1, {}, {}, 0}));
+    const auto shown = component_text({kRogueStart, "far", {}});
+    EXPECT_TRUE(line->publish({at + "/" + std::to_string(number(id)), shown, true, 1, {}, {}, 0}));
+    return line;
+  }
+  void answer(const transport::MqttMessage& message) {
+    ByteView entries;
+    const auto head = read_head(base::as_bytes(message.payload), entries);
+    if (!head || entries.empty() || head->number != 0) return;
+    ++questions;
+    struct Asked final : distant::FrameReader {
+      void on_changes(std::span<const Change>) override {}
+      void on_set(RemoteSet&&) override {}
+      void on_reply(Reply&&) override {}
+      void on_times(const distant::FrameTimes&) override {}
+      void on_identity_check(const distant::IdentityCheck& check) override { number = check.number; }
+      std::uint64_t number = 0;
+    } asked;
+    EXPECT_TRUE(distant::read_frame(entries, head->source, head->target, asked));
+    send_answer(*head, asked.number, std::string(message.topic));
+  }
+  /// To where it came from.
+  void send_answer(const FrameHead& question, std::uint64_t number, const std::string& topic) {
+    FrameHead back;
+    back.source = question.target;
+    back.source_incarnation = question.target_incarnation;
+    back.target = question.source;
+    back.target_incarnation = question.source_incarnation;
+    distant::FrameWriter entry;
+    entry.add(distant::IdentityCheck{true, number});
+    const auto asker = topic.substr((kRoot + "to/guest/00000000000a/").size());
+    broker.publish(kRoot + "to/" + asker + "/guest/00000000000a", base::as_text(frame_of(back, entry.view())));
+  }
   std::vector<std::string> shown() const {
     std::vector<std::string> all;
     for (const auto& [topic, text] : broker.retained()) {
@@ -192,6 +243,7 @@ struct RealmAtABroker : testing::Test {
     return line;
   }
 
+  int questions = 0;
   static inline const std::string kFirst = document(1, "hall:1 lab:2 desk:admin guest:admin");
   static inline const std::string kShutOut = document(2, "hall:1 lab:2 desk:admin");
 
@@ -388,6 +440,57 @@ TEST_F(RealmAtABroker, WhoMakesUpUsersMakesNoMemberWait) {
   lab->realm->found(kShutOut);
   time.run_for(1s);
   expect_shut_out("dim");
+}
+
+/// Each member may use the ids of tools.
+TEST_F(RealmAtABroker, NobodyEndsAComponentOfAnotherUser) {
+  std::vector<OwnerId> displaced;
+  desk->ecology->watch_displaced([&](OwnerId id) { displaced.push_back(id); });
+  const auto line = rogue(kDesk);
+  time.run_for(1min);
+  EXPECT_THAT(displaced, IsEmpty());
+  EXPECT_EQ(command(*desk, "on"), Verdict::kApplied);
+  EXPECT_TRUE(desk->log.contains("user guest shows a component 70000, too"));
+}
+
+/// It does not acknowledge, so it is asked; the number of that question ends nobody else.
+TEST_F(RealmAtABroker, NobodyAnswersForAnother) {
+  std::vector<OwnerId> displaced;
+  hall->ecology->watch_displaced([&](OwnerId id) { displaced.push_back(id); });
+  const auto line = rogue(OwnerId(70009));
+  const auto all = hall->space->subscribe(pattern("*:x"), {}, [](const Event&) {});
+  time.run_for(1min);
+  EXPECT_GT(questions, 0);
+  EXPECT_THAT(hall->space->peers(), testing::Contains(OwnerId(70009))) << "it answers: it is there";
+  for (const auto& [topic, payload] : std::map(broker.retained())) {
+    if (!topic.starts_with(kRoot + "p/") || !topic.ends_with("/1")) continue;
+    FrameHead question;
+    question.source = question.target = kHallIsland;
+    question.source_incarnation = read_component(payload)->incarnation;
+    question.target_incarnation = kRogueStart;
+    const auto at = topic.substr(kRoot.size() + 4, topic.size() - kRoot.size() - 6);
+    for (std::uint64_t number = 0; number < 3; ++number)
+      send_answer(question, number, kRoot + "to/guest/00000000000a/" + at);
+  }
+  time.run_for(10s);
+  EXPECT_THAT(displaced, IsEmpty());
+}
+
+TEST_F(RealmAtABroker, WithoutRightsAtTheBrokerRolesCountForNothing) {
+  EXPECT_EQ(command(*desk, "on"), Verdict::kApplied);
+  broker.stop(true);
+  broker.rights.reset();
+  broker.start();
+  time.run_for(10s);
+  EXPECT_NE(command(*desk, "off"), Verdict::kApplied) << "anybody may have written it";
+  EXPECT_TRUE(hall->log.contains("lets users write in each other's names"));
+  broker.stop(true);
+  broker.rights = transport::MqttRights{{"rubicon-space/1/+/p/#", "rubicon-space/1/+/to/%u/#"},
+                                        {"rubicon-space/1/+/p/+/%u/#", "rubicon-space/1/+/to/+/+/%u/+"}};
+  broker.start();
+  time.run_for(10s);
+  EXPECT_EQ(command(*desk, "dim"), Verdict::kApplied);
+  EXPECT_THAT(decided, ElementsAre("on", "dim"));
 }
 
 }  // namespace
