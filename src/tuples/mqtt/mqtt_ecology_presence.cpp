@@ -16,7 +16,7 @@ constexpr Duration kLook = std::chrono::seconds(1);
 constexpr unsigned kManyChanges = 500;
 constexpr Duration kSeldom = std::chrono::seconds(30);
 /// Of a component that lives.
-constexpr Duration kAnswerTime = std::chrono::seconds(3);
+constexpr Duration kAnswerWithin = std::chrono::seconds(3);
 
 std::uint64_t random_number() {
   std::random_device source;
@@ -137,12 +137,12 @@ void MqttEcology::look_at_silent() {
   std::vector<std::pair<OwnerId, const MqttLink*>> unasked;
   std::vector<OwnerId> over;
   each_link([&](const MqttLink& link) {
-    for (const auto id : link.silent(options_.lease - kAnswerTime)) {
+    for (const auto id : link.silent(options_.lease - kAnswerWithin)) {
       const auto known = suspects_.find(id);
       auto suspect = known == suspects_.end() ? Suspect() : known->second;
       const bool asked = suspect.asked != SteadyTime::max();
-      if (asked && now - suspect.asked >= kAnswerTime) over.push_back(id);
-      if (!asked && now - suspect.answered >= options_.lease - kAnswerTime) {
+      if (asked && now - suspect.asked >= kAnswerWithin) over.push_back(id);
+      if (!asked && now - suspect.answered >= options_.lease - kAnswerWithin) {
         suspect.asked = now;
         unasked.emplace_back(id, &link);
       }
