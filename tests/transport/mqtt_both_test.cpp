@@ -181,7 +181,7 @@ TEST_P(BothBrokers, PatternsOfRightsHold) {
     connect(lab, options(version, "lab"));
     subscribe(lab, "s/1/to/#");
     EXPECT_THAT(lab.refused, IsEmpty()) << "granted, and silent";
-    const auto before = ann.received.size();
+    ann.received.clear();
     for (const auto* topic : {"s/1/p/3/lab/x", "s/1/p/3/hall/x", "s/1/to/hall/x/lab/y", "s/1/to/hall/x/hall/y"}) {
       ASSERT_TRUE(lab.line->publish({topic, "1", false, 1}));
       ASSERT_TRUE(lab.line->publish({topic, "0"}));
@@ -190,9 +190,8 @@ TEST_P(BothBrokers, PatternsOfRightsHold) {
     ASSERT_TRUE(lab.line->publish({"end", "", false, 1}));
     ASSERT_TRUE(hears(ann, "end "));
     ASSERT_TRUE(world->until([&] { return lab.outcomes.size() == 5; }));
-    const std::vector<std::string> got(ann.received.begin() + static_cast<std::ptrdiff_t>(before), ann.received.end());
-    EXPECT_THAT(got, ElementsAre("s/1/p/3/lab/x 1", "s/1/p/3/lab/x 0", "s/1/to/hall/x/lab/y 1", "s/1/to/hall/x/lab/y 0",
-                                 "end "));
+    EXPECT_THAT(ann.received, ElementsAre("s/1/p/3/lab/x 1", "s/1/p/3/lab/x 0", "s/1/to/hall/x/lab/y 1",
+                                          "s/1/to/hall/x/lab/y 0", "end "));
     const bool says_so = version == MqttVersion::k5;
     EXPECT_THAT(lab.not_taken, SizeIs(says_so ? 2 : 0));
     for (const auto& one : lab.not_taken) EXPECT_THAT(one, HasSubstr("0x87"));
