@@ -130,7 +130,7 @@ TEST_F(IslandsOnEngines, OneCarriesBetweenOneOnDdsAndOneOnPeis) {
 /// A site of DDS, and another one that sees the broker only.
 TEST_F(IslandsOnEngines, WhatIsOnDdsIsSeenOverTheBrokerAsLongAsOneCarries) {
   const Mosquitto broker;
-  const std::string at_broker = "mqtt: {broker: 127.0.0.1, trust_broker: yes}";
+  const std::string at_broker = "mqtt: {broker: 127.0.0.1, trust_broker: yes, watch: all}";
   const auto carries = "host: no, engine: [dds, mqtt], carry: [{what: 1, from: dds, to: mqtt}], " + at_broker;
   const auto native = island(1, "host: no, engine: dds"), distant = island(3, "host: no, engine: mqtt, " + at_broker);
   auto first = island(2, carries);
