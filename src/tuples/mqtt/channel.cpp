@@ -11,7 +11,7 @@ constexpr unsigned kAnswerFrames = 16;
 constexpr Duration kAnswerTime = std::chrono::milliseconds(50);
 /// Without an acknowledgement for so long, or so many round trips, what is kept is sent again; then after twice the
 /// time, up to the longest.
-constexpr Duration kRepeat = std::chrono::seconds(1), kLongestRepeat = std::chrono::seconds(8);
+constexpr Duration kRepeat = std::chrono::seconds(1), kMaxRepeat = std::chrono::seconds(8);
 constexpr int kRepeatTrips = 4;
 /// A large frame that was sent so often, for so long, while smaller ones arrived, exceeds what the broker takes: one of
 /// version 3.1.1 does not say so.
@@ -160,7 +160,7 @@ bool Channel::send_kept(std::uint64_t from) {
 /// Nothing was acknowledged for a while: the last frames may be lost, after which no gap shows.
 void Channel::send_again() {
   if (kept_.empty()) return;
-  repeat_pause_ = std::min(2 * repeat_pause_, kLongestRepeat);
+  repeat_pause_ = std::min(2 * repeat_pause_, kMaxRepeat);
   repeat_.set(repeat_pause_);
   if (is_swallowed(kept_.front())) give_up(kept_.front());
   if (kept_.front().entries.size() > kFrameBytes) times_due_ = true;  // a later one shows that this one is missing
@@ -235,7 +235,7 @@ void Channel::forget_up_to(std::uint64_t number) {
   for (; !kept_.empty() && kept_.front().number <= number; kept_.pop_front()) {
     const auto& frame = kept_.front();
     if (frame.sent == 1)
-      repeat_pause_ = std::clamp(kRepeatTrips * (scheduler_.now() - frame.since), kRepeat, kLongestRepeat);
+      repeat_pause_ = std::clamp(kRepeatTrips * (scheduler_.now() - frame.since), kRepeat, kMaxRepeat);
     kept_bytes_ -= frame.entries.size();
     taken_bytes_ += frame.entries.size();
   }

@@ -73,7 +73,9 @@ void MqttEcology::leave() {
 /// Whether a component lives.
 void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
   auto& question = questions_[{id, who.line}];
-  question = {random_number(), who.shown.incarnation, asker.id(), scheduler_.now()};
+  // Asked again before its answer came: that still counts.
+  if (question.incarnation != who.shown.incarnation || question.asker != asker.id())
+    question = {random_number(), who.shown.incarnation, asker.id(), scheduler_.now()};
   distant::FrameWriter entry;
   entry.add(distant::IdentityCheck{false, question.number});
   FrameHead head;

@@ -10,7 +10,7 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-constexpr Duration kFirstPause = std::chrono::milliseconds(500), kLongestPause = std::chrono::seconds(10);
+constexpr Duration kFirstPause = std::chrono::milliseconds(500), kMaxPause = std::chrono::seconds(10);
 /// A wrong password does not become right by repetition.
 constexpr Duration kRefusedPause = std::chrono::seconds(30);
 
@@ -120,7 +120,7 @@ void Uplink::connect_later() {
       connect_later();
     }
   });
-  pause_ = std::min(2 * pause_, std::max(pause_, kLongestPause));
+  pause_ = std::min(2 * pause_, std::max(pause_, kMaxPause));
 }
 
 /// Asks the earlier brokers, one after the other.
