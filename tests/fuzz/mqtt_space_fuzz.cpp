@@ -2,6 +2,7 @@
 
 #include "fuzz_target.h"
 #include "tuples/mqtt/messages.h"
+#include "tuples/mqtt/packing.h"
 #include "tuples/mqtt/topics.h"
 
 namespace rubicon::fuzz::mqtt_space_fuzz {
@@ -39,6 +40,19 @@ void check_presence(std::string_view payload) {
   }
 }
 
+/// What was unpacked comes back, packed or as it is.
+void check_packed(ByteView received) {
+  static Packing packing;
+  Bytes into, again;
+  const auto plain = packing.unpacked(received, into);
+  if (!plain) return;
+  if (plain->size() > Packing::kMaxUnpacked && !into.empty()) std::abort();
+  const auto packed = packing.packed(*plain);
+  if (!packed) return;
+  const auto same = packing.unpacked(*packed, again);
+  if (!same || base::as_text(*same) != base::as_text(*plain)) std::abort();
+}
+
 void check_frame(ByteView frame) {
   ByteView entries;
   const auto head = read_head(frame, entries);
@@ -59,6 +73,7 @@ FUZZ_TARGET(mqtt_space) {
   const ByteView input(data, size);
   check_topic(base::as_text(input));
   check_presence(base::as_text(input));
+  check_packed(input);
   check_frame(input);
   return 0;
 }

@@ -91,7 +91,7 @@ const std::map<std::string, Names> kLibraryEdges{
       "apps/rubicon-proxy",
       "apps/simulators"}},
     {"sqlite3.h", {"sqlite"}},
-    {"zstd.h", {"recording", "history"}},
+    {"zstd.h", {"recording", "history", "tuples/mqtt"}},
     {"mosquitto.h", {"transport"}},
     {"mqtt_protocol.h", {"transport"}},
     {"openssl/", {"transport", "trust", "web", "networks/knx/secure"}},

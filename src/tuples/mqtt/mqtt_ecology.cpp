@@ -316,11 +316,13 @@ Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
 
 /// A broker that takes no message of that size tells so at QoS 1 only: so the first ones of a size go that way.
 Channel::Sent MqttEcology::send_to(const Line& to, const FrameHead& head, ByteView entries) {
-  const auto size = entries.size();
+  const auto packed = packing_.packed(entries);
+  const auto sent = packed ? ByteView(*packed) : entries;
+  const auto size = sent.size();
   if (size > largest_) return Channel::Sent::kTooLarge;
   transport::MqttPublication frame;
   frame.topic = topics_.inbox(to, own_);
-  frame.payload = base::as_text(frame_of(head, entries));
+  frame.payload = base::as_text(frame_of(head, sent));
   if (answers_ && size > std::max(proven_, Channel::kFrameBytes) && large_.size() < kMaxLarge) {
     frame.qos = 1;
     frame.number = ++large_number_;

@@ -15,6 +15,7 @@
 #include "tuples/member.h"
 #include "tuples/mqtt/channel.h"
 #include "tuples/mqtt/documents.h"
+#include "tuples/mqtt/packing.h"
 #include "tuples/mqtt/presence.h"
 #include "tuples/mqtt/search.h"
 #include "tuples/mqtt/uplink.h"
@@ -163,6 +164,7 @@ class MqttEcology final : public StandInEcology {
   Presence presence_;
   Search search_;
   Uplink uplink_;
+  Packing packing_;
   std::unique_ptr<Documents> documents_;  ///< null: there is no realm
   Handle realm_changes_;
   Line own_;

@@ -56,8 +56,10 @@ void MqttLink::received(OwnerId id, ByteView entries) {
   reading_from_ = id;
   reading_sent_.reset();
   Reader reader(*this);
-  if (auto read = distant::read_frame(entries, id, who_.id, reader); !read && !reader.ended())
-    ecology_.log_.warning(fmt::format("frame {}", number(id)), read.error().text);
+  Bytes unpacked;
+  auto plain = ecology_.packing_.unpacked(entries, unpacked);
+  auto read = plain ? distant::read_frame(*plain, id, who_.id, reader) : Result<void>(fail(std::move(plain.error())));
+  if (!read && !reader.ended()) ecology_.log_.warning(fmt::format("frame {}", number(id)), read.error().text);
 }
 
 void MqttLink::on_changes(std::span<const Change> changes) {

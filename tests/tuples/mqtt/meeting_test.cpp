@@ -251,9 +251,9 @@ struct Large : Meeting {
     const auto copies = lab.space->subscribe(pattern("1:**"), {}, seen.call());
     const auto opened = open(hall, decided);
     time.run_for(3s);
-    EXPECT_TRUE(hall.space->set("large", std::string(200'000, 'x')));
+    EXPECT_TRUE(hall.space->set("large", noise(200'000)));
     EXPECT_TRUE(hall.space->set("lamp", "after"));
-    const auto sent = command(lab, kHall, std::string(200'000, 'y'), 2min), then = command(lab, kHall, "then", 2min);
+    const auto sent = command(lab, kHall, noise(200'000), 2min), then = command(lab, kHall, "then", 2min);
     time.run_for(within);
     EXPECT_EQ(lab.value(kHall, "lamp"), "then") << "what follows goes on";
     EXPECT_EQ(lab.value(kHall, "large"), "none");
@@ -263,10 +263,10 @@ struct Large : Meeting {
     EXPECT_EQ((*then)->verdict, Verdict::kApplied);
     EXPECT_THAT(decided, ElementsAre("then"));
     EXPECT_EQ(hall.ecology->counters().too_large, 1U);
-    EXPECT_TRUE(hall.space->set("large", std::string(90'000, 'z')));
+    EXPECT_TRUE(hall.space->set("large", noise(90'000)));
     time.run_for(20s);
     EXPECT_EQ(lab.value(kHall, "large").size(), 90'000U) << "smaller ones pass";
-    EXPECT_TRUE(hall.space->set("large", std::string(250'000, 'x')));
+    EXPECT_TRUE(hall.space->set("large", noise(250'000)));
     time.run_for(1min);
     EXPECT_EQ(hall.ecology->counters().too_large, 2U);
     EXPECT_THAT(lab.take(), ElementsAre("up 1")) << "nobody was lost";
@@ -299,7 +299,7 @@ TEST_F(Large, ALimitThatIsLowerAfterARestart) {
   const auto copies = lab->space->subscribe(pattern("1:**"), {}, seen.call());
   time.run_for(3s);
   broker.stop(true);
-  EXPECT_TRUE(hall->space->set("large", std::string(200'000, 'x')));
+  EXPECT_TRUE(hall->space->set("large", noise(200'000)));
   time.run_for(1s);
   EXPECT_TRUE(hall->space->set("lamp", "after"));
   broker.largest_packet = 100'000;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,6 +28,14 @@ inline SpaceOptions options_at(const std::vector<transport::Endpoint>& brokers) 
   }
   options.trust_broker = true;
   return options;
+}
+
+/// Text that packing makes no smaller than three quarters.
+inline std::string noise(std::size_t size) {
+  std::mt19937 random(static_cast<unsigned>(size));
+  std::string text(size, '\0');
+  for (auto& letter : text) letter = static_cast<char>('0' + random() % 64);
+  return text;
 }
 
 /// A process with one component, at its own site.

@@ -350,7 +350,7 @@ TEST_F(Sites, OneWhoAsksManyGetsTheirValuesOnce) {
   for (std::size_t i = 0; i < kSites; ++i) {
     all.push_back(site(OwnerId(static_cast<std::uint32_t>(100 + i)), fmt::format("10.1.0.{}", i + 1)));
     for (std::size_t j = 0; j < kValues; ++j)
-      EXPECT_TRUE(all.back()->space->set(fmt::format("value.{}", j), std::string(kBytes, 'x')));
+      EXPECT_TRUE(all.back()->space->set(fmt::format("value.{}", j), noise(kBytes)));
   }
   time.run_for(30s);
   std::size_t bytes = 0, came = 0;
