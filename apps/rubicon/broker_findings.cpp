@@ -10,6 +10,7 @@
 #include "apps/rubicon/table.h"
 #include "client/ecology_options.h"
 #include "transport/poll_loop.h"
+#include "trust/site/site_folder.h"
 
 namespace rubicon::cli {
 
@@ -75,7 +76,7 @@ Finding connected(const BrokerSeen& broker) {
 Finding check_protection(const BrokerSeen& broker) {
   if (!broker.retains)
     return {kSites, Grade::kProblem,
-            fmt::format("the broker {} keeps no retained messages: nobody is seen", broker.place),
+            fmt::format("the broker {} keeps no retained messages: components do not find each other", broker.place),
             "allow them: `retain_available true` (mosquitto)"};
   if (!broker.hands_on)
     return {kSites, Grade::kProblem,
@@ -83,8 +84,8 @@ Finding check_protection(const BrokerSeen& broker) {
             "give its users the four rights that " + page("sites.md#what-the-broker-reads") + " names"};
   if (broker.forges)
     return {kSites, Grade::kNote,
-            fmt::format("the broker {} lets {} write in the name of others: nobody vouches for anybody", broker.place,
-                        broker.user == tuples::mqtt::kAnonymous ? "whoever connects" : broker.user),
+            fmt::format("the broker {} lets {} write in the name of others: the names of its users prove nothing",
+                        broker.place, broker.user == tuples::mqtt::kAnonymous ? "whoever connects" : broker.user),
             "give its users the four rights that " + page("sites.md#what-the-broker-reads") + " names"};
   return {kSites, Grade::kGood,
           fmt::format("the rights of the broker {} protect others from {}", broker.place, broker.user)};
@@ -96,7 +97,7 @@ std::string some_of(const std::vector<std::string>& names) {
                      shown < names.size() ? fmt::format(" and {} more", names.size() - shown) : "");
 }
 
-Findings check_users(const BrokerSeen& broker, const trust::site::SiteRealm& realm) {
+Findings check_users(const BrokerSeen& broker, const rubicon::trust::site::SiteRealm& realm) {
   std::vector<std::string> strange, revoked;
   for (const auto& [user, components] : broker.users) {
     if (realm.is_revoked(user)) {
@@ -127,7 +128,7 @@ Findings check_ghosts(const BrokerSeen& broker) {
   return {{kSites, Grade::kNote,
            fmt::format("the broker {} has {} without a connection: {}", broker.place,
                        counted(names.size(), "component"), some_of(names)),
-           "nobody believes them; what a broker kept of a time before goes by itself within an hour"}};
+           "programs ignore them; what a broker kept of a time before goes by itself within an hour"}};
 }
 
 Findings check_end(const std::string& of, int days, const std::string& fix) {
@@ -153,6 +154,9 @@ Findings check_realm(const BrokerSeen& broker, const RealmSeen& seen, WallTime n
           fmt::format("the realm file in {} has number {}, that of {} has {}", seen.folder, seen.on_disk, seen.shown_by,
                       realm.number),
           "nothing: programs take the newer one while they run. A program that may write the folder keeps it there"}});
+  for (const auto& key : seen.open_keys)
+    add({{kSites, Grade::kProblem, key + ": others may read this key, and take part in the name of its member",
+          fmt::format("chmod 600 {0}; whoever read it has it: rubicon trust renew the member", key)}});
   add(check_users(broker, realm));
   const auto days_to = [&](WallTime end) {
     return static_cast<int>(std::chrono::floor<std::chrono::days>(end - now).count());
@@ -207,6 +211,28 @@ Findings check_broker_losses(const IslandSeen& seen) {
   return all;
 }
 
+namespace {
+
+/// Those of members and of the authority below `folder` to which others of this host have access.
+std::vector<std::string> open_keys(const rubicon::trust::site::SiteFolder& folder) {
+  std::vector<std::string> names{rubicon::trust::site::kAuthorityKeyFile}, found;
+  for (const auto& user : folder.members()) {
+    names.push_back(rubicon::trust::site::member_key(user));
+    names.push_back(rubicon::trust::site::member_password(user));
+  }
+  for (const auto& name : names) {
+    std::error_code error;
+    auto path = folder.files().path(name);
+    const auto mode = std::filesystem::status(path, error).permissions();
+    if (!error && mode != std::filesystem::perms::unknown &&
+        (mode & std::filesystem::perms::others_all) != std::filesystem::perms::none)
+      found.push_back(std::move(path));
+  }
+  return found;
+}
+
+}  // namespace
+
 Result<std::optional<RealmSeen>> look_at_realm(const client::Options& options, const BrokerSeen& broker) {
   base::NullLogSink quiet;
   auto loop = transport::PollLoop::make();
@@ -222,7 +248,8 @@ Result<std::optional<RealmSeen>> look_at_realm(const client::Options& options, c
     if (live.take(document, user) == tuples::UserRealm::Taken::kNewer) seen.shown_by = user;
   }
   seen.realm = live.realm();
-  if (const auto contents = trust::site::contents_of(seen.folder, (*loop)->wall_now())) {
+  seen.open_keys = open_keys(rubicon::trust::site::SiteFolder(seen.folder));
+  if (const auto contents = rubicon::trust::site::contents_of(seen.folder, (*loop)->wall_now())) {
     seen.authority_days_left = contents->authority_days_left;
     for (const auto& one : contents->members) {
       if (one.name == broker.user) seen.own_ends = one.ends;

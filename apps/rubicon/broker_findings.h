@@ -14,12 +14,13 @@ namespace rubicon::cli {
 
 /// What this program knows of the realm.
 struct RealmSeen {
-  trust::site::SiteRealm realm;  ///< the newest one, of those that others show too
-  std::uint64_t on_disk = 0;     ///< number of that in the folder
-  std::string shown_by;          ///< who shows the newest one, if that in the folder is older
+  rubicon::trust::site::SiteRealm realm;  ///< the newest one, of those that others show too
+  std::uint64_t on_disk = 0;              ///< number of that in the folder
+  std::string shown_by;                   ///< who shows the newest one, if that in the folder is older
   std::string folder;
   std::optional<WallTime> own_ends;  ///< of the certificate of this user
   std::optional<int> authority_days_left;
+  std::vector<std::string> open_keys;  ///< paths of keys and passwords that others of this host may read
 };
 
 /// `realm`: nullptr = there is none.

@@ -145,6 +145,12 @@ TEST_F(RealmOfSites, TheDoctorOfAMemberNamesWhoIsNoneAndWhatIsOld) {
   std::filesystem::copy(folder_ / "old.p7s", folder_ / "desk-realm/realm.p7s",
                         std::filesystem::copy_options::overwrite_existing);
   EXPECT_THAT(run("desk", words).output, HasSubstr("that of hall has "));
+  const auto key = folder_ / "desk-realm/members/desk/key.pem";
+  EXPECT_THAT(run("desk", words).output, Not(HasSubstr("others may read this key")));
+  std::filesystem::permissions(key, std::filesystem::perms::others_read, std::filesystem::perm_options::add);
+  const auto open = run("desk", words);
+  EXPECT_EQ(open.code, 1);
+  EXPECT_THAT(open.output, HasSubstr(key + ": others may read this key"));
 }
 
 TEST_F(SitesOfABroker, TheDoctorSaysWhyThereIsNoBroker) {
@@ -175,7 +181,8 @@ TEST_F(SitesOfABroker, TheDoctorSaysThatABrokerProtectsNobody) {
   ASSERT_TRUE(until("laptop", words, "island 1 site1 answers"));
   const auto told = run("laptop", words);
   EXPECT_EQ(told.code, 0) << told.output;
-  EXPECT_THAT(told.output, HasSubstr("lets whoever connects write in the name of others: nobody vouches for anybody"));
+  EXPECT_THAT(told.output,
+              HasSubstr("lets whoever connects write in the name of others: the names of its users prove nothing"));
 }
 
 }  // namespace

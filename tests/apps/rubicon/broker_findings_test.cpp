@@ -126,6 +126,11 @@ TEST(BrokerFindings, WhatIsOldOrEndsSoonIsNamed) {
               AllOf(HasSubstr("note: the certificate of desk ends in 12 days"), HasSubstr("rubicon trust renew desk")));
   EXPECT_THAT(lines[2], HasSubstr("problem: the authority of the realm Rubicon 5f1c has ended"));
   realm = good_realm();
+  realm.open_keys = {"/etc/rubicon/realm/members/desk/key.pem"};
+  EXPECT_THAT(ill(check_broker(good_broker(), &realm, kCheckedAt)).at(0),
+              AllOf(HasSubstr("problem: /etc/rubicon/realm/members/desk/key.pem: others may read"),
+                    HasSubstr("chmod 600 /etc/rubicon/realm/members/desk/key.pem")));
+  realm = good_realm();
   realm.realm.members.erase("desk");
   EXPECT_THAT(ill(check_broker(good_broker(), &realm, kCheckedAt)).at(0), HasSubstr("problem: desk is no member"));
   realm.realm.revoked = {"desk"};
