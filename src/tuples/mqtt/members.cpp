@@ -57,8 +57,8 @@ void MqttEcology::judge_again() {
 
 void MqttLink::judge_again() {
   for (auto& [id, peer] : peers_) {
-    if (!peer.up || peer.identity.own_process) continue;
-    auto member = ecology_.vouched_member(peer.line.user);
+    if (!peer.at || peer.identity.own_process) continue;
+    auto member = ecology_.vouched_member(peer.at->line.user);
     if (member == peer.identity.member) continue;
     peer.identity.member = std::move(member);
     policy_->peer_up(as_judged(peer.identity));

@@ -257,7 +257,7 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
   if (!link || !link->attached() || link->incarnation() != head.target_incarnation) return;
   if (options_.realm && from != own_ && !options_.realm->member(from.user)) return foreign(from, "a frame");
   if (head.number == 0 && !entries.empty()) return on_check(from, head, entries);
-  const auto* source = presence_.reached(head.source);
+  const auto source = presence_.reached(head.source);
   const bool known = source && source->shown.incarnation == head.source_incarnation;
   if (!known) return hold(from, head, entries);
   if (source->line.user != from.user)
@@ -310,7 +310,7 @@ Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
     lifetime_.post(scheduler_, [this, head, kept = Bytes(entries.begin(), entries.end())] { take(own_, head, kept); });
     return Channel::Sent::kYes;
   }
-  const auto* target = presence_.reached(head.target);
+  const auto target = presence_.reached(head.target);
   return target ? send_to(target->line, head, entries) : Channel::Sent::kLater;
 }
 
@@ -366,6 +366,12 @@ void MqttEcology::each_link(const std::function<void(MqttLink& link)>& call) {
     auto* link = alive.ended() ? nullptr : find_link(id);
     if (link && link->attached()) call(*link);
   }
+}
+
+std::size_t MqttEcology::channels() const {
+  std::size_t all = 0;
+  for (const auto& [id, link] : links_) all += link->channels();
+  return all;
 }
 
 MqttLink* MqttEcology::find_link(OwnerId id) const {

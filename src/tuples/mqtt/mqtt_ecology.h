@@ -74,6 +74,8 @@ class MqttEcology final : public StandInEcology {
   };
   const Counters& counters() const { return counters_; }
   std::size_t presence_bytes() const { return presence_.bytes(); }
+  /// Pairs of an own component and another one that exchanged something.
+  std::size_t channels() const;
   /// Of realm files that others show; zeros without a realm.
   Documents::Counters documents() const { return documents_ ? documents_->counters() : Documents::Counters(); }
 

@@ -153,11 +153,11 @@ void MqttEcology::look_at_silent() {
   });
   suspects_ = std::move(silent);
   for (const auto& [id, link] : unasked) {
-    if (const auto* who = presence_.reached(id)) ask(*link, id, *who);
+    if (const auto who = presence_.reached(id)) ask(*link, id, *who);
   }
   const auto alive = lifetime_.watch();
   for (const auto id : over) {
-    if (const auto* who = alive.ended() ? nullptr : presence_.reached(id)) presence_.doubt(Line(who->line), id);
+    if (const auto who = alive.ended() ? nullptr : presence_.reached(id)) presence_.doubt(who->line, id);
   }
 }
 

@@ -62,9 +62,7 @@ void MqttLink::detach() {
   listener_ = nullptr;
   introduced_ = displaced_ = false;
   subscriptions_.clear();
-  for (const auto& [id, peer] : peers_) {
-    if (peer.up) policy_->peer_down(id);
-  }
+  for (const auto id : peers()) policy_->peer_down(id);
   peers_.clear();
   held_bytes_ = 0;
   ecology_.hide(*this);
@@ -90,49 +88,40 @@ PeerIdentity MqttLink::identity_of(OwnerId id, const Reached& reached) const {
 
 void MqttLink::review(OwnerId id, PeerEvent how) {
   if (!attached() || !introduced_ || id == who_.id) return;
-  const auto* found = ecology_.presence_.reached(id);
-  const auto known = peers_.find(id);
-  const bool was_up = known != peers_.end() && known->second.up;
-  const bool same = found && was_up && known->second.line.user == found->line.user &&
-                    known->second.identity.incarnation == found->shown.incarnation;
+  const auto found = ecology_.presence_.reached(id);
+  auto* peer = find_up(id);
+  const bool same = found && peer && peer->at->line.user == found->line.user &&
+                    peer->identity.incarnation == found->shown.incarnation;
   const auto alive = lifetime_.watch();
-  const auto now = found ? std::optional(*found) : std::nullopt;
-  if (was_up && !same) peer_down(id, how);
-  if (alive.ended() || !attached() || !now) return;
-  if (!same) return peer_up(id, *now);
-  auto& peer = known->second;
-  if (std::exchange(peer.line, now->line) != now->line) moved(peer);
-  if (peer.summary != now->shown.summary) {
-    peer.summary = now->shown.summary;
-    listener_->on_summary(id, peer.summary);
-  }
+  if (peer && !same) peer_down(id, how);
+  if (alive.ended() || !attached() || !found) return;
+  if (!same) return peer_up(id, found);
+  const auto before = std::exchange(peer->at, found);
+  if (before->line != found->line) moved(*peer);
+  if (before->shown.summary != found->shown.summary) listener_->on_summary(id, found->shown.summary);
 }
 
 /// To another connection. Whoever moves again and again gets what is under way not each time.
 void MqttLink::moved(Peer& peer) {
   const auto time = ecology_.scheduler_.now();
-  if (time - std::exchange(peer.moved, time) > kSeldomMoved) peer.channel->reconnected();
+  if (time - std::exchange(peer.moved, time) > kSeldomMoved && peer.channel) peer.channel->reconnected();
 }
 
-void MqttLink::peer_up(OwnerId id, const Reached& reached) {
-  const auto identity = identity_of(id, reached);
+void MqttLink::peer_up(OwnerId id, const std::shared_ptr<const Reached>& reached) {
+  const auto identity = identity_of(id, *reached);
   if (const auto may = policy_->may_join(identity); !may)
     return void(ecology_.log_.warning(fmt::format("refused {}", number(id)), may.error().text + ": ignored"));
   auto& peer = peers_[id];
+  if (peer.identity.incarnation != identity.incarnation) peer = {};
   peer.identity = identity;
-  peer.line = reached.line;
-  peer.up = true;
-  peer.summary = reached.shown.summary;
-  const bool again = std::exchange(peer.requests_of, identity.incarnation) == identity.incarnation;
-  if (!again) peer.last_request = 0;
-  open_channel(peer);
-  if (again) peer.channel->add_times(false);  // it may not have noticed, and has to subscribe again
+  peer.at = reached;
+  if (peer.dealt) channel(peer).add_times(false);  // it may not have noticed, and has to subscribe again
   policy_->peer_up(as_judged(identity));
   send_interests(peer);
   const auto alive = lifetime_.watch();
-  const auto summary = peer.summary;
   listener_->on_peer(identity, PeerEvent::kUp);
-  if (!alive.ended() && attached() && !summary.empty() && find_up(id)) listener_->on_summary(id, summary);
+  if (!alive.ended() && attached() && !reached->shown.summary.empty() && find_up(id))
+    listener_->on_summary(id, reached->shown.summary);
 }
 
 /// Whoever reaches the broker may say to be of this host: without a judge that opens nothing.
@@ -152,12 +141,22 @@ void MqttLink::send_interest(Peer& peer, const SubscriptionSpec& spec) {
   if (!may_meet(spec, peer.identity.id)) return;
   distant::FrameWriter entry;
   entry.add_subscription(spec);
-  peer.channel->add(entry.take());
+  channel(peer).add(entry.take());
   ecology_.heard_[peer.identity.id] = ecology_.scheduler_.now();
 }
 
-void MqttLink::open_channel(Peer& peer) {
-  const auto id = peer.identity.id;
+/// Of many that are known few deal with this component.
+Channel& MqttLink::channel(Peer& peer) {
+  if (!peer.channel) {
+    const Channel::Ends ends{who_.id, peer.identity.id, incarnation_, peer.identity.incarnation};
+    peer.channel =
+        std::make_unique<Channel>(ecology_.scheduler_, ends, ++ecology_.streams_, channel_calls(peer.identity.id));
+    peer.dealt = true;
+  }
+  return *peer.channel;
+}
+
+Channel::Calls MqttLink::channel_calls(OwnerId id) {
   Channel::Calls calls;
   calls.send = [this](const FrameHead& head, ByteView entries) { return ecology_.send(head, entries); };
   calls.may_swallow = [this](std::size_t size) { return ecology_.may_swallow(size); };
@@ -169,14 +168,12 @@ void MqttLink::open_channel(Peer& peer) {
   calls.credit = [this] { return ecology_.credit(); };
   calls.since_boot = ecology_.since_boot_;
   calls.losses = &ecology_.counters_.losses;
-  peer.channel = std::make_unique<Channel>(ecology_.scheduler_,
-                                           Channel::Ends{who_.id, id, incarnation_, peer.identity.incarnation},
-                                           ++ecology_.streams_, std::move(calls));
+  return calls;
 }
 
 void MqttLink::peer_down(OwnerId id, PeerEvent how) {
   auto& peer = peers_.at(id);
-  peer.up = false;
+  peer.at.reset();
   peer.held.clear();
   held_bytes_ -= std::exchange(peer.held_bytes, 0);
   // It may be one of its calls that brought this.
@@ -190,20 +187,20 @@ void MqttLink::peer_down(OwnerId id, PeerEvent how) {
 
 void MqttLink::forget_gone() {
   if (peers_.size() <= kMaxGone) return;
-  const auto gone = std::count_if(peers_.begin(), peers_.end(), [](const auto& one) { return !one.second.up; });
-  if (static_cast<std::size_t>(gone) > kMaxGone) std::erase_if(peers_, [](const auto& one) { return !one.second.up; });
+  const auto gone = std::count_if(peers_.begin(), peers_.end(), [](const auto& one) { return !one.second.at; });
+  if (static_cast<std::size_t>(gone) > kMaxGone) std::erase_if(peers_, [](const auto& one) { return !one.second.at; });
 }
 
 MqttLink::Peer* MqttLink::find_up(OwnerId id) {
   const auto found = peers_.find(id);
-  return found == peers_.end() || !found->second.up ? nullptr : &found->second;
+  return found == peers_.end() || !found->second.at ? nullptr : &found->second;
 }
 
 std::vector<OwnerId> MqttLink::silent(Duration patience) const {
   std::vector<OwnerId> all;
   const auto now = ecology_.scheduler_.now();
   for (const auto& [id, peer] : peers_) {
-    const auto since = peer.up ? peer.channel->unanswered_since() : std::nullopt;
+    const auto since = peer.channel ? peer.channel->unanswered_since() : std::nullopt;
     if (since && now - *since > patience) all.push_back(id);
   }
   return all;
@@ -212,7 +209,7 @@ std::vector<OwnerId> MqttLink::silent(Duration patience) const {
 std::vector<OwnerId> MqttLink::peers() const {
   std::vector<OwnerId> all;
   for (const auto& [id, peer] : peers_) {
-    if (peer.up) all.push_back(id);
+    if (peer.at) all.push_back(id);
   }
   return all;
 }
@@ -228,31 +225,36 @@ void MqttLink::displace() {
 
 void MqttLink::flush() {
   for (auto& [id, peer] : peers_) {
-    if (peer.up) peer.channel->flush();
+    if (peer.channel) peer.channel->flush();
   }
+}
+
+std::size_t MqttLink::channels() const {
+  const auto has = [](const auto& one) { return one.second.channel != nullptr; };
+  return static_cast<std::size_t>(std::count_if(peers_.begin(), peers_.end(), has));
 }
 
 void MqttLink::reconnected() {
   for (auto& [id, peer] : peers_) {
-    if (peer.up) peer.channel->reconnected();
+    if (peer.channel) peer.channel->reconnected();
   }
 }
 
 bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   auto* peer = find_up(subscriber);
   if (!peer) return true;  // no receiver: dropped
-  if (peer->channel->waiting() > kMaxWaiting) return false;
+  auto& to = channel(*peer);
+  if (to.waiting() > kMaxWaiting) return false;
   distant::FrameWriter entries;
   for (const auto& change : changes) {
     if (text_size(change) > ecology_.largest_) {
       if (const auto* set = std::get_if<TupleSet>(&change)) exceeds(subscriber, set->tuple.key, text_size(change));
       continue;
     }
-    if (entries.size() > 0 && entries.size() + text_size(change) > Channel::kFrameBytes / 2)
-      peer->channel->add(entries.take());
+    if (entries.size() > 0 && entries.size() + text_size(change) > Channel::kFrameBytes / 2) to.add(entries.take());
     entries.add(change);
   }
-  if (entries.size() > 0) peer->channel->add(entries.take());
+  if (entries.size() > 0) to.add(entries.take());
   ecology_.flush_soon_.request();
   return true;
 }
@@ -266,7 +268,7 @@ void MqttLink::subscribe(const SubscriptionSpec& spec) {
   look_for(spec);
   subscriptions_.insert_or_assign(spec.id, spec);
   for (auto& [id, peer] : peers_) {
-    if (peer.up) send_interest(peer, spec);
+    if (peer.at) send_interest(peer, spec);
   }
   ecology_.flush_soon_.request();
 }
@@ -275,7 +277,7 @@ void MqttLink::unsubscribe(std::uint32_t id) {
   const auto found = subscriptions_.find(id);
   if (found == subscriptions_.end()) return;
   for (auto& [owner, peer] : peers_) {
-    if (!peer.up || !may_meet(found->second, owner)) continue;
+    if (!peer.channel || !may_meet(found->second, owner)) continue;
     distant::FrameWriter entry;
     entry.add_unsubscription(id);
     peer.channel->add(entry.take());
@@ -287,11 +289,12 @@ void MqttLink::unsubscribe(std::uint32_t id) {
 Result<void> MqttLink::remote_set(const RemoteSet& set) {
   auto* peer = find_up(set.owner);
   if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
-  if (peer->channel->waiting() > kMaxSetsWaiting)
+  auto& to = channel(*peer);
+  if (to.waiting() > kMaxSetsWaiting)
     return fail(ErrorCode::kBusy,
                 fmt::format("component {} does not accept requests at the moment", number(set.owner)));
   if (size_of(set) > ecology_.largest_) return fail(too_large_for_broker(set.key, size_of(set), ecology_.largest_));
-  peer->channel->add(set);
+  to.add(set);
   ecology_.flush_soon_.request();
   return {};
 }
@@ -304,7 +307,7 @@ void MqttLink::exceeds(OwnerId peer, std::string_view key, std::size_t size) {
 }
 
 void MqttLink::too_large(OwnerId id, std::uint64_t stream, std::uint64_t number) {
-  if (auto* peer = find_up(id)) peer->channel->too_large(stream, number);
+  if (auto* peer = find_up(id); peer && peer->channel) peer->channel->too_large(stream, number);
 }
 
 /// One entry that no frame can carry: it is named, and who asked for it hears so.
@@ -336,12 +339,13 @@ void MqttLink::give_up(OwnerId id, ByteView entries) {
 void MqttLink::reply(const Reply& reply) {
   auto* peer = find_up(reply.to);
   if (!peer) return;
-  if (peer->channel->waiting() > kMaxSetsWaiting)
+  auto& to = channel(*peer);
+  if (to.waiting() > kMaxSetsWaiting)
     return void(ecology_.log_.warning(
         "replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to))));
   distant::FrameWriter entry;
   entry.add(reply);
-  peer->channel->add(entry.take());
+  to.add(entry.take());
   ecology_.flush_soon_.request();
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <deque>
+#include <list>
 #include <map>
 #include <memory>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace rubicon::tuples::mqtt {
 
-/// The link of one component: has a channel to each other component that is there.
+/// The link of one component: has a channel to each other component that it exchanged something with.
 class MqttLink final : public Link {
  public:
   MqttLink(MqttEcology& ecology, StandIn who);
@@ -49,6 +49,7 @@ class MqttLink final : public Link {
   std::vector<OwnerId> silent(Duration patience) const;
   void displace();
   void too_large(OwnerId peer, std::uint64_t stream, std::uint64_t number);
+  std::size_t channels() const;
 
  private:
   class Reader;
@@ -60,13 +61,12 @@ class MqttLink final : public Link {
   /// One that is up, or was.
   struct Peer {
     PeerIdentity identity;
-    Line line;
-    std::string summary;
-    bool up = false;
-    SteadyTime moved{};  ///< to another connection, last
-    std::unique_ptr<Channel> channel;
-    std::uint64_t last_request = 0, requests_of = 0;  ///< highest number of its requests, and by which start
-    std::deque<Held> held;                            ///< requests whose age is not known yet
+    std::shared_ptr<const Reached> at;  ///< null: it is not up
+    SteadyTime moved{};                 ///< to another connection, last
+    std::unique_ptr<Channel> channel;   ///< null: nothing was exchanged since it is up
+    bool dealt = false;                 ///< something was exchanged with this start
+    std::uint64_t last_request = 0;     ///< highest number of its requests
+    std::list<Held> held;               ///< requests whose age is not known yet
     std::size_t held_bytes = 0;
   };
 
@@ -79,12 +79,13 @@ class MqttLink final : public Link {
   void on_unsubscription(std::uint32_t id);
 
   void introduce();
-  void peer_up(OwnerId id, const Reached& reached);
+  void peer_up(OwnerId id, const std::shared_ptr<const Reached>& reached);
   void peer_down(OwnerId id, PeerEvent how);
   PeerIdentity identity_of(OwnerId id, const Reached& reached) const;
   PeerIdentity as_judged(PeerIdentity identity) const;
   void moved(Peer& peer);
-  void open_channel(Peer& peer);
+  Channel& channel(Peer& peer);
+  Channel::Calls channel_calls(OwnerId id);
   void look_for(const SubscriptionSpec& spec);
   void give_up(OwnerId peer, ByteView entries);
   void exceeds(OwnerId peer, std::string_view key, std::size_t size);

@@ -17,7 +17,7 @@ constexpr Duration kAskAgain = std::chrono::seconds(1);
 
 void MqttLink::arrived(const FrameHead& head, ByteView entries) {
   if (auto* peer = find_up(head.source); peer && peer->identity.incarnation == head.source_incarnation)
-    peer->channel->arrived(head, entries);
+    channel(*peer).arrived(head, entries);
 }
 
 /// Each entry may end the link.

@@ -215,7 +215,7 @@ const Reached* Presence::best(OwnerId id) const {
   const Reached* chosen = nullptr;
   // Nobody takes an id from another user who is there.
   const auto before = reached_.find(id);
-  const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second.line);
+  const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second->line);
   const bool stays_there = stays != found->second.end() && counts(stays->first, id) && !is_stand_in(stays->second);
   for (const auto& [line, one] : found->second) {
     if (!counts(line, id) || (stays_there && line.user != stays->first.user)) continue;
@@ -253,10 +253,10 @@ void Presence::review(OwnerId id, PeerEvent how) {
     if (before == reached_.end()) return;
     reached_.erase(before);
   } else {
-    if (before != reached_.end() && before->second.line == now->line && is_same(before->second, *now) &&
-        before->second.shown.summary == now->shown.summary)
+    if (before != reached_.end() && before->second->line == now->line && is_same(*before->second, *now) &&
+        before->second->shown.summary == now->shown.summary)
       return;
-    reached_.insert_or_assign(id, *now);
+    reached_.insert_or_assign(id, std::make_shared<const Reached>(*now));
   }
   calls_.changed(id, how);
 }
@@ -269,9 +269,9 @@ std::vector<OwnerId> Presence::shown_on(const Line& line) const {
   return ids;
 }
 
-const Reached* Presence::reached(OwnerId id) const {
+std::shared_ptr<const Reached> Presence::reached(OwnerId id) const {
   const auto found = reached_.find(id);
-  return found == reached_.end() ? nullptr : &found->second;
+  return found == reached_.end() ? nullptr : found->second;
 }
 
 std::vector<OwnerId> Presence::all() const {

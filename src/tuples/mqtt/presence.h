@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -65,8 +66,8 @@ class Presence {
 
   /// What was shown on that line.
   std::vector<OwnerId> shown_on(const Line& line) const;
-  /// nullptr: not there.
-  const Reached* reached(OwnerId id) const;
+  /// nullptr: not there. One for all who ask, as long as it is reached so.
+  std::shared_ptr<const Reached> reached(OwnerId id) const;
   bool has(const Line& line) const { return lines_.contains(line); }
   std::vector<OwnerId> all() const;
   std::size_t bytes() const { return bytes_; }
@@ -100,7 +101,7 @@ class Presence {
   Calls calls_;
   std::map<Line, LineState> lines_;
   std::map<OwnerId, std::map<Line, Reached>> components_;
-  std::map<OwnerId, Reached> reached_;
+  std::map<OwnerId, std::shared_ptr<const Reached>> reached_;
   std::size_t bytes_ = 0;
   std::map<std::string, std::size_t> bytes_of_;  ///< by user
   base::Deadline expiry_;

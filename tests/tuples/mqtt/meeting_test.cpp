@@ -77,6 +77,26 @@ TEST_F(Meeting, APatternOfAnyOwnerMeetsAll) {
   EXPECT_EQ(tool->value(OwnerId(3), "lamp"), "off");
 }
 
+/// Or a process with many stand-ins would need memory for each pair of one of them and one that it knows.
+TEST_F(Meeting, OnlyThoseWhoDealHaveAChannel) {
+  std::vector<std::unique_ptr<Site>> sites;
+  for (std::uint32_t id = 1; id <= 20; ++id) sites.push_back(site(OwnerId(id)));
+  const auto opened = open(*sites[6], decided);
+  options.watch_all = true;
+  auto tool = site(kRobot);
+  auto second = std::move(*tool->ecology->join(OwnerId(70001)));
+  TupleSpace space(OwnerId(70001), time, *second);
+  time.run_for(3s);
+  EXPECT_EQ(tool->space->peers().size(), 21U);
+  EXPECT_EQ(tool->ecology->channels(), 0U);
+  command(*tool, OwnerId(7), "on");
+  time.run_for(1s);
+  EXPECT_THAT(decided, ElementsAre("on"));
+  EXPECT_EQ(tool->ecology->channels(), 1U);
+  EXPECT_EQ(sites[6]->ecology->channels(), 1U);
+  EXPECT_EQ(sites[5]->ecology->channels(), 0U);
+}
+
 TEST_F(Meeting, WhoLooksForTooManyMeetsAll) {
   auto hall = site(kHall), lab = site(kLab);
   std::vector<Handle> copies;
