@@ -125,22 +125,27 @@ void Documents::changed() {
   if (!taking_) review();
 }
 
-bool Documents::is_shown() const {
-  return std::any_of(users_.begin(), users_.end(),
-                     [this](const auto& one) { return one.second.newest && realm_.member(one.first); });
+/// The newest one; nullptr: no member does.
+const std::string* Documents::first_who_shows() const {
+  const auto found = std::find_if(users_.begin(), users_.end(),
+                                  [this](const auto& one) { return one.second.newest && realm_.member(one.first); });
+  return found == users_.end() ? nullptr : &found->first;
 }
 
-/// What the broker lost many know of, and one of them is enough; what nobody was seen to show is news for all.
+/// What the broker lost many know of, and one of them is enough; what nobody was seen to show is news for all. Of
+/// several that are equal the one of the first user stays.
 void Documents::review() {
   if (!read_ || user_ == kAnonymous) return;
-  if (!is_shown()) {
+  const auto* first = first_who_shows();
+  if (!first) {
     if (show_.is_set()) return;
     static std::minstd_rand random{std::random_device()()};
     return show_.set(Duration(std::uniform_int_distribution<Duration::rep>(0, spread_.count())(random)));
   }
   show_.clear();
   const auto own = users_.find(user_);
-  if (own == users_.end() || !std::exchange(own->second.old, false)) return;
+  if (own == users_.end() || first == &own->first || !(own->second.old || own->second.newest)) return;
+  own->second.old = own->second.newest = false;
   calls_.publish(topics_.document(user_), {});
 }
 

@@ -60,7 +60,7 @@ class Documents {
   void check_waiting();
   void refuse(const std::string& user, std::string_view why);
   void changed();
-  bool is_shown() const;
+  const std::string* first_who_shows() const;
   void review();
   void show();
 

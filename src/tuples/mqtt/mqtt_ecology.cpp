@@ -116,14 +116,18 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
   large_.clear();
   if (documents_) documents_->connected();  // who was shut out meanwhile, before anything of others
   std::ignore = uplink_.line()->subscribe(topics_.inbox_filter(own_), 0);
+  if (!answers_ && own_.user != kAnonymous) std::ignore = uplink_.line()->subscribe(topics_.user_filter(own_.user), 0);
   probed_ = false;
-  publish(topics_.probe(own_), {}, false);
+  std::ignore = uplink_.line()->subscribe(topics_.presence_probe(own_), 0);
+  publish(topics_.inbox_probe(own_), {}, false);
+  publish(topics_.presence_probe(own_), {}, false);
   show_all();
   search_.connected();
 }
 
 void MqttEcology::on_lost() {
   if (former_.size() < kMaxFormer) former_.push_back(own_);
+  own_lines_.clear();
   search_.cut();
   presence_.cut();
   if (documents_) documents_->cut();
@@ -180,7 +184,6 @@ bool MqttEcology::publish(transport::MqttPublication one) {
 
 void MqttEcology::on_message(const transport::MqttMessage& message) {
   if (documents_ && documents_->received(message.topic, message.payload)) return;
-  if (message.topic == topics_.probe(own_)) return set_vouched(false);
   const auto at = topics_.parse(message.topic);
   if (const auto* inbox = std::get_if<Topics::Inbox>(&at)) {
     if (message.retained || inbox->to != own_) return foreign(inbox->from, "a retained message");
@@ -194,6 +197,8 @@ void MqttEcology::on_message(const transport::MqttMessage& message) {
   }
   if (const auto* presence = std::get_if<Topics::Presence>(&at))
     return on_presence(*presence, message.payload, message.retained);
+  if (message.topic == topics_.inbox_probe(own_) || message.topic == topics_.presence_probe(own_))
+    return set_vouched(false);
   ++counters_.foreign;
   log_.warning("foreign", fmt::format("a message at {}, which is no topic of ours", message.topic));
 }
@@ -215,22 +220,20 @@ void MqttEcology::foreign(const Line& from, const std::string& what) {
 }
 
 void MqttEcology::on_presence(const Topics::Presence& at, std::string_view payload, bool retained) {
-  if (payload.empty()) return at.component ? presence_.fade(at.line, *at.component) : presence_.hide(at.line);
-  if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
   if (payload.size() > kMaxPresence) return foreign(at.line, fmt::format("presence of {} bytes", payload.size()));
-  bool room = true;
+  const bool here = !payload.empty() && payload != kLeft;
+  auto component = here && at.component ? read_component(payload) : ComponentShown{};
+  const auto line = here && !at.component ? read_line(payload) : LineShown{};
+  if (!component || !line) return foreign(at.line, component ? line.error().text : component.error().text);
+  if (at.line.user == own_.user) note_own(at, component->incarnation, here);
+  if (!search_.wants(at.line, at.component)) return;
+  if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
+  if (!here) return at.component ? presence_.fade(at.line, *at.component) : presence_.hide(at.line);
   if (at.component && !may_have(at.line, *at.component))  // it is kept: with a newer realm it may
     foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
-  if (at.component) {
-    auto shown = read_component(payload);
-    if (!shown) return foreign(at.line, shown.error().text);
-    room = presence_.show(at.line, *at.component, std::move(*shown));
-    if (room) search_.line(at.line);
-  } else {
-    const auto shown = read_line(payload);
-    if (!shown) return foreign(at.line, shown.error().text);
-    room = presence_.show(at.line, *shown);
-  }
+  const bool room =
+      at.component ? presence_.show(at.line, *at.component, std::move(*component)) : presence_.show(at.line, *line);
+  if (room && at.component) search_.line(at.line);
   if (room) return void(shown_lately_ += retained ? 0 : 1);
   search_.forget(at.line);
   log_.warning("presence " + at.line.user,
@@ -243,6 +246,7 @@ void MqttEcology::on_frame(const Line& from, ByteView payload) {
   if (!head) return foreign(from, head.error().text);
   if (is_own(head->source, head->source_incarnation))
     return foreign(from, fmt::format("a frame in the name of component {} of this process", number(head->source)));
+  if (const auto own = own_lines_.find(from); own != own_lines_.end()) own->second.heard = true;
   take(from, *head, entries);
 }
 

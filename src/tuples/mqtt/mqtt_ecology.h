@@ -104,6 +104,13 @@ class MqttEcology final : public StandInEcology {
     SteadyTime asked = SteadyTime::max();  ///< and did not answer yet
     SteadyTime answered{};
   };
+  /// What another connection of the own user shows.
+  struct OwnLine {
+    SteadyTime since{};                    ///< it is as it is
+    bool here = false;                     ///< its own topic
+    bool heard = false;                    ///< something came from there
+    std::map<OwnerId, std::uint64_t> ids;  ///< with their starts
+  };
   static constexpr Duration kLately = std::chrono::seconds(10);
   static constexpr std::size_t kMaxEarly = std::size_t{4} << 20;
 
@@ -132,6 +139,7 @@ class MqttEcology final : public StandInEcology {
   void hold(const Line& from, const FrameHead& head, ByteView entries);
   void on_check(const Line& from, const FrameHead& head, ByteView entries);
   void on_answer(const Line& from, const FrameHead& head, std::uint64_t number);
+  void note_own(const Topics::Presence& at, std::uint64_t incarnation, bool here);
   void foreign(const Line& from, const std::string& what);
   void set_vouched(bool vouched);
   void on_changed(OwnerId id, PeerEvent how);
@@ -148,12 +156,14 @@ class MqttEcology final : public StandInEcology {
   Channel::Sent send_to(const Line& to, const FrameHead& head, ByteView entries);
   bool may_swallow(std::size_t size) const;
   void show(const MqttLink& link);
+  void show_soon();
   void hide(const MqttLink& link);
   std::uint32_t credit() const;
   void read_again();
   void ask_rivals();
   void look_at_silent();
   void ask_doubted();
+  void empty_leftovers();
   void ask(const MqttLink& asker, OwnerId id, const Reached& who);
   void each_link(const std::function<void(MqttLink& link)>& call);
   MqttLink* find_link(OwnerId id) const;
@@ -181,6 +191,7 @@ class MqttEcology final : public StandInEcology {
   std::size_t early_bytes_ = 0;
   std::map<std::pair<OwnerId, Line>, Question> questions_;
   std::map<OwnerId, Suspect> suspects_;
+  std::map<Line, OwnLine> own_lines_;
   bool answers_ = false;            ///< the broker says what it does not take
   std::size_t largest_ = SIZE_MAX;  ///< bytes of entries that the broker takes in one message, as far as known
   std::size_t proven_ = 0;          ///< so many bytes it took

@@ -15,6 +15,9 @@ constexpr Duration kLook = std::chrono::seconds(1);
 /// After so many changes in one look some may have been dropped: presence is read again.
 constexpr unsigned kManyChanges = 500;
 constexpr Duration kSeldom = std::chrono::seconds(30);
+/// Of the own user: connections that are looked at, and components of each; how long nothing may be heard of one.
+constexpr std::size_t kMaxOwnLines = 256, kMaxOwnIds = 256;
+constexpr Duration kLeftFor = std::chrono::seconds(60);
 /// Of a component that lives.
 constexpr Duration kAnswerWithin = std::chrono::seconds(3);
 
@@ -51,8 +54,11 @@ void MqttEcology::empty_former() {
 }
 
 void MqttEcology::show(const MqttLink& link) {
-  const bool shown = publish(topics_.component(own_, link.id()), component_text(link.shown()), true);
-  if (!shown) shown_at_ = scheduler_.now() - 2 * kShowAgain;  // all of it again soon
+  if (!publish(topics_.component(own_, link.id()), component_text(link.shown()), true)) show_soon();
+}
+
+void MqttEcology::show_soon() {
+  shown_at_ = scheduler_.now() - 2 * kShowAgain;
 }
 
 /// First that it leaves, so that nobody takes it for lost.
@@ -66,6 +72,45 @@ void MqttEcology::hide(const MqttLink& link) {
 void MqttEcology::leave() {
   each_link([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
   publish(topics_.line(own_), {}, true);
+}
+
+/// Brokers of version 3.1.1 keep what a killed process showed: its user empties it.
+void MqttEcology::note_own(const Topics::Presence& at, std::uint64_t incarnation, bool here) {
+  if (at.line == own_) {  // another one of this user took it for dead
+    const auto* link = at.component ? find_link(*at.component) : nullptr;
+    if (!here && (!at.component || (link && link->attached()))) show_soon();
+    return;
+  }
+  if (answers_ || (own_lines_.size() >= kMaxOwnLines && !own_lines_.contains(at.line))) return;
+  const auto [found, is_new] = own_lines_.try_emplace(at.line);
+  auto& one = found->second;
+  if (is_new || (!at.component && one.here != here)) one.since = scheduler_.now();
+  if (!at.component) {
+    one.here = here;
+  } else if (!here) {
+    one.ids.erase(*at.component);
+  } else if (one.ids.size() < kMaxOwnIds) {
+    one.ids[*at.component] = incarnation;
+  }
+  if (!one.here && one.ids.empty()) own_lines_.erase(found);
+}
+
+/// A connection that is there answers for a component of it. One that has none shows little, and nobody can ask it.
+void MqttEcology::empty_leftovers() {
+  for (auto next = own_lines_.begin(); next != own_lines_.end();) {
+    const auto now = next++;
+    const auto& [line, one] = *now;
+    if (one.here && (one.heard || one.ids.empty() || links_.empty())) continue;
+    if (scheduler_.now() - one.since < kLeftFor) {
+      const auto& [id, incarnation] = *one.ids.begin();
+      const auto* asker = find_link(id);
+      if (one.here) ask(asker ? *asker : *links_.begin()->second, id, {line, {incarnation, {}, {}}});
+      continue;
+    }
+    for (const auto& [id, incarnation] : one.ids) publish(topics_.component(line, id), {}, true);
+    publish(topics_.line(line), {}, true);
+    own_lines_.erase(now);
+  }
 }
 
 // -- who has an id, and who answers
@@ -173,6 +218,7 @@ void MqttEcology::look() {
   const auto read = now - read_at_;
   if (read > read_again_in_ || (changes > kManyChanges && read > kSeldom)) read_again();
   ask_rivals();
+  empty_leftovers();
   const auto alive = lifetime_.watch();
   look_at_silent();
   if (!alive.ended()) ask_doubted();

@@ -147,6 +147,10 @@ void Search::count_read(const Line& line) {
   if (found != unread_.end() && --found->second == 0) unread_.erase(found);
 }
 
+bool Search::wants(const Line& line, std::optional<OwnerId> id) const {
+  return all_ || (id && components_.contains(*id)) || lines_.contains(line);
+}
+
 bool Search::knows(OwnerId id) const {
   if (all_) return all_read_;
   const auto found = components_.find(id);

@@ -51,6 +51,8 @@ class Search {
   void line(const Line& line);
   void forget(const Line& line);
 
+  /// Whether what is shown there is looked for.
+  bool wants(const Line& line, std::optional<OwnerId> id) const;
   bool knows_all() const { return all_ && all_read_; }
   /// Whether a component that is not present was not there when it was looked for, or last.
   bool knows(OwnerId id) const;

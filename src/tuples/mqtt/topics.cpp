@@ -15,7 +15,8 @@ constexpr std::size_t kTokenDigits = 12;
 /// Stands where a part of presence has its digit.
 constexpr std::string_view kDocuments = "p/realm/";
 /// Names that mean others in rules and topics.
-constexpr std::array<std::string_view, 5> kTaken{"-probe-", "peis", "lan", "everybody", ""};
+constexpr std::string_view kProbe = "-probe-";
+constexpr std::array<std::string_view, 5> kTaken{kProbe, "peis", "lan", "everybody", ""};
 
 bool is_token(std::string_view text) {
   return text.size() == kTokenDigits &&
@@ -86,6 +87,10 @@ std::string Topics::line_filter(const Line& line) const {
   return this->line(line) + "/#";
 }
 
+std::string Topics::user_filter(std::string_view user) const {
+  return fmt::format("{}p/+/{}/#", root_, user);
+}
+
 std::string Topics::inbox(const Line& to, const Line& from) const {
   return fmt::format("{}to/{}/{}/{}/{}", root_, to.user, to.token, from.user, from.token);
 }
@@ -94,8 +99,13 @@ std::string Topics::inbox_filter(const Line& own) const {
   return fmt::format("{}to/{}/{}/+/+", root_, own.user, own.token);
 }
 
-std::string Topics::probe(const Line& own) const {
-  return inbox(own, {"-probe-", own.token});
+std::string Topics::inbox_probe(const Line& own) const {
+  return inbox(own, {std::string(kProbe), own.token});
+}
+
+/// In no part that others read.
+std::string Topics::presence_probe(const Line& own) const {
+  return fmt::format("{}p/probe/{}/{}", root_, kProbe, own.token);
 }
 
 std::string Topics::document(std::string_view user) const {

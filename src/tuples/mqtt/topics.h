@@ -43,11 +43,15 @@ class Topics {
   std::string component_filter(OwnerId id) const;
   /// Of a connection and its components.
   std::string line_filter(const Line& line) const;
+  /// Of all connections of a user.
+  std::string user_filter(std::string_view user) const;
   static constexpr std::string_view kShards = "0123456789abcdef";
   std::string inbox(const Line& to, const Line& from) const;
   std::string inbox_filter(const Line& own) const;
-  /// In the own inbox, in a name that no user has: what comes from there, the broker's rights do not hold back.
-  std::string probe(const Line& own) const;
+  /// In a name that no user has, in the own inbox and of presence: what comes from there, the broker's rights do not
+  /// hold back. No topics of parse().
+  std::string inbox_probe(const Line& own) const;
+  std::string presence_probe(const Line& own) const;
   /// Retained: a document that the user shows to all. It is no topic of parse().
   std::string document(std::string_view user) const;
   std::string document_filter() const;

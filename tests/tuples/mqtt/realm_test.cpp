@@ -379,10 +379,14 @@ TEST_F(RealmAtABroker, WhoStartsWithANewerOneShowsItAtOnce) {
 }
 
 TEST_F(RealmAtABroker, OneShowsTheNewestAndOthersTakeTheirsAway) {
-  EXPECT_EQ(shown().size(), 4U) << "all began at once";
+  EXPECT_THAT(shown(), ElementsAre("desk " + kFirst)) << "all began at once, and one is enough";
   lab->realm->found(kShutOut);
   time.run_for(1s);
   EXPECT_THAT(shown(), ElementsAre("lab " + kShutOut));
+  broker.publish(kShown + "desk", kShutOut, true);
+  broker.publish(kShown + "aaa", kShutOut, true);
+  time.run_for(1s);
+  EXPECT_THAT(shown(), ElementsAre("aaa " + kShutOut, "desk " + kShutOut)) << "who is no member is not enough";
   for (const auto* one : {&hall, &desk, &guest}) EXPECT_EQ((*one)->realm->document(), kShutOut);
   broker.restart({});
   time.run_for(1min);
@@ -474,6 +478,16 @@ TEST_F(RealmAtABroker, NobodyAnswersForAnother) {
   }
   time.run_for(10s);
   EXPECT_THAT(displaced, IsEmpty());
+}
+
+/// The inboxes are protected.
+TEST_F(RealmAtABroker, WhereAllMayWriteThePresenceOfOthersRolesCountForNothing) {
+  broker.stop(true);
+  broker.rights->write.front() = "rubicon-space/1/+/p/#";
+  broker.start();
+  time.run_for(10s);
+  EXPECT_NE(command(*desk, "off"), Verdict::kApplied);
+  EXPECT_TRUE(hall->log.contains("lets users write in each other's names"));
 }
 
 TEST_F(RealmAtABroker, WithoutRightsAtTheBrokerRolesCountForNothing) {
