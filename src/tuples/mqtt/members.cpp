@@ -32,10 +32,15 @@ std::shared_ptr<const Member> MqttEcology::vouched_member(const std::string& use
 }
 
 /// Where somebody vouches for users.
-bool MqttEcology::may_have(const Line& line, OwnerId id) const {
-  if ((!options_.judge && !options_.realm) || line == own_) return true;
-  const auto member = member_of(options_, line.user);
+bool MqttEcology::may_have(const std::string& user, OwnerId id) const {
+  if (!options_.judge && !options_.realm) return true;
+  const auto member = member_of(options_, user);
   return member && member->may_use(id);
+}
+
+bool MqttEcology::may_stand_in(OwnerId carrier, OwnerId id) const {
+  const auto at = presence_.reached(carrier);
+  return at && may_have(at->line.user, id);
 }
 
 void MqttEcology::open_documents() {
@@ -56,6 +61,7 @@ void MqttEcology::judge_again() {
 }
 
 void MqttLink::judge_again() {
+  if (is_stand_in() && ecology_.options_.realm && !ecology_.may_have(ecology_.own_.user, who_.id)) return displace();
   for (auto& [id, peer] : peers_) {
     if (!peer.at || peer.identity.own_process) continue;
     auto member = ecology_.vouched_member(peer.at->line.user);

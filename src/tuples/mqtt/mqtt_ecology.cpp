@@ -52,7 +52,7 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
       topics_(options_.space),
       presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); },
                             [this](const Line& line) { on_forgotten(line); },
-                            [this](const Line& line, OwnerId id) { return may_have(line, id); }}),
+                            [this](const Line& line, OwnerId id) { return line == own_ || may_have(line.user, id); }}),
       search_(topics_, scheduler, search_calls()),
       uplink_(options_.brokers, std::max(kLeastKeepAlive, (options_.lease - kBrokerLooks - Presence::kReturn) * 2 / 3),
               scheduler, transports, log_, uplink_calls()),
@@ -229,7 +229,8 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
   if (!search_.wants(at.line, at.component)) return;
   if (payload == kLeft && at.component) return presence_.leave(at.line, *at.component);
   if (!here) return at.component ? presence_.fade(at.line, *at.component) : presence_.hide(at.line);
-  if (at.component && !may_have(at.line, *at.component))  // it is kept: with a newer realm it may
+  if (at.component && at.line != own_ &&
+      !may_have(at.line.user, *at.component))  // it is kept: with a newer realm it may
     foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
   const bool room =
       at.component ? presence_.show(at.line, *at.component, std::move(*component)) : presence_.show(at.line, *line);
@@ -392,6 +393,10 @@ Result<std::unique_ptr<Link>> MqttEcology::join(OwnerId id) {
 Result<std::unique_ptr<Link>> MqttEcology::join_as(StandIn who) {
   if (find_link(who.id))
     return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(who.id)));
+  if (options_.realm && carrier_of(who.host) != model::kNoOwner && !may_have(own_.user, who.id))
+    return fail(ErrorCode::kRefused, fmt::format("{0} may not be {1} at the broker: `rubicon trust change {0}` with "
+                                                 "`--island {1}`, besides those that it has, lets it",
+                                                 own_.user, number(who.id)));
   return std::make_unique<MqttLink>(*this, std::move(who));
 }
 

@@ -57,6 +57,7 @@ class MqttEcology final : public StandInEcology {
   /// kDuplicate if this process has the component already. The link ends before the ecology.
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
   Result<std::unique_ptr<Link>> join_as(StandIn who) override;
+  bool may_stand_in(OwnerId carrier, OwnerId id) const override;
 
   /// `call` receives, in a later turn and once per start, the component of this process whose id another one uses that
   /// lives and began before. That component should end.
@@ -150,7 +151,7 @@ class MqttEcology final : public StandInEcology {
   // -- for links
   /// A component of this process: what it says does not pass the broker, where others could say it too.
   bool is_own(OwnerId id, std::uint64_t incarnation) const;
-  bool may_have(const Line& line, OwnerId id) const;
+  bool may_have(const std::string& user, OwnerId id) const;
   std::shared_ptr<const Member> vouched_member(const std::string& user) const;
   Channel::Sent send(const FrameHead& head, ByteView entries);
   Channel::Sent send_to(const Line& to, const FrameHead& head, ByteView entries);

@@ -165,12 +165,12 @@ void MqttEcology::on_answer(const Line& from, const FrameHead& head, std::uint64
 void MqttEcology::ask_rivals() {
   each_link([this](const MqttLink& link) {
     for (const auto& other : presence_.all_with(link.id())) {
-      if (other.line == own_ || other.shown.incarnation >= link.incarnation()) continue;
-      if (other.line.user == own_.user) {
-        ask(link, link.id(), other);
+      if (other->line == own_ || other->shown.incarnation >= link.incarnation()) continue;
+      if (other->line.user == own_.user) {
+        ask(link, link.id(), *other);
       } else {
         log_.warning(fmt::format("rival {}", number(link.id())),
-                     fmt::format("user {} shows a component {}, too: give one of them another id", other.line.user,
+                     fmt::format("user {} shows a component {}, too: give one of them another id", other->line.user,
                                  number(link.id())));
       }
     }
@@ -244,7 +244,7 @@ bool MqttEcology::seeks(std::optional<OwnerId> id) {
 
 void MqttEcology::ask_doubted() {
   if (links_.empty()) return;
-  for (const auto& [id, who] : presence_.doubted()) ask(*links_.begin()->second, id, who);
+  for (const auto& [id, who] : presence_.doubted()) ask(*links_.begin()->second, id, *who);
 }
 
 }  // namespace rubicon::tuples::mqtt

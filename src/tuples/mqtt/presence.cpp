@@ -58,82 +58,73 @@ void Presence::hide(const Line& line) {
   const auto found = lines_.find(line);
   if (found == lines_.end() || !found->second.here || !found->second.seen) return;
   found->second.here = false;
-  end_at(found->second, scheduler_.now() + kReturn);
+  end_at(found->second.until, scheduler_.now() + kReturn);
 }
 
-void Presence::end_at(LineState& line, SteadyTime when) {
-  line.until = std::min(line.until, when);
-  expiry_.advance_to(line.until);
+void Presence::end_at(SteadyTime& until, SteadyTime when) {
+  until = std::min(until, when);
+  expiry_.advance_to(until);
 }
 
 bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
-  Reached one{line, std::move(shown)};
-  auto& all = components_[id];
-  const auto known = all.find(line);
-  const auto before = known == all.end() ? 0 : size_of(known->second);
+  const auto as = std::make_shared<const Reached>(Reached{line, std::move(shown)});
+  const auto* known = find(line, id);
   const bool is_new = !lines_.contains(line);
-  if (!add_bytes(line.user, size_of(one) + (is_new ? kShownOverhead : 0), before)) {
-    if (all.empty()) components_.erase(id);
+  if (!add_bytes(line.user, size_of(*as) + (is_new ? kShownOverhead : 0), known ? size_of(*known->as) : 0))
     return false;
-  }
-  all.insert_or_assign(line, std::move(one));
+  components_[id].insert_or_assign(line, Component{as});
   auto& state = lines_[line];
   if (is_new) {  // its own topic may follow
-    end_at(state, scheduler_.now() + kReturn);
+    end_at(state.until, scheduler_.now() + kReturn);
     state.seen = true;
   }
-  state.components[id] = {true};
+  state.ids.insert(id);
   review(id, PeerEvent::kLost);
   return true;
 }
 
 void Presence::fade(const Line& line, OwnerId id) {
   auto* one = find(line, id);
-  if (!one || !lines_.at(line).seen) return;
-  one->until = std::min(one->until, scheduler_.now() + kReturn);
-  expiry_.advance_to(one->until);
+  if (one && lines_.at(line).seen) end_at(one->until, scheduler_.now() + kReturn);
 }
 
 void Presence::remove(const Line& line, OwnerId id, PeerEvent how) {
-  const auto found = components_.find(id);
-  if (found == components_.end()) return;
-  const auto one = found->second.find(line);
-  if (one == found->second.end()) return;
-  add_bytes(line.user, 0, size_of(one->second));
-  found->second.erase(one);
-  if (found->second.empty()) components_.erase(found);
-  if (const auto state = lines_.find(line); state != lines_.end()) state->second.components.erase(id);
+  const auto* one = find(line, id);
+  if (!one) return;
+  add_bytes(line.user, 0, size_of(*one->as));
+  const auto all = components_.find(id);
+  all->second.erase(line);
+  if (all->second.empty()) components_.erase(all);
+  if (const auto state = lines_.find(line); state != lines_.end()) state->second.ids.erase(id);
   review(id, how);
 }
 
 void Presence::begin_reading() {
-  for (auto& [line, state] : lines_) {
-    state.seen = false;
-    for (auto& [id, one] : state.components) one.seen = false;
+  for (auto& [line, state] : lines_) state.seen = false;
+  for (auto& [id, all] : components_) {
+    for (auto& [line, one] : all) one.seen = false;
   }
 }
 
 void Presence::cut() {
   begin_reading();
   for (auto& [line, state] : lines_) {
-    if (state.here) end_at(state, scheduler_.now() + state.shown.lease);
+    if (state.here) end_at(state.until, scheduler_.now() + state.shown.lease);
   }
 }
 
 void Presence::end_reading() {
-  std::vector<std::pair<Line, OwnerId>> gone;
+  const auto now = scheduler_.now();
   for (auto& [line, state] : lines_) {
-    if (state.seen) {
-      for (const auto& [id, one] : state.components) {
-        if (!one.seen) gone.emplace_back(line, id);
-      }
-    } else if (state.here) {
-      state.here = false;
-      state.until = scheduler_.now() + std::max(state.shown.lease, kReturn);
-      expiry_.advance_to(state.until);
+    if (state.seen || !std::exchange(state.here, false)) continue;
+    state.until = now + std::max(state.shown.lease, kReturn);
+    expiry_.advance_to(state.until);
+  }
+  for (auto& [id, all] : components_) {
+    for (auto& [line, one] : all) {
+      if (!one.seen && lines_.at(line).seen) end_at(one.until, now + kReturn);
     }
   }
-  for (const auto& [line, id] : gone) fade(line, id);
 }
 
 void Presence::doubt(const Line& line, OwnerId id) {
@@ -146,23 +137,21 @@ void Presence::believe(const Line& line, OwnerId id) {
   if (one && std::exchange(one->doubted, false)) review(id, PeerEvent::kLost);
 }
 
-std::vector<std::pair<OwnerId, Reached>> Presence::doubted() const {
-  std::vector<std::pair<OwnerId, Reached>> all;
-  for (const auto& [line, state] : lines_) {
-    for (const auto& [id, one] : state.components) {
-      if (!one.doubted) continue;
-      const auto known = components_.find(id);
-      if (known != components_.end() && known->second.contains(line)) all.emplace_back(id, known->second.at(line));
+std::vector<std::pair<OwnerId, Presence::Shown>> Presence::doubted() const {
+  std::vector<std::pair<OwnerId, Shown>> found;
+  for (const auto& [id, all] : components_) {
+    for (const auto& [line, one] : all) {
+      if (one.doubted) found.emplace_back(id, one.as);
     }
   }
-  return all;
+  return found;
 }
 
 Presence::Component* Presence::find(const Line& line, OwnerId id) {
-  const auto found = lines_.find(line);
-  if (found == lines_.end()) return nullptr;
-  const auto one = found->second.components.find(id);
-  return one == found->second.components.end() ? nullptr : &one->second;
+  const auto found = components_.find(id);
+  if (found == components_.end()) return nullptr;
+  const auto one = found->second.find(line);
+  return one == found->second.end() ? nullptr : &one->second;
 }
 
 void Presence::expire() {
@@ -171,7 +160,9 @@ void Presence::expire() {
   std::vector<std::pair<Line, OwnerId>> faded;
   for (const auto& [line, state] : lines_) {
     if (state.until <= now) over.push_back(line);
-    for (const auto& [id, one] : state.components) {
+  }
+  for (const auto& [id, all] : components_) {
+    for (const auto& [line, one] : all) {
       if (one.until <= now) faded.emplace_back(line, id);
     }
   }
@@ -183,18 +174,17 @@ void Presence::expire() {
     for (const auto id : shown) remove(line, id, PeerEvent::kLost);
     calls_.forgotten(line);
   }
-  for (const auto& [line, state] : lines_) {
-    expiry_.advance_to(state.until);
-    for (const auto& [id, one] : state.components) expiry_.advance_to(one.until);
+  for (const auto& [line, state] : lines_) expiry_.advance_to(state.until);
+  for (const auto& [id, all] : components_) {
+    for (const auto& [line, one] : all) expiry_.advance_to(one.until);
   }
 }
 
 /// A line that goes may come back: until then what is there stays.
-bool Presence::counts(const Line& line, OwnerId id) const {
+bool Presence::counts(OwnerId id, const Component& one) const {
+  const auto& line = one.as->line;
   const auto found = lines_.find(line);
-  if (found == lines_.end() || found->second.shown.lease <= Duration(0)) return false;
-  const auto one = found->second.components.find(id);
-  if (one == found->second.components.end() || one->second.doubted) return false;
+  if (one.doubted || found == lines_.end() || found->second.shown.lease <= Duration(0)) return false;
   return !calls_.allowed || calls_.allowed(line, id);
 }
 
@@ -209,17 +199,17 @@ bool Presence::is_better(const Reached& one, const Reached& other) const {
   return again ? one.shown.incarnation > other.shown.incarnation : one.shown.incarnation < other.shown.incarnation;
 }
 
-const Reached* Presence::best(OwnerId id) const {
+Presence::Shown Presence::best(OwnerId id) const {
   const auto found = components_.find(id);
   if (found == components_.end()) return nullptr;
-  const Reached* chosen = nullptr;
+  Shown chosen;
   // Nobody takes an id from another user who is there.
   const auto before = reached_.find(id);
   const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second->line);
-  const bool stays_there = stays != found->second.end() && counts(stays->first, id) && !is_stand_in(stays->second);
+  const bool stays_there = stays != found->second.end() && counts(id, stays->second) && !is_stand_in(*stays->second.as);
   for (const auto& [line, one] : found->second) {
-    if (!counts(line, id) || (stays_there && line.user != stays->first.user)) continue;
-    if (!chosen || is_better(one, *chosen)) chosen = &one;
+    if (!counts(id, one) || (stays_there && line.user != stays->first.user)) continue;
+    if (!chosen || is_better(*one.as, *chosen)) chosen = one.as;
   }
   return chosen;
 }
@@ -239,14 +229,14 @@ void Presence::review_all() {
 void Presence::forget_former(OwnerId id, const Reached& now) {
   std::erase_if(components_.at(id), [&](const auto& one) {
     const auto& state = lines_.at(one.first);
-    const bool former = one.first != now.line && is_same(one.second, now) && !state.seen;
-    if (former) add_bytes(one.first.user, 0, size_of(one.second));
+    const bool former = one.first != now.line && is_same(*one.second.as, now) && !state.seen;
+    if (former) add_bytes(one.first.user, 0, size_of(*one.second.as));
     return former;
   });
 }
 
 void Presence::review(OwnerId id, PeerEvent how) {
-  const auto* now = best(id);
+  const auto now = best(id);
   if (now && lines_.at(now->line).seen) forget_former(id, *now);
   const auto before = reached_.find(id);
   if (!now) {
@@ -256,7 +246,7 @@ void Presence::review(OwnerId id, PeerEvent how) {
     if (before != reached_.end() && before->second->line == now->line && is_same(*before->second, *now) &&
         before->second->shown.summary == now->shown.summary)
       return;
-    reached_.insert_or_assign(id, std::make_shared<const Reached>(*now));
+    reached_.insert_or_assign(id, now);
   }
   calls_.changed(id, how);
 }
@@ -264,12 +254,10 @@ void Presence::review(OwnerId id, PeerEvent how) {
 std::vector<OwnerId> Presence::shown_on(const Line& line) const {
   const auto found = lines_.find(line);
   if (found == lines_.end()) return {};
-  std::vector<OwnerId> ids;
-  for (const auto& [id, one] : found->second.components) ids.push_back(id);
-  return ids;
+  return {found->second.ids.begin(), found->second.ids.end()};
 }
 
-std::shared_ptr<const Reached> Presence::reached(OwnerId id) const {
+Presence::Shown Presence::reached(OwnerId id) const {
   const auto found = reached_.find(id);
   return found == reached_.end() ? nullptr : found->second;
 }
@@ -280,12 +268,12 @@ std::vector<OwnerId> Presence::all() const {
   return ids;
 }
 
-std::vector<Reached> Presence::all_with(OwnerId id) const {
-  std::vector<Reached> all;
+std::vector<Presence::Shown> Presence::all_with(OwnerId id) const {
+  std::vector<Shown> all;
   const auto found = components_.find(id);
   if (found == components_.end()) return all;
   for (const auto& [line, one] : found->second) {
-    if (counts(line, id)) all.push_back(one);
+    if (counts(id, one)) all.push_back(one.as);
   }
   return all;
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -61,47 +62,49 @@ class Presence {
   void believe(const Line& line, OwnerId id);
   /// Calls::allowed may have another answer now.
   void review_all();
-  /// All of them.
-  std::vector<std::pair<OwnerId, Reached>> doubted() const;
+  using Shown = std::shared_ptr<const Reached>;
+  std::vector<std::pair<OwnerId, Shown>> doubted() const;
 
   /// What was shown on that line.
   std::vector<OwnerId> shown_on(const Line& line) const;
   /// nullptr: not there. One for all who ask, as long as it is reached so.
-  std::shared_ptr<const Reached> reached(OwnerId id) const;
+  Shown reached(OwnerId id) const;
   bool has(const Line& line) const { return lines_.contains(line); }
   std::vector<OwnerId> all() const;
   std::size_t bytes() const { return bytes_; }
   /// Those of others with that id, whether they count or not.
-  std::vector<Reached> all_with(OwnerId id) const;
+  std::vector<Shown> all_with(OwnerId id) const;
 
  private:
+  /// A component on a connection.
   struct Component {
-    bool seen = false, doubted = false;
+    Shown as;
+    bool seen = true, doubted = false;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
   };
   struct LineState {
     LineShown shown;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
     bool here = false, seen = false;
-    std::map<OwnerId, Component> components;
+    std::set<OwnerId> ids;
   };
   Component* find(const Line& line, OwnerId id);
   bool add_bytes(const std::string& user, std::size_t more, std::size_t less);
-  bool counts(const Line& line, OwnerId id) const;
-  const Reached* best(OwnerId id) const;
+  bool counts(OwnerId id, const Component& one) const;
+  Shown best(OwnerId id) const;
   bool is_better(const Reached& one, const Reached& other) const;
   void forget_former(OwnerId id, const Reached& now);
   void review(OwnerId id, PeerEvent how);
   void review_line(const Line& line, PeerEvent how);
   void remove(const Line& line, OwnerId id, PeerEvent how);
   void expire();
-  void end_at(LineState& line, SteadyTime when);
+  void end_at(SteadyTime& until, SteadyTime when);
 
   Scheduler& scheduler_;
   Calls calls_;
   std::map<Line, LineState> lines_;
-  std::map<OwnerId, std::map<Line, Reached>> components_;
-  std::map<OwnerId, std::shared_ptr<const Reached>> reached_;
+  std::map<OwnerId, std::map<Line, Component>> components_;
+  std::map<OwnerId, Shown> reached_;
   std::size_t bytes_ = 0;
   std::map<std::string, std::size_t> bytes_of_;  ///< by user
   base::Deadline expiry_;

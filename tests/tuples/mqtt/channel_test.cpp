@@ -135,6 +135,22 @@ TEST_F(Channels, SendAgainFromTheFirstThatIsMissing) {
   EXPECT_THAT(b.got, ElementsAreArray(up_to(5))) << "the gap is told at once";
 }
 
+/// Else 64 bytes could be answered by 8 MiB as often as somebody likes.
+TEST_F(Channels, RepeatOnDemandNowAndThenOnly) {
+  a.other = nullptr;
+  for (std::uint64_t i = 1; i <= 4; ++i) a.say(i);
+  ASSERT_EQ(a.frames, 4U);
+  FrameHead head;
+  head.again = true;
+  time.run_for(200ms);
+  for (int i = 0; i < 100; ++i) {
+    a.channel->arrived(head, {});
+    time.run_for(1ms);
+  }
+  EXPECT_LE(a.frames, 4U + 2 * 4);
+  EXPECT_GE(a.frames, 4U + 4);
+}
+
 /// Whatever is lost either way, and however often.
 TEST_F(Channels, BringAllOnceThroughABrokerThatDropsHalf) {
   for (unsigned seed = 1; seed <= 20; ++seed) {

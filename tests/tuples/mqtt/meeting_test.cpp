@@ -319,6 +319,27 @@ TEST_F(Large, ABrokerThatTellsNothing) {
   trade(*hall, *lab, 15s);
 }
 
+/// It would have said so: what does not arrive was lost.
+TEST_F(Large, ABrokerThatTellsItsLimitGetsTheValueAsOftenAsItIsLost) {
+  auto hall = site(kHall), lab = site(kLab);
+  Listener seen;
+  const auto copies = lab->space->subscribe(pattern("1:**"), {}, seen.call());
+  time.run_for(3s);
+  broker.loses = [](const std::string&, const transport::MqttPublication& message) {
+    return message.payload.size() > 100'000;
+  };
+  EXPECT_TRUE(hall->space->set("large", std::string(200'000, 'x')));
+  time.run_for(1s);
+  EXPECT_TRUE(hall->space->set("lamp", "after"));
+  time.run_for(1min);
+  EXPECT_EQ(lab->value(kHall, "lamp"), "off");
+  broker.loses = {};
+  time.run_for(10s);
+  EXPECT_EQ(lab->value(kHall, "large").size(), 200'000U);
+  EXPECT_EQ(lab->value(kHall, "lamp"), "after");
+  EXPECT_EQ(hall->ecology->counters().too_large, 0U);
+}
+
 /// What was accepted waits for a broker that comes back with a lower limit.
 TEST_F(Large, ALimitThatIsLowerAfterARestart) {
   auto hall = site(kHall), lab = site(kLab);

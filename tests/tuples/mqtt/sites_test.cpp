@@ -216,6 +216,15 @@ TEST_F(Sites, OfTwoWithOneIdTheLaterOneEnds) {
   EXPECT_THAT(hall->displaced, IsEmpty());
 }
 
+/// The question is asked again each second.
+TEST_F(Sites, AnAnswerThatTakesSecondsCounts) {
+  broker.latency = 1s;
+  const auto twin = site(kHall, "10.0.0.4");
+  time.run_for(1min);
+  EXPECT_THAT(twin->displaced, ElementsAre(kHall));
+  EXPECT_THAT(hall->displaced, IsEmpty());
+}
+
 TEST_F(Sites, WhatStrangersWriteIsDroppedAndCounted) {
   const auto line = stranger();
   const auto before = lab->ecology->counters().foreign;
@@ -361,7 +370,7 @@ TEST_F(Sites, OneWhoAsksManyGetsTheirValuesOnce) {
   EXPECT_LT(bytes, kSites * kValues * kBytes * 11 / 10) << "nothing is sent again";
 }
 
-TEST_F(Sites, AWrongPasswordIsTriedSeldom) {
+TEST_F(Sites, WhyThereIsNoConnectionIsKnown) {
   broker.users = {{"ann", "secret"}};
   broker.cut();
   time.run_for(2min);
