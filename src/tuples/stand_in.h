@@ -22,6 +22,8 @@ class StandInEcology : public Ecology {
  public:
   /// As join().
   virtual Result<std::unique_ptr<Link>> join_as(StandIn who) = 0;
+  /// False: whoever has that component, others here believe no stand-in of its for that id.
+  virtual bool may_stand_in(OwnerId /*carrier*/, OwnerId /*id*/) const { return true; }
 };
 
 /// The host of a component, as its stand-in shows it: `<host>~<id of the carrier>`, at most 64 bytes.

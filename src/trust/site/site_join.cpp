@@ -130,7 +130,7 @@ Result<void> write_joined(const SiteFolder& folder, const OpenedSiteBundle& open
 }
 
 SiteBundleContents contents_of_bundle(const OpenedSiteBundle& opened) {
-  ListedSiteMember member{opened.user, opened.realm.roles_of(opened.user), {}, !opened.certificate, {}, false};
+  ListedSiteMember member{opened.user, opened.realm.roles_of(opened.user), {}, {}, !opened.certificate, {}, false};
   for (const auto& [id, user] : opened.realm.islands) {
     if (user == opened.user) member.islands.push_back(OwnerId{id});
   }

@@ -21,10 +21,15 @@ WallTime within_life_of(const SiteFolder& folder, WallTime now) {
 }  // namespace
 
 ListedSiteMember listed_member(const SiteFolder& folder, const SiteRealm& realm, const std::string& name) {
-  ListedSiteMember listed{name, realm.roles_of(name), {}, false, {}, false};
+  ListedSiteMember listed{name, realm.roles_of(name), {}, {}, false, {}, false};
+  std::set<std::string> also;
   for (const auto& [id, user] : realm.islands) {
-    if (user == name) listed.islands.push_back(OwnerId{id});
+    if (user != name) continue;
+    listed.islands.push_back(OwnerId{id});
+    for (const auto& other : realm.members_of(OwnerId{id})) also.insert(other);
   }
+  also.erase(name);
+  listed.also.assign(also.begin(), also.end());
   if (const auto certificate = folder.certificate(name)) listed.ends = certificate->ends();
   listed.has_password = folder.files().exists(member_password(name));
   listed.has_key = folder.has_key(name) || listed.has_password;

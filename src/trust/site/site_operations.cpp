@@ -32,16 +32,12 @@ Result<void> check_words(const SiteRealm& realm, const std::string& name, const 
   return {};
 }
 
-Result<void> check_islands(const SiteRealm& realm, const std::string& name, const std::vector<OwnerId>& islands) {
+Result<void> check_islands(const std::string& name, const std::vector<OwnerId>& islands) {
   for (const auto island : islands) {
     const auto id = model::number(island);
     if (!model::is_island(island))
       return fail(ErrorCode::kOutOfRange,
                   fmt::format("{} is no id of an island: expected 1 to {}", id, model::kMaxIslandId));
-    const auto* user = realm.member_of(island);
-    if (user != nullptr && *user != name)
-      return fail(ErrorCode::kDuplicate,
-                  fmt::format("the member {} is island {}: revoke or change it first", *user, id));
   }
   return check_island_of(name, islands);
 }
@@ -50,7 +46,7 @@ Result<void> check_standing(const SiteRealm& realm, const std::string& name, con
                             const std::vector<OwnerId>& islands) {
   if (auto parsed = parse_roles(roles_text(roles)); !parsed) return fail(parsed.error());
   if (auto checked = check_words(realm, name, roles); !checked) return checked;
-  return check_islands(realm, name, islands);
+  return check_islands(name, islands);
 }
 
 Result<void> check_new(const SiteIssuer& issuer, const SiteMemberOptions& options) {
@@ -75,7 +71,7 @@ void set_standing(SiteRealm& realm, const std::string& name, const std::vector<s
                   const std::vector<OwnerId>& islands) {
   realm.members[name] = roles;
   std::erase_if(realm.islands, [&](const auto& one) { return one.second == name; });
-  for (const auto island : islands) realm.islands[model::number(island)] = name;
+  for (const auto island : islands) realm.islands.emplace(model::number(island), name);
 }
 
 /// The bundle for another host; the certificate is in the folder too, so that it can be renewed.

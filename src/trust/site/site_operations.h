@@ -34,9 +34,10 @@ struct ListedSiteMember {
   std::string name;
   std::vector<std::string> roles;
   std::vector<OwnerId> islands;
-  bool has_password = false;     ///< instead of a certificate
-  std::optional<WallTime> ends;  ///< of the newest certificate, if that is known here
-  bool has_key = false;          ///< its key or password is in this folder
+  std::vector<std::string> also;  ///< other members that may be one of these, too
+  bool has_password = false;      ///< instead of a certificate
+  std::optional<WallTime> ends;   ///< of the newest certificate, if that is known here
+  bool has_key = false;           ///< its key or password is in this folder
 };
 
 /// A member and what it needs on its host.

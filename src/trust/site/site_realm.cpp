@@ -45,14 +45,20 @@ bool read_members(const Json& json, SiteRealm& realm) {
   return true;
 }
 
-/// Of members only: an island of somebody unknown would be nobody's.
+/// Of members only: an island of somebody unknown would be nobody's. No name has a blank.
 bool read_islands(const Json& json, SiteRealm& realm) {
-  if (!json.is_object() || json.size() > SiteRealm::kMaxIslands) return false;
-  for (const auto& [id, user] : json.items()) {
+  if (!json.is_object()) return false;
+  for (const auto& [id, users] : json.items()) {
     const auto number = base::parse_number<std::uint32_t>(id);
-    if (!number || !model::is_island(OwnerId{*number}) || !user.is_string()) return false;
-    if (!realm.is_member(user.get<std::string>())) return false;
-    if (!realm.islands.emplace(*number, user.get<std::string>()).second) return false;
+    if (!number || !model::is_island(OwnerId{*number}) || !users.is_string()) return false;
+    auto rest = std::string_view(users.get_ref<const std::string&>());
+    for (auto end = rest.find(' ');; end = rest.find(' ')) {
+      const auto user = rest.substr(0, end);
+      if (!realm.is_member(user) || !realm.islands.emplace(*number, user).second) return false;
+      if (realm.islands.size() > SiteRealm::kMaxIslands) return false;
+      if (end == rest.npos) break;
+      rest.remove_prefix(end + 1);
+    }
   }
   return true;
 }
@@ -88,16 +94,22 @@ const SiteRealm::Roles& SiteRealm::roles_of(std::string_view user) const {
   return found == members.end() ? kNone : found->second;
 }
 
-const std::string* SiteRealm::member_of(OwnerId island) const {
-  const auto found = islands.find(model::number(island));
-  return found == islands.end() ? nullptr : &found->second;
+std::vector<std::string> SiteRealm::members_of(OwnerId island) const {
+  std::vector<std::string> all;
+  const auto id = model::number(island);
+  for (auto one = islands.lower_bound({id, {}}); one != islands.end() && one->first == id; ++one)
+    all.push_back(one->second);
+  return all;
 }
 
 Result<std::string> realm_text(const SiteRealm& realm) {
   if (auto bounded = check_bounds(realm); !bounded) return fail(bounded.error());
   Json members = Json::object(), islands = Json::object(), revoked = Json::array();
   for (const auto& [user, roles] : realm.members) members[user] = roles_text(roles);
-  for (const auto& [id, user] : realm.islands) islands[fmt::format("{}", id)] = user;
+  for (const auto& [id, user] : realm.islands) {
+    auto& users = islands[fmt::format("{}", id)];
+    users = users.is_null() ? user : users.get<std::string>() + ' ' + user;
+  }
   for (const auto& user : realm.revoked) revoked.push_back(user);
   const Json json{{kRealmFormName, kRealmForm},    {"name", realm.name},
                   {"number", realm.number},        {"members", std::move(members)},

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "rubicon/address.hpp"
@@ -29,15 +30,16 @@ struct SiteRealm {
   std::string name;                                   ///< as the authority spells it: `Rubicon 5f1c`
   std::uint64_t number = 0;                           ///< grows with each change
   std::map<std::string, Roles, std::less<>> members;  ///< check_user_name()
-  std::map<std::uint32_t, std::string> islands;       ///< the member of each id
-  std::set<std::string, std::less<>> revoked;         ///< names, none of them in `members`
+  /// Who may be each id: its island, and others that may stand in for it.
+  std::set<std::pair<std::uint32_t, std::string>> islands;
+  std::set<std::string, std::less<>> revoked;  ///< names, none of them in `members`
 
   bool is_member(std::string_view user) const { return members.find(user) != members.end(); }
   bool is_revoked(std::string_view user) const { return revoked.find(user) != revoked.end(); }
   /// None for who is no member.
   const Roles& roles_of(std::string_view user) const;
-  /// nullptr: nobody may be this island.
-  const std::string* member_of(OwnerId island) const;
+  /// Empty: nobody may be this island.
+  std::vector<std::string> members_of(OwnerId island) const;
   friend bool operator==(const SiteRealm&, const SiteRealm&) = default;
 };
 

@@ -111,13 +111,15 @@ bool Carrier::is_met(const Known& known, std::size_t engine) const {
 std::optional<std::size_t> Carrier::origin_of(OwnerId id, const Known& known, std::size_t to) const {
   if (known.at[to].meeting) return {};
   for (std::size_t from = 0; from < engines_.size(); ++from) {
-    if (is_met(known, from) && !gives_way(from, to) && is_wanted(id, from, to)) return from;
+    if (is_met(known, from) && is_wanted(id, from, to)) return from;
   }
   return {};
 }
 
+/// A reader of what is carried here needs its stand-in here, too.
 bool Carrier::is_wanted(OwnerId id, std::size_t origin, std::size_t to) const {
-  if (rules_.carries_any_of(id, {engines_[origin].name, engines_[to].name}) || sets_.has(id, to)) return true;
+  const bool carries = rules_.carries_any_of(id, {engines_[origin].name, engines_[to].name});
+  if ((carries && !gives_way(id, origin, to)) || sets_.has(id, to)) return true;
   for (auto one = passages_.lower_bound({id, OwnerId{}, 0}); one != passages_.end(); ++one) {
     if (std::get<0>(one->first) != id) return false;
     if (one->second.origin() == to) return true;
@@ -130,8 +132,8 @@ bool Carrier::is_good(const StandInPort& present, const Known& known) const {
   const auto& component = present.component;
   if (known.at[present.engine].meeting || !is_met(known, present.origin)) return false;
   if (known.at[present.origin].meeting->identity.incarnation != component.incarnation) return false;
-  if (gives_way(present.origin, present.engine)) return false;
-  return scheduler_.now() < present.used_until || is_wanted(component.id, present.origin, present.engine);
+  if (is_wanted(component.id, present.origin, present.engine)) return true;
+  return scheduler_.now() < present.used_until && !gives_way(component.id, present.origin, present.engine);
 }
 
 /// Begins and ends the stand-ins of a component, as things are now.

@@ -85,7 +85,7 @@ class Carrier final : private TapEvents, private StandInEvents {
 
   // Who carries (carriers.cpp)
   void review_carrier(OwnerId id);
-  bool gives_way(std::size_t one, std::size_t other) const;
+  bool gives_way(OwnerId id, std::size_t origin, std::size_t to) const;
   void warn_of_carriers(OwnerId id, const Known& known);
 
   // Who has a stand-in

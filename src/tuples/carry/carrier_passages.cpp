@@ -93,6 +93,7 @@ void Carrier::drop_passage(const PassageKey& key) {
   if (gone.empty()) return;
   gone.mapped().close(true);
   released(std::get<0>(key), gone.mapped().origin());
+  review_at(scheduler_.now(), std::get<0>(key));
 }
 
 void Carrier::drop_passages_of(OwnerId owner, std::size_t engine) {

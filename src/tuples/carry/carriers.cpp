@@ -31,11 +31,11 @@ void Carrier::review_carrier(OwnerId id) {
   for (const auto& one : known_) review_at(scheduler_.now(), one.first);
 }
 
-/// Between the same two engines the carrier with the lowest id carries.
-bool Carrier::gives_way(std::size_t one, std::size_t other) const {
-  for (const auto& [id, pairs] : others_) {
-    if (number(id) > number(self_)) return false;
-    if (pairs.contains(std::minmax(one, other))) return true;
+/// Between the same two engines the carrier with the lowest id carries, of those whose stand-in others believe.
+bool Carrier::gives_way(OwnerId id, std::size_t origin, std::size_t to) const {
+  for (const auto& [other, pairs] : others_) {
+    if (number(other) > number(self_)) return false;
+    if (pairs.contains(std::minmax(origin, to)) && engines_[to].ecology.may_stand_in(other, id)) return true;
   }
   return false;
 }

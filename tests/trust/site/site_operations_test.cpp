@@ -63,7 +63,6 @@ TEST_F(SiteRealms, NamesAreGivenOnce) {
 
 TEST_F(SiteRealms, AnIslandAndAWordHaveOneMeaning) {
   added("hall", {"ops"}, {OwnerId{7}});
-  EXPECT_THAT(refused({"lab", {OwnerId{7}}, {}, 1}).text, HasSubstr("the member hall is island 7"));
   EXPECT_EQ(refused({"lab", {OwnerId{70'000}}, {}, 1}).code, ErrorCode::kOutOfRange);
   EXPECT_THAT(refused({"ops", {}, {}, 1}).text, HasSubstr("is a role of hall"));
   EXPECT_THAT(refused({"lab", {}, {"hall"}, 1}).text, HasSubstr("is the name of a member"));
@@ -87,12 +86,23 @@ TEST_F(SiteRealms, RolesAndIslandsAreChanged) {
   added("hall", {"ops"}, {OwnerId{7}});
   ASSERT_TRUE(change(home_, "hall", std::vector<std::string>{"admin"}, {}, kNow));
   EXPECT_THAT(realm(home_).roles_of("hall"), ElementsAre("admin"));
-  EXPECT_EQ(*realm(home_).member_of(OwnerId{7}), "hall");
+  EXPECT_THAT(realm(home_).members_of(OwnerId{7}), ElementsAre("hall"));
   ASSERT_TRUE(change(home_, "hall", {}, std::vector<OwnerId>{OwnerId{8}, OwnerId{9}}, kNow));
-  EXPECT_EQ(realm(home_).member_of(OwnerId{7}), nullptr);
-  EXPECT_EQ(*realm(home_).member_of(OwnerId{9}), "hall");
+  EXPECT_THAT(realm(home_).members_of(OwnerId{7}), IsEmpty());
+  EXPECT_THAT(realm(home_).members_of(OwnerId{9}), ElementsAre("hall"));
   EXPECT_THAT(realm(home_).roles_of("hall"), ElementsAre("admin"));
   EXPECT_EQ(change(home_, "lab", {}, {}, kNow).error().code, ErrorCode::kNotFound);
+}
+
+/// Of several carriers of one robot each has its id.
+TEST_F(SiteRealms, AnIslandIsGivenToSeveralMembersAndTheySayIt) {
+  added("hall", {}, {OwnerId{6}, OwnerId{7}});
+  const auto lab = add(home_, {"lab", {OwnerId{7}}, {}, 1}, kNow);
+  ASSERT_TRUE(lab) << lab.error().text;
+  EXPECT_THAT(lab->member.also, ElementsAre("hall"));
+  EXPECT_THAT(realm(home_).members_of(OwnerId{7}), ElementsAre("hall", "lab"));
+  ASSERT_TRUE(revoke(home_, "hall", kNow));
+  EXPECT_THAT(realm(home_).members_of(OwnerId{7}), ElementsAre("lab"));
 }
 
 TEST_F(SiteRealms, WhoIsRevokedIsNoMemberAnyMore) {
@@ -101,7 +111,7 @@ TEST_F(SiteRealms, WhoIsRevokedIsNoMemberAnyMore) {
   const auto after = realm(home_);
   EXPECT_TRUE(after.is_revoked("desk"));
   EXPECT_FALSE(after.is_member("desk"));
-  EXPECT_EQ(after.member_of(OwnerId{7}), nullptr) << "its island is free";
+  EXPECT_THAT(after.members_of(OwnerId{7}), IsEmpty()) << "its island is free";
   EXPECT_EQ(renew(home_, "desk", 10, RenewKey::kKeep, kNow).error().code, ErrorCode::kRefused);
   EXPECT_TRUE(revoke(home_, "desk", kNow)) << "again, for a broker whose files could not be written";
   EXPECT_EQ(revoke(home_, "nobody", kNow).error().code, ErrorCode::kNotFound);

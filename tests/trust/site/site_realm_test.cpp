@@ -38,6 +38,15 @@ TEST(SiteRealmText, IsWhatWasWritten) {
   EXPECT_EQ(*again, sample());
 }
 
+TEST(SiteRealmText, NamesAllWhoMayBeAnIsland) {
+  auto realm = sample();
+  realm.islands.emplace(6541, "ann");
+  const auto text = realm_text(realm);
+  ASSERT_TRUE(text);
+  EXPECT_THAT(*text, HasSubstr(R"("islands":{"6541":"ann hall"})"));
+  EXPECT_EQ(*parse_realm(*text, "input"), realm);
+}
+
 TEST(SiteRealmText, SaysWhoIsWho) {
   const auto realm = sample();
   EXPECT_EQ(realm.roles_of("ann"), (std::vector<std::string>{"admin", "ops"}));
@@ -79,6 +88,10 @@ TEST(SiteRealmText, AnythingElseIsRefused) {
                R"({"rubicon-realm":1,"name":"R","number":3,"members":{"a":""},"islands":{"70000":"a"},"revoked":[]})"),
            std::string(
                R"({"rubicon-realm":1,"name":"R","number":3,"members":{"a":""},"islands":{"7":"b"},"revoked":[]})"),
+           std::string(
+               R"({"rubicon-realm":1,"name":"R","number":3,"members":{"a":""},"islands":{"7":"a a"},"revoked":[]})"),
+           std::string(
+               R"({"rubicon-realm":1,"name":"R","number":3,"members":{"a":""},"islands":{"7":"a "},"revoked":[]})"),
            std::string(R"({"rubicon-realm":1,"name":"R","number":3,"members":{"a":""},"islands":{},"revoked":["a"]})"),
            std::string(R"({"rubicon-realm":1,"name":"R","number":3,"members":{},"islands":{},"revoked":["b","b"]})"),
            std::string(R"({"rubicon-realm":1,"name":"R","number":3,"members":{},"islands":{},"revoked":[{"b":[]}]})"),

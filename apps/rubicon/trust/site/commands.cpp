@@ -100,6 +100,7 @@ Result<fs::path> joined_folder(const Settings& settings, const std::string& name
 Line as_json(const ListedSiteMember& member) {
   Line line{{"name", member.name}, {"roles", member.roles}, {"islands", Line::array()}};
   for (const auto one : member.islands) line["islands"].push_back(number(one));
+  if (!member.also.empty()) line["islands_also_of"] = member.also;
   if (member.ends) line["expires"] = model::seconds_json(*member.ends);
   line["password"] = member.has_password;
   return line;
@@ -109,6 +110,7 @@ std::string member_text(const ListedSiteMember& member) {
   auto text = member.name;
   if (!member.roles.empty()) text += fmt::format(", roles {}", fmt::join(member.roles, " "));
   if (!member.islands.empty()) text += ", island " + islands_text(member.islands);
+  if (!member.also.empty()) text += fmt::format(" (given to {}, too)", fmt::join(member.also, " "));
   if (member.has_password) text += ", with a password";
   if (member.ends) text += ", until " + time_text(*member.ends).substr(0, 10);
   return printable(text);
