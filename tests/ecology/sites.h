@@ -42,10 +42,14 @@ class SitesOfABroker : public testing::Test {
     return support::run_to_end(at(host, std::move(words)));
   }
   std::unique_ptr<support::Process> island(int id, const std::string& mqtt, const std::string& more = "") {
-    const auto host = "site" + std::to_string(id);
-    const auto file = folder_ / (host + ".yaml");
-    std::ofstream(file) << "island: {id: " << id << ", name: " << host << "}\ntuples: {mqtt: " << mqtt << "}\n"
-                        << "history: {file: " << host << ".history}\n"
+    return island_on("site" + std::to_string(id), id, "mqtt: " + mqtt, more);
+  }
+  std::unique_ptr<support::Process> island_on(const std::string& host, int id, const std::string& tuples,
+                                              const std::string& more) {
+    const auto name = "site" + std::to_string(id);
+    const auto file = folder_ / (name + ".yaml");
+    std::ofstream(file) << "island: {id: " << id << ", name: " << name << "}\ntuples: {" << tuples << "}\n"
+                        << "history: {file: " << name << ".history}\n"
                         << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: "
                            "sine, low: 10, high: 30, period: 5s}}, actuators: {switch-1: {}}}}}\n"
                         << more;

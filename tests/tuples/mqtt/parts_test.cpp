@@ -28,6 +28,7 @@ TEST(WhoIsPresent, AComponentThatIsDoubtedLeavesTheOthersOfItsConnection) {
   presence.show(line, LineShown{1, 20s});
   for (const auto id : {1, 2}) presence.show(line, OwnerId(id), ComponentShown{7, "host", {}});
   presence.doubt(line, OwnerId(2));
+  presence.review_all();
   EXPECT_TRUE(presence.reached(OwnerId(1)));
   EXPECT_FALSE(presence.reached(OwnerId(2)));
   presence.believe(line, OwnerId(2));

@@ -446,6 +446,21 @@ TEST_F(RealmAtABroker, WhoMakesUpUsersMakesNoMemberWait) {
   expect_shut_out("dim");
 }
 
+TEST_F(RealmAtABroker, OfUsersWhoAreNoMembersNotMoreAreLookedAtThanThereMayBe) {
+  for (std::size_t i = 0; i < Documents::kMaxUsers; ++i) {
+    broker.publish(kShown + "u" + std::to_string(i), "forged", true);
+    if (i % 500 == 0) time.run_for(10ms);
+  }
+  time.run_for(1s);
+  EXPECT_TRUE(lab->log.contains("is ignored: there are too many users"));
+  broker.publish(kShown + "new", document(2, "hall:1 lab:2 desk:admin new:3"), true);
+  time.run_for(1s);
+  EXPECT_EQ(lab->realm->document(), kFirst) << "it is none, so far";
+  hall->realm->found(kShutOut);
+  time.run_for(1s);
+  expect_shut_out("dim");
+}
+
 /// Each member may use the ids of tools.
 TEST_F(RealmAtABroker, NobodyEndsAComponentOfAnotherUser) {
   std::vector<OwnerId> displaced;
