@@ -30,8 +30,8 @@ TEST_F(CarriersOfSites, ARobotOfOneSiteObeysThoseOfAnotherForWhomItsCarrierMayVo
                            "rights: [{who: everybody, may: all}]\n");
   const auto robot = island_on("site1", 7, "engine: host",
                                "rights: [{who: \"user:root\", may: vouch, names: [\"member:*\"]},"
-                               " {who: \"user:root\", may: [read, demand]},"
-                               " {who: \"member:desk@user:root\", may: set}]\n");
+                               " {who: \"user:root\", may: [read, demand], keys: [\"**\"]},"
+                               " {who: \"member:desk@user:root\", may: set, keys: [\"**\"]}]\n");
   const auto desk = tool("desk", mqtt("desk")), guest = tool("guest", mqtt("guest"));
   EXPECT_TRUE(until("desk", {"set", lamp(7, "command"), "on", "--config", desk}, "")) << hall->errors();
   EXPECT_TRUE(until("guest", {"get", lamp(7, "value"), "--config", guest}, "on")) << robot->errors();
@@ -47,7 +47,7 @@ TEST_F(CarriersOfSites, AUserOfOneSiteIsJudgedAtAnotherWhereItsCarrierMayVouch) 
   join("attic", {"--island", "3"});
   start_broker();
   const std::string user =
-                        "rights: [{who: \"member:lab\", may: [read, demand]},"
+                        "rights: [{who: \"member:lab\", may: [read, demand], keys: [\"**\"]},"
                         " {who: \"user:root@lab\", may: set, keys: [\"proxy.*.*.actuator.switch-1.command\"]}",
                     vouch = ", {who: \"member:lab\", may: vouch, names: [\"user:*\"]}";
   const auto hall = island(1, mqtt("hall", "authority"), user + vouch + "]\n");
