@@ -49,7 +49,7 @@ std::vector<Rule> many_rules() {
 struct Ecology {
   explicit Ecology(bool judged) {
     if (judged) ecology.judge(kIsland, std::make_shared<RightsJudge>(Rights(many_rules())));
-    ecology.certify(kRobot, {.name = "robot", .roles = {"machine"}, .serial = "4711"});
+    ecology.certify(kRobot, {.name = "robot", .roles = {"machine"}});
     island_link = *ecology.join(kIsland);
     robot_link = *ecology.join(kRobot);
     island.emplace(kIsland, time, *island_link);
@@ -108,7 +108,7 @@ void join(benchmark::State& state) {
 /// The question alone.
 void access(benchmark::State& state) {
   const RightsJudge judge{Rights(many_rules())};
-  const tuples::Member robot{.name = "robot", .roles = {"machine"}, .serial = "4711"};
+  const tuples::Member robot{.name = "robot", .roles = {"machine"}};
   std::vector<std::string> keys;
   for (int device = 0; device < 1000; ++device) keys.push_back(device_key(device * 7) + ".sensor.light-1.value");
   std::size_t next = 0;

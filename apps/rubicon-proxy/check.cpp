@@ -9,7 +9,7 @@
 
 #include "apps/rubicon-proxy/host_check.h"
 #include "apps/rubicon-proxy/host_place.h"
-#include "apps/rubicon-proxy/trust_part.h"
+#include "apps/rubicon-proxy/old_trust.h"
 #include "base/text.h"
 #include "config/carry_config.h"
 #include "config/config_file.h"
@@ -21,6 +21,7 @@
 #include "island/serial_lines.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
+#include "trust/site/site_operations.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/access/token_file.h"
 
@@ -84,10 +85,24 @@ std::string ids(const island::IslandConfig& config) {
                      : fmt::format("{} network{} ({})", all.size(), all.size() == 1 ? "" : "s", fmt::join(all, ", "));
 }
 
+/// Names and roles of the realm; nullopt: there is none, or it cannot be read.
+std::optional<std::vector<std::string>> names_of_members(const island::IslandConfig& config, WallTime now) {
+  const auto folder = config.engine.mqtt ? config.engine.mqtt_space.realm_folder() : "";
+  if (folder.empty()) return std::nullopt;
+  const auto there = trust::site::contents_of(folder, now);
+  if (!there) return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& one : there->members) {
+    names.push_back(one.name);
+    names.insert(names.end(), one.roles.begin(), one.roles.end());
+  }
+  return names;
+}
+
 /// What rules may name; nullopt: some of it is not known here.
 std::optional<std::vector<std::string>> known_names(const island::IslandConfig& config,
                                                     transport::Transports& transports, Scheduler& scheduler) {
-  auto names = names_of_members(config.engine.trust_folder, scheduler.wall_now());
+  auto names = names_of_members(config, scheduler.wall_now());
   if (!names || !config.web || !config.web->tokens) return names;
   const auto tokens = web::access::read_tokens(transports, base::resolve_path(config.directory, *config.web->tokens));
   if (!tokens) return std::nullopt;
@@ -110,7 +125,7 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   if (!root) return fail(root.error());
   auto config = island::read_island_config(std::move(*root), island::network_types(), errors);
   config.directory = std::filesystem::path(file).parent_path().string();
-  config.engine.trust_folder = trust_folder(config.engine, config.directory);
+  hold_back_dds(config.engine);
   config.engine.closed = is_closed(config);
   island::check_rights(config, errors);
   island::check_serial_lines(config, errors);
@@ -140,10 +155,8 @@ int check(const CheckOptions& options) {
   print(warnings(**island, places), "warning: ");
   print(island::rights_warnings((*island)->config(), known_names((*island)->config(), transports, loop.scheduler())),
         "warning: ");
-  const auto no_carry = island::carry_warning((*island)->config());
-  if (!no_carry.empty())
-    print({fmt::format("{}: {}", places.of((*island)->config().engine.carry_path), no_carry)}, "warning: ");
-  const auto found = check_host(**island, transports, loop.scheduler(), places);
+  print(held_back_lines((*island)->config().engine), "warning: ");
+  const auto found = check_host(**island, transports, places);
   print(found.warnings, "warning: ");
   print(found.wrong);
   if (!options.elsewhere && !found.lacking.empty()) {
@@ -154,7 +167,7 @@ int check(const CheckOptions& options) {
   if (!found.wrong.empty()) return kExitConfiguration;
   fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
   if (const auto open = who_may_command((*island)->config()); !open.empty()) fmt::print("{}\n", open);
-  if (const auto all = config::carried((*island)->config().engine.carry); !all.empty() && no_carry.empty())
+  if (const auto all = config::carried((*island)->config().engine.carry); !all.empty())
     fmt::print("carries {}\n", fmt::join(all, "; "));
   return options.against ? print_plan(options) : kExitOk;
 }

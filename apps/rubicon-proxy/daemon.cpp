@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <malloc.h>
 #include <unistd.h>
 
@@ -19,8 +20,8 @@
 #include "apps/rubicon-proxy/displaced.h"
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/host_place.h"
+#include "apps/rubicon-proxy/old_trust.h"
 #include "apps/rubicon-proxy/service_notice.h"
-#include "apps/rubicon-proxy/trust_part.h"
 #include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
 #include "console/live_console.h"
@@ -35,6 +36,7 @@
 #include "transport/asio_scheduler.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
+#include "trust/site/live_realm.h"
 #include "tuples/engines/engines.h"
 #include "tuples/memory/memory_ecology.h"
 #include "tuples/space_rights.h"
@@ -96,9 +98,8 @@ class Session {
 
   Result<void> prepare(island::IslandConfig config) {
     judge_ = island::make_judge(config);
-    if (auto trusted = trust_.open(config.engine.trust_folder, config.id); !trusted) return trusted;
     for (const auto& text : config.engine.warnings) log_.warning(text);
-    if (const auto text = island::carry_warning(config); !text.empty()) log_.warning(text);
+    for (const auto& text : held_back_lines(config.engine)) log_.warning(text);
     if (auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept) return kept;
     if (auto opened = open_ecology(config, lines_); !opened) return opened;
     await_signal();
@@ -117,15 +118,15 @@ class Session {
     if (judge_) island_->judge_by(judge_, live_log_);
     if (realm_)  // behind the engine, which knows the new members then
       realm_changes_ = realm_->watch([this] { tuples::SpaceRights::rejudge(island_->space()); });
-    if (const auto trusted = trust_.get()) island_->show_days_left([trusted] { return trusted->days_left(); });
+    if (const auto& why = island_->config().engine.held_back; !why.empty()) island_->show_held_back(why);
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
     past_ = std::make_unique<HistoryPart>(
         HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
-        own_id(Part::kHistory, island_->config().id));
+        component_id(Part::kHistory, island_->config().id));
     page_ = std::make_unique<WebPart>(
         WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id, island_->config().engine.closed},
-        own_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
+        component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -160,12 +161,9 @@ class Session {
   }
 
  private:
-  /// With trust one of the certificate, which names this process alone.
-  OwnerId own_id(Part part, IslandId island) { return trust_.component_id(component_id(part, island)); }
-
   Result<void> open_ecology(const island::IslandConfig& config, LogSink& sink) {
     const auto& engine = config.engine;
-    console_ = own_id(Part::kConsole, config.id);
+    console_ = component_id(Part::kConsole, config.id);
     if (engine.alone()) {
       ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
       return {};
@@ -189,24 +187,25 @@ class Session {
       auto setup = host_setup(engine);
       if (!setup) return fail(std::move(setup.error()));
       options.host = std::move(*setup);
-      // Trust is about other hosts: without rights whoever may enter the folder may do everything.
+      // Without rights whoever may enter the folder may do everything.
       if (config.rights) options.host->options.judge = judge_;
     }
     if (engine.dds) {
       options.dds = engine.options;
-      options.dds->trust = trust_.get();
+      if (config.rights) options.dds->judge = judge_;
     }
     if (engine.mqtt) {
       auto space = engine.mqtt_space.options(transports_);
       if (!space) return fail(ErrorCode::kIo, "tuples.mqtt.broker: " + space.error().text);
       options.mqtt = std::move(*space);
-      auto realm = open_realm(*options.mqtt, loop_.scheduler(), lines_);
+      const auto& broker = options.mqtt->brokers.front();
+      auto realm = trust::site::LiveRealm::open(broker.line.tls ? broker.line.tls->ca_file : "", broker.user,
+                                                loop_.scheduler(), Log(lines_, "mqtt"));
       if (!realm) return fail(std::move(realm.error()));
       options.mqtt->realm = realm_ = std::move(*realm);
       if (config.rights || realm_) options.mqtt->judge = judge_;
     }
     if (engine.peis) options.peis = engine.peis_options;
-    if (options.dds) options.dds->judge = judge_;
     if (options.peis) options.peis->judge = judge_;
     options.carrier = config.id;
     options.carry = engine.carry;
@@ -254,25 +253,18 @@ class Session {
   void await_hang_up() {
     hang_up_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
-      renew_trust();
       std::ignore = reload_and_show(false);
       await_hang_up();
     });
   }
 
-  /// What is changed in the folder counts from now on. On an error the components of this process stay where they are:
-  /// in the ecology, or outside and trying again.
-  void renew_trust() {
-    if (!engines_ || !trust_.get()) return;
-    const auto renewed = engines_->renew();
-    if (!renewed) return log_.error("trust: not renewed: " + renewed.error().text);
-    if (*renewed) log_.info("trust: renewed: all components of this process entered again");
-  }
-
   /// One line for people who ask the service manager.
   std::string status() const {
     const auto& config = island_->config();
-    return fmt::format("island {} ({}) is up: {}", number(config.id), config.proxy.island_name, networks_text());
+    const auto up =
+        fmt::format("island {} ({}) is up: {}", number(config.id), config.proxy.island_name, networks_text());
+    const auto lines = held_back_lines(config.engine);
+    return lines.empty() ? up : fmt::format("{}; {}", up, fmt::join(lines, "; "));
   }
 
   std::string networks_text() const {
@@ -424,7 +416,6 @@ class Session {
   transport::LocalTransports transports_{loop_};
   std::shared_ptr<trust::rights::RightsJudge> judge_;  ///< null: no member is judged
   AuditPart audit_{loop_.scheduler(), lines_, live_log_};
-  TrustPart trust_{loop_.scheduler(), lines_};
   std::shared_ptr<trust::site::LiveRealm> realm_;  ///< null: the island has no broker, or no realm
   Handle realm_changes_;
   std::unique_ptr<tuples::Ecology> ecology_;

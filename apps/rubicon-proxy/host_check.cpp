@@ -5,12 +5,10 @@
 
 #include <filesystem>
 
-#include "apps/rubicon-proxy/trust_part.h"
 #include "config/config_file.h"
 #include "config/network_numbers.h"
 #include "island/island_state.h"
-#include "trust/private_memory.h"
-#include "tuples/dds/host.h"
+#include "tuples/dds/dds_options.h"
 #include "tuples/peis/peis_options.h"
 #include "web/web_service.h"
 
@@ -56,30 +54,6 @@ std::vector<std::string> path_of(const std::string& network, const std::string& 
   return path;
 }
 
-/// The certificate of the island, as the daemon would read it. Whoever may not read the key checks the rest.
-void check_trust(const island::IslandConfig& config, Scheduler& scheduler, Findings& findings) {
-  const auto& folder = config.engine.trust_folder;
-  const std::vector<std::string> path{"tuples", "trust"};
-  if (folder.empty()) return;
-  if (config.engine.options.trust_lan && !config.engine.peis)
-    findings.add({"tuples", "trust_lan"},
-                 fmt::format("means nothing: {} is there, so that only members reach this island", folder),
-                 Kind::kWarning);
-  base::NullLogSink quiet;
-  trust::keep_memory_private();
-  const auto place = trust::place_of_island(folder, config.id);
-  if (!place) return findings.add(path, place.error().text);
-  const auto opened = trust::Trust::open(*place, scheduler, Log(quiet, "trust"));
-  if (opened) {
-    if (const auto text = ending(**opened); !text.empty()) findings.add(path, text, Kind::kWarning);
-  } else if (const auto key = trust::hidden_key(*place); key && opened.error().text.starts_with(key->string())) {
-    findings.add(path, key->string() + ": this user may not read it: run this with sudo to check it too",
-                 Kind::kWarning);
-  } else {
-    findings.add(path, opened.error().text);
-  }
-}
-
 }  // namespace
 
 std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
@@ -98,8 +72,7 @@ std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
   return to_string(place);
 }
 
-HostCheck check_host(island::Island& island, transport::Transports& transports, Scheduler& scheduler,
-                     const ConfigPlaces& places) {
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places) {
   Findings findings(places);
   const auto& config = island.config();
   for (const auto& setup : config.networks) {
@@ -113,7 +86,6 @@ HostCheck check_host(island::Island& island, transport::Transports& transports, 
     const auto good = tuples::peis::select_interfaces(config.engine.peis_options, transport::ipv4_interfaces());
     if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
   }
-  check_trust(config, scheduler, findings);
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
   if (config.history) findings.need_folder({"history", "file"}, fs::path(config.directory) / config.history->file);
   for (const auto& recorder : config.recorders)

@@ -33,7 +33,6 @@ struct HostCheck {
   std::vector<std::string> wrong;  ///< on each host, such as the password of a file
   std::vector<std::string> warnings;
 };
-HostCheck check_host(island::Island& island, transport::Transports& transports, Scheduler& scheduler,
-                     const ConfigPlaces& places);
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places);
 
 }  // namespace rubicon::daemon

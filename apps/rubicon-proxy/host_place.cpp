@@ -13,18 +13,20 @@ Result<tuples::engines::HostSetup> host_setup(const config::EngineSetup& engine)
 
 bool is_closed(const island::IslandConfig& config) {
   const auto host = config.engine.host ? host_setup(config.engine) : fail(ErrorCode::kNotFound, "");
-  return config.rights || !config.engine.trust_folder.empty() || (host && host->place.shared);
+  const bool had_certificates = config.engine.old_trust == config::OldTrust::kYes || !config.engine.held_back.empty();
+  return config.rights || had_certificates || (host && host->place.shared);
 }
 
 std::string who_may_command(const island::IslandConfig& config) {
   const auto& engine = config.engine;
-  if (config.rights) return {};
-  const bool open_dds = engine.dds && config.engine.trust_folder.empty();
-  if ((open_dds && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan))
-    return "without trust: anybody who reaches its interfaces may command it";
+  if (config.rights) return engine.dds ? "rights decide; whoever comes by DDS is the member lan" : "";
+  const bool leaves_host = engine.dds && !tuples::dds::is_loopback_only(engine.options);
+  if ((leaves_host && engine.options.trust_lan) || (engine.peis && engine.peis_options.trust_lan))
+    return "anybody who reaches its interfaces may command it";
   if (engine.mqtt && engine.mqtt_space.trust_broker && engine.mqtt_space.realm_folder().empty())
     return "without a realm: anybody at its broker may command it";
-  if (open_dds || engine.peis) return "without trust: anybody on this host may command it";
+  if (leaves_host) return "anybody who reaches its interfaces may read it, anybody on this host may command it";
+  if (engine.dds || engine.peis) return "anybody on this host may command it";
   const auto host = engine.host ? host_setup(engine) : fail(ErrorCode::kNotFound, "");
   return host ? fmt::format("whoever may enter {} may command it", host->place.path) : std::string();
 }

@@ -11,12 +11,13 @@ namespace rubicon::daemon {
 /// file. kInvalid: the folder is no absolute path.
 Result<tuples::engines::HostSetup> host_setup(const config::EngineSetup& engine);
 
-/// Whether some users of the host may not do everything: the island has trust or rights, or other users share its
-/// folder. What listens on loopback must ask for a proof then, because all users of the host reach it.
+/// Whether some users of the host may not do everything: the island has rights, had
+/// certificates for DDS, or other users share its folder. What listens on loopback must ask for a proof then, because
+/// all users of the host reach it.
 bool is_closed(const island::IslandConfig& config);
 
-/// Who may command the island, for people: `whoever may enter /run/rubicon may command it`. Empty if rights or trust
-/// decide, and if no other process reaches the island.
+/// Who may command the island, for people: `whoever may enter /run/rubicon may command it`. Empty if rights decide
+/// about those whom the host or the broker names, and if no other process reaches the island.
 std::string who_may_command(const island::IslandConfig& config);
 
 }  // namespace rubicon::daemon

@@ -9,7 +9,6 @@
 #include "apps/rubicon-proxy/daemon.h"
 #include "apps/rubicon-proxy/recording_tool.h"
 #include "apps/rubicon-proxy/state_tool.h"
-#include "apps/rubicon-proxy/trust_key.h"
 
 namespace rubicon::daemon {
 
@@ -103,10 +102,6 @@ int run_program(int argc, char** argv) {
   const auto [check_command, diff] = describe_check(app, checked, old_file);
   StateTool state;
   describe_state(app, state);
-  std::string key_of;
-  auto* trust_key = app.add_subcommand("trust-key", "Say where the key of the island of FILE lies, for its unit");
-  trust_key->add_option("FILE", key_of, "island configuration (YAML)")->required();
-  trust_key->group("");  // units use it, people need not
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
   RecordingOptions recording_options;
   bool csv = false;
@@ -125,7 +120,6 @@ int run_program(int argc, char** argv) {
   if (recording_command->parsed()) return recording(recording_options);
   if (networks->parsed()) return list_networks();
   if (state.state->parsed()) return state.run();
-  if (trust_key->parsed()) return print_trust_key(key_of);
   return run(options);
 }
 

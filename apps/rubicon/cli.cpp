@@ -5,7 +5,6 @@
 #include "apps/program/usage_error.h"
 #include "apps/program/version.h"
 #include "apps/rubicon/program.h"
-#include "trust/place.h"
 #include "trust/private_memory.h"
 
 namespace rubicon::cli {
@@ -28,13 +27,12 @@ constexpr const char* kExamples =
     "  rubicon doctor\n"
     "`rubicon COMMAND --help` has more.\n\n";
 
-/// Commands of `rubicon trust`, and all that take part with a certificate.
-bool may_read_key(const CLI::App& command, const client::Options& options) {
+/// Commands of `rubicon trust`.
+bool may_read_key(const CLI::App& command) {
   for (const auto* above = command.get_parent(); above != nullptr; above = above->get_parent()) {
     if (above->get_name() == "trust") return true;
   }
-  if (options.trust == client::kNoTrust || !uses(options, client::Engine::kDds)) return false;
-  return !options.trust.empty() || rubicon::trust::folder_of_user();
+  return false;
 }
 
 }  // namespace
@@ -94,7 +92,7 @@ int Cli::dispatch() {
   }
   for (const auto& [app, run] : commands_) {
     if (!app->parsed()) continue;
-    if (may_read_key(*app, settings->options)) rubicon::trust::keep_memory_private();
+    if (may_read_key(*app)) rubicon::trust::keep_memory_private();
     return run(*settings);
   }
   return kUsage;

@@ -15,7 +15,6 @@
 #include "transport/asio_signals.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
-#include "trust/trust.h"
 #include "tuples/engines/engines.h"
 #include "web/access/token_file.h"
 #include "web/web_service.h"
@@ -58,14 +57,9 @@ class WebProgram {
     auto options = settings_.options;
     options.broker.all = true;  // the page lists all islands
     if (auto good = client::check(options); !good) return good;
-    auto trusted = client::open_trust(options, loop_.scheduler(), log_);
-    if (!trusted) return fail(trusted.error());
-    const auto own_id = client::component_id(options, trusted->get());
-    if (!own_id) return fail(own_id.error());
-    const auto id = *own_id;
+    const auto id = client::component_id(options);
     auto engines = client::engine_options(options);
     if (!engines) return fail(engines.error());
-    if (engines->dds) engines->dds->trust = *trusted;
     auto realm = client::open_realm(options, loop_.scheduler(), log_);
     if (!realm) return fail(realm.error());
     if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
@@ -94,10 +88,6 @@ class WebProgram {
                               wanted.setup, "", "rubicon web", {place_text(options), place_options(options)});
     if (!service) return fail(service.error());
     service_ = std::move(*service);
-    if (const auto* trust = trusted->get())
-      print_error(
-          fmt::format("islands judge this page by the rights of {}, whoever calls it; tokens have their roles only",
-                      printable(trust->own().name)));
     return {};
   }
 

@@ -93,21 +93,8 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
         found.insert(model::text_of(model::object_of(tuple.value), "key"));
       break;
     case Wanted::kMember:
-    case Wanted::kDdsMember:
-    case Wanted::kAnyMember:
     case Wanted::kNoFile:
     case Wanted::kNothing: break;
-  }
-  return found;
-}
-
-/// Those that were not revoked.
-std::set<std::string> dds_members(const Settings& settings) {
-  std::set<std::string> found;
-  const auto there = rubicon::trust::show(trust::folder_to_show(settings), trust::now());
-  if (!there) return found;
-  for (const auto& one : there->members) {
-    if (!one.revoked) found.insert(one.member.name);
   }
   return found;
 }
@@ -125,19 +112,12 @@ std::set<std::string> found_for(const Settings& settings, const Question& questi
     case Wanted::kNothing:
     case Wanted::kNoFile: return {};
     case Wanted::kMember: return realm_members();
-    case Wanted::kDdsMember: return dds_members(settings);
-    case Wanted::kAnyMember: {
-      auto all = realm_members();
-      all.merge(dds_members(settings));
-      return all;
-    }
     default: return live(settings, question, typed);
   }
 }
 
 bool is_no_file(Wanted wanted) {
-  return wanted == Wanted::kMember || wanted == Wanted::kDdsMember || wanted == Wanted::kAnyMember ||
-         wanted == Wanted::kNoFile;
+  return wanted == Wanted::kMember || wanted == Wanted::kNoFile;
 }
 
 int complete(const CLI::App& app, const Settings& settings, const std::vector<std::string>& words) {

@@ -30,6 +30,7 @@ const CLI::App* subcommand_in(const CLI::App& app, const std::vector<std::string
 
 void add_options(const CLI::App& app, std::vector<std::string>& offers) {
   for (const auto* option : app.get_options()) {
+    if (option->get_group().empty()) continue;  // of earlier releases
     for (const auto& name : option->get_lnames()) offers.push_back("--" + name);
   }
 }
@@ -48,17 +49,16 @@ bool is_below(const CLI::App& sub, const char* name) {
 }
 
 bool is_of_trust(const CLI::App& sub) {
-  return is_below(sub, "trust") || is_below(sub, "dds") || is_below(sub, "broker");
+  return is_below(sub, "trust") || is_below(sub, "broker");
 }
 
 /// After so many words behind a command of `rubicon trust`.
 Wanted wanted_of_trust(const CLI::App& sub, std::size_t words) {
   const auto& command = sub.get_name();
-  if (command == "revoke" || command == "renew" || command == "export" || command == "change")
-    return words > 0 ? Wanted::kNoFile : is_below(sub, "dds") ? Wanted::kDdsMember : Wanted::kMember;
-  if (command == "may") return words == 0 ? Wanted::kAnyMember : words == 2 ? Wanted::kTuple : Wanted::kNoFile;
-  return command == "join" || command == "sign" || command == "show" || command == "init" || command == "audit" ||
-                 command == "mosquitto"
+  if (command == "revoke" || command == "renew" || command == "change")
+    return words > 0 ? Wanted::kNoFile : Wanted::kMember;
+  if (command == "may") return words == 0 ? Wanted::kMember : words == 2 ? Wanted::kTuple : Wanted::kNoFile;
+  return command == "join" || command == "show" || command == "init" || command == "audit" || command == "mosquitto"
              ? Wanted::kNothing
              : Wanted::kNoFile;
 }

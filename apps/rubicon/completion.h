@@ -8,10 +8,9 @@
 
 namespace rubicon::cli {
 
-/// What to ask the islands for; kMember is in the folder of the realm of brokers, kDdsMember in
-/// that of trust over DDS, kAnyMember in either. Where nothing is offered, shells offer names of files, but not for
-/// members and kNoFile.
-enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting, kMember, kDdsMember, kAnyMember, kNoFile };
+/// What to ask the islands for; kMember is in the folder of the realm. Where nothing is offered, shells offer names of
+/// files, but not for members and kNoFile.
+enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting, kMember, kNoFile };
 struct Question {
   Wanted wanted = Wanted::kNothing;
   std::string tuple;  ///< the tuple whose values are offered

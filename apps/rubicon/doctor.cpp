@@ -8,11 +8,8 @@
 #include "apps/rubicon/island_look.h"
 #include "apps/rubicon/peis_findings.h"
 #include "apps/rubicon/secure_findings.h"
-#include "apps/rubicon/trust_findings.h"
 #include "apps/rubicon/tuple_text.h"
-#include "client/ecology_options.h"
 #include "model/json_members.h"
-#include "transport/poll_loop.h"
 
 namespace rubicon::cli {
 
@@ -43,7 +40,6 @@ class Doctor {
     look_at_udp();
     if (uses(options_, client::Engine::kMqtt)) look_at_sites();
     if (is_over_) return findings_;
-    if (uses(options_, client::Engine::kDds)) look_at_trust();
     if (!is_distant()) return examine_host();
     return uses(options_, client::Engine::kDds) ? examine_dds() : examine_peis();
   }
@@ -75,9 +71,7 @@ class Doctor {
     for (const auto& peer : options_.peers) {
       if (!options_.tcp) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
     }
-    if (passes && islands_ == 0 && !has_problem()) look_at_other_side();
-    // Islands of the other side say more than a number.
-    if (!has_problem("trust")) add(check_silent_participants(silent_, options_.domain, has_trust_));
+    add(check_silent_participants(silent_, options_.domain));
     if (passes) look_elsewhere(here);
     if (islands_ == 0 && !has_problem()) {
       add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
@@ -136,28 +130,6 @@ class Doctor {
     is_over_ = named && engines.empty();
   }
 
-  void look_at_trust() {
-    base::NullLogSink quiet;
-    const auto loop = transport::PollLoop::make();
-    if (!loop) return;
-    const auto own = client::open_trust(options_, **loop, quiet);
-    has_trust_ = own && *own;
-    add(check_own_trust(own));
-  }
-
-  /// Members and others do not see each other.
-  void look_at_other_side() {
-    auto options = options_;
-    options.engines = {client::Engine::kDds};
-    options.warn = nullptr;
-    options.trust = has_trust_ ? client::kNoTrust : "";
-    const auto opened = Client::open(options);
-    if (!opened) return;
-    (*opened)->run_until([&] { return !(*opened)->tuples().peers().empty(); }, std::chrono::seconds(1));
-    (*opened)->discover();
-    add(check_other_side((*opened)->islands(), has_trust_));
-  }
-
   void look_inside(unsigned processes) {
     auto opened = Client::open(options_);
     if (!opened) {
@@ -186,16 +158,12 @@ class Doctor {
       add({{"tag", Grade::kNote,
             fmt::format("{} of this host use domain {}, but were not discovered", counted(processes, "program"),
                         options_.domain),
-            has_trust_
-                ? "they use another tuples.tag or other interfaces, have no trust or another realm, or are not "
-                  "Rubicon components"
-                : "they use another tuples.tag or other interfaces, have trust (rubicon trust dds join), or are not "
-                  "Rubicon components"}});
+            "they use another tuples.tag or other interfaces, or are not Rubicon components"}});
     }
     for (const auto& text : complaints_) add({check_complaint(text)});
   }
 
-  /// A handshake may be under way.
+  /// A presence may be under way.
   void count_silent(Client& client) {
     silent_ = client.silent_participants();
     for (int i = 0; i < kMostLooks && silent_ > 0; ++i) {
@@ -225,8 +193,8 @@ class Doctor {
     const auto name = name_of(seen.island);
     if (!seen.answers)
       return add({{"islands", Grade::kProblem, fmt::format("island {} is present, but does not answer", name),
-                   fmt::format("its program hangs, or UDP to this host is blocked: allow it in both directions{}",
-                               has_trust_ ? "; or its rights do not let this member read anything" : "")}});
+                   "its program hangs, or UDP to this host is blocked: allow it in both directions; or its rights do "
+                   "not let this program read anything"}});
     add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
     const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
     add(check_lines(seen, now));
@@ -244,10 +212,10 @@ class Doctor {
     add(check_unusable(seen));
     add(check_settings(seen));
     add(check_brokers(seen));
-    add(check_island_trust(seen));
+    add(check_held_back(seen));
+    add(check_rights(seen));
     if (!is_distant()) return add({check_access_of_host(seen, folder_)});
-    add({has_trust_ ? check_access_with_trust(seen, uses(options_, client::Engine::kPeis))
-                    : check_access(seen, options_)});
+    add({check_access(seen, options_)});
   }
 
   void look_elsewhere(const std::map<unsigned, unsigned>& here) {
@@ -292,7 +260,6 @@ class Doctor {
   std::string folder_;      ///< of this host
   std::size_t silent_ = 0;  ///< participants of the domain that show no component
   bool is_over_ = false;    ///< there is only a broker, which is not reached
-  bool has_trust_ = false;  ///< this program has a certificate
   std::vector<std::string> complaints_;
   Findings findings_;
 };

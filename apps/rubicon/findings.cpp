@@ -6,7 +6,7 @@
 #include <map>
 
 #include "apps/rubicon/island_findings.h"
-#include "apps/rubicon/trust_findings.h"
+#include "apps/rubicon/table.h"
 
 namespace rubicon::cli {
 
@@ -127,9 +127,16 @@ Finding check_complaint(const std::string& text) {
         "clock", Grade::kProblem, text,
         "on that host: `timedatectl` says whether its clock is set; its islands take part within seconds of that. A "
         "unit waits for it with `systemctl enable systemd-time-wait-sync`"};
-  const auto fix = trust_remedy(text);
-  return {"complaint", Grade::kNote, text,
-          fix.empty() ? "reported during the check; " + page("errors.md") : std::string(fix)};
+  return {"complaint", Grade::kNote, text, "reported during the check; " + page("errors.md")};
+}
+
+Findings check_silent_participants(std::size_t silent, unsigned domain) {
+  if (silent == 0) return {};
+  return {{"silent", Grade::kNote,
+           fmt::format("{} of domain {} {} no component: no program of Rubicon, or of a release that had certificates "
+                       "for DDS",
+                       counted(silent, "participant"), domain, silent == 1 ? "shows" : "show"),
+           "islands of one network need the same release; " + page("trust.md")}};
 }
 
 Findings check_twins(const std::vector<client::ComponentStart>& seen) {

@@ -36,6 +36,8 @@ Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& p
 Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigned ours);
 /// A warning that this program got during the check.
 Finding check_complaint(const std::string& text);
+/// `silent`: participants of the DDS domain that showed no component.
+Findings check_silent_participants(std::size_t silent, unsigned domain);
 /// `island-twice`: ids with several starts, present at the same time or one after the other.
 Findings check_twins(const std::vector<client::ComponentStart>& seen);
 

@@ -21,6 +21,7 @@ namespace {
 using client::Network;
 using Grade = Finding::Grade;
 
+constexpr const char* kRightsRefused = "rights-refused";
 constexpr const char* kLine = "line";
 constexpr const char* kLoss = "loss";
 constexpr const char* kDisk = "disk";
@@ -342,11 +343,37 @@ Findings check_brokers(const IslandSeen& seen) {
   return all;
 }
 
+Findings check_held_back(const IslandSeen& seen) {
+  const auto why = seen.properties.find("dds-held-back");
+  if (why == seen.properties.end() || why->second.empty()) return {};
+  return {{"dds", Grade::kProblem,
+           fmt::format("island {} had certificates for DDS ({}), which this release does not have: it does not take "
+                       "part by DDS",
+                       name_of(seen.island), why->second),
+           "choose: a broker with a realm (" + page("sites.md") +
+               "), or `tuples: {trust: no}` on a network whose machines are all trusted"}};
+}
+
+Findings check_rights(const IslandSeen& seen) {
+  const auto refused = seen.numbers.find(kRightsRefused);
+  if (refused == seen.numbers.end() || refused->second == 0) return {};
+  return {{"rights", Grade::kNote,
+           fmt::format("island {} refused {} by its rights since its start", name_of(seen.island),
+                       counted(refused->second, "request")),
+           "on its host: `rubicon trust audit` lists them, `rubicon trust may NAME RIGHT KEY` names the rule; " +
+               page("rights.md")}};
+}
+
 Finding check_access(const IslandSeen& seen, const client::Options& options) {
   const bool host_only =
       std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
   const auto id = number(seen.island.id);
-  const auto remedy = "sudo rubicon trust dds init, then restart it; " + page("trust.md");
+  if (seen.numbers.contains(kRightsRefused))
+    return {
+        "access", Grade::kNote,
+        fmt::format("whoever reaches the interfaces of island {} is `lan`, and its rights say what that may do", id),
+        page("rights.md")};
+  const auto remedy = "rights in its configuration say what `lan` may do; " + page("trust.md");
   if (host_only)
     return {"access", Grade::kNote, fmt::format("anybody on this host may read and command island {}", id), remedy};
   return {"access", Grade::kNote,
@@ -358,7 +385,7 @@ Finding check_access(const IslandSeen& seen, const client::Options& options) {
 
 Finding check_access_of_host(const IslandSeen& seen, const std::string& folder) {
   const auto id = number(seen.island.id);
-  if (seen.numbers.contains("rights-refused"))
+  if (seen.numbers.contains(kRightsRefused))
     return {"access", Grade::kNote, fmt::format("island {} asks its rights who of this host may do what", id),
             page("rights.md")};
   return {"access", Grade::kNote, fmt::format("whoever may enter {} may read and command island {}", folder, id),

@@ -23,8 +23,6 @@ struct IslandSeen {
   std::string history;  ///< status of its history; empty = it has none
   /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
-  /// The newest line of its log about a peer that it refused; nullopt: none, or this program may not read its log.
-  std::optional<LogLine> refusal;
 };
 
 // Pure functions of what was observed. Each returns findings of one check.
@@ -54,6 +52,10 @@ Findings check_unusable(const IslandSeen& seen);
 Findings check_settings(const IslandSeen& seen);
 /// `broker`: networks whose MQTT broker is used without TLS or without a user.
 Findings check_brokers(const IslandSeen& seen);
+/// `dds`: an island that had certificates for DDS, and has to choose.
+Findings check_held_back(const IslandSeen& seen);
+/// `rights`: what the island refused by them.
+Findings check_rights(const IslandSeen& seen);
 /// `access`: who can read and command the island.
 Finding check_access(const IslandSeen& seen, const client::Options& options);
 /// The same where components meet on this host alone, in this folder.

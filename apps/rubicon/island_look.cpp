@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "apps/rubicon/trust_findings.h"
 #include "base/scheduler.h"
 #include "model/point_keys.h"
 
@@ -70,7 +69,6 @@ void IslandLook::look_again(IslandSeen& seen) {
   if (!history.empty()) seen.history = history.front().value;
   const auto alerts = client_.read({id, model::IslandKey{"*"}.alerts()}, patience_);
   if (!alerts.empty()) seen.alerts = model::alerts_from_json(alerts.front().value);
-  if (has_refused_peers(seen)) seen.refusal = refusal_of(id);
   if (const auto offset = clock_offsets_.find(id); offset != clock_offsets_.end()) seen.clock_offset = offset->second;
 }
 
@@ -79,20 +77,6 @@ IslandLook::Properties IslandLook::properties_of(OwnerId island) {
   for (const auto& tuple : client_.read({island, model::IslandKey{"*"}.property("*")}, patience_))
     properties[std::string(model::key_parts(tuple.key)[2])] = tuple.value;
   return properties;
-}
-
-std::optional<LogLine> IslandLook::refusal_of(OwnerId island) {
-  std::optional<LogLine> last;
-  bool heard = false;
-  const auto lines =
-      client_.tuples().subscribe({island, model::IslandKey{"*"}.log_lines()}, {}, [&](const Event& event) {
-        if (event.kind != EventKind::kSet) return;
-        heard = true;
-        if (auto newest = last_refusal(log_lines_in(event.tuple))) last = std::move(newest);
-      });
-  client_.run_until([&] { return heard; }, patience_);
-  pass(client_, kPresentLines);
-  return last;
 }
 
 std::vector<IslandSeen> look_at_islands(Client& client, Duration between, Duration patience) {

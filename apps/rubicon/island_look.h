@@ -24,7 +24,6 @@ class IslandLook {
   IslandSeen seen_first(client::Component island);
   void look_again(IslandSeen& seen);
   Properties properties_of(OwnerId island);
-  std::optional<LogLine> refusal_of(OwnerId island);
 
   Client& client_;
   Duration patience_;

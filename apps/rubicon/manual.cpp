@@ -63,7 +63,7 @@ std::string commands_of(const CLI::App& app, const std::string& before) {
 std::string environment_of(const CLI::App& app) {
   std::vector<std::string> names;
   for (const auto* option : app.get_options()) {
-    if (!option->get_envname().empty()) names.push_back(option->get_envname());
+    if (!option->get_envname().empty() && !option->get_group().empty()) names.push_back(option->get_envname());
   }
   return fmt::format(
       ".SH ENVIRONMENT\n{}\nstand for the options of these names; what is on the command line wins.\n"
@@ -73,13 +73,11 @@ std::string environment_of(const CLI::App& app) {
 
 constexpr const char* kFiles =
     ".SH FILES\n"
-    ".TP\n.I /etc/rubicon/trust/\ncertificates and keys of the islands and the people of this host\n"
-    ".TP\n.I \\(ti/.config/rubicon/trust/\nthose of one person, which come before those of the host\n"
     ".TP\n.I /etc/rubicon/realm/\nthe part of this host in a realm of MQTT brokers; \\fIca/\\fR only where members are "
     "added\n"
     ".TP\n.I \\(ti/.config/rubicon/realm/\nthat of one person\n"
     ".TP\n.I /etc/rubicon/broker/\nbrokers of this host, which rubicon-broker@ runs\n"
-    ".TP\n.I /etc/rubicon/*.yaml\nthe islands of this host, for which \\fBtrust dds init\\fR makes certificates\n";
+    ".TP\n.I /etc/rubicon/*.yaml\nthe islands of this host\n";
 
 /// rubicon(1), from what --help says.
 std::string manual(const CLI::App& app) {

@@ -12,8 +12,6 @@ namespace {
 
 /// A kernel announces itself each second, and has 0.5 s to say that it is a component of ours.
 constexpr Duration kFirstPeerWait = std::chrono::seconds(1), kFirstKernelWait = std::chrono::seconds(3);
-/// With trust the first component is there when the handshake with it is over.
-constexpr Duration kFirstMemberWait = std::chrono::seconds(2);
 /// A stop of this process counts as one step of the wait.
 constexpr Duration kStep = std::chrono::milliseconds(50);
 
@@ -67,9 +65,8 @@ void Session::discover() {
   discovered_ = true;
   const bool distant = uses(settings_.options, client::Engine::kDds);
   const auto longest = uses(settings_.options, client::Engine::kPeis) ? kFirstKernelWait
-                       : !distant                                     ? Duration(0)
-                       : client_->member().empty()                    ? kFirstPeerWait
-                                                                      : kFirstMemberWait;
+                       : distant                                      ? kFirstPeerWait
+                                                                      : Duration(0);
   const auto somebody = [this] { return !client_->tuples().peers().empty(); };
   for (auto left = longest; left > Duration(0) && !somebody(); left -= kStep) client_->run_until(somebody, kStep);
   client_->discover(settings_.patience);

@@ -25,14 +25,19 @@ namespace {
 constexpr const char* kGroup = "Options of all commands";
 
 using OptionOfEngine = std::pair<const char*, client::Engine>;
-constexpr OptionOfEngine kOptionsOfEngines[] = {
-    {"--domain", client::Engine::kDds},        {"--peers", client::Engine::kDds},
-    {"--tcp", client::Engine::kDds},           {"--tag", client::Engine::kDds},
-    {"--trust", client::Engine::kDds},         {"--broker", client::Engine::kMqtt},
-    {"--broker-user", client::Engine::kMqtt},  {"--broker-password-file", client::Engine::kMqtt},
-    {"--peis-network", client::Engine::kPeis}, {"--peis-listen", client::Engine::kPeis},
-    {"--peis-connect", client::Engine::kPeis}, {"--peis-multicast", client::Engine::kPeis},
-    {"--folder", client::Engine::kHost},       {"--space", client::Engine::kHost}};
+constexpr OptionOfEngine kOptionsOfEngines[] = {{"--domain", client::Engine::kDds},
+                                                {"--peers", client::Engine::kDds},
+                                                {"--tcp", client::Engine::kDds},
+                                                {"--tag", client::Engine::kDds},
+                                                {"--broker", client::Engine::kMqtt},
+                                                {"--broker-user", client::Engine::kMqtt},
+                                                {"--broker-password-file", client::Engine::kMqtt},
+                                                {"--peis-network", client::Engine::kPeis},
+                                                {"--peis-listen", client::Engine::kPeis},
+                                                {"--peis-connect", client::Engine::kPeis},
+                                                {"--peis-multicast", client::Engine::kPeis},
+                                                {"--folder", client::Engine::kHost},
+                                                {"--space", client::Engine::kHost}};
 /// In the order of decision 022.
 constexpr std::pair<const char*, client::Engine> kEngines[] = {{"host", client::Engine::kHost},
                                                                {"dds", client::Engine::kDds},
@@ -118,9 +123,6 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   if (engine.dds || engine.peis) options.interfaces = engine.options.interfaces;
   options.peers = engine.options.peers;
   options.tcp = engine.options.transport == tuples::dds::DdsTransport::kTcp;
-  if (engine.trust.choice == config::TrustSetup::Choice::kNo) options.trust = client::kNoTrust;
-  if (!engine.trust.folder.empty())
-    options.trust = (std::filesystem::path(path).parent_path() / engine.trust.folder).string();
   return {};
 }
 
@@ -219,7 +221,6 @@ std::string place_options(const client::Options& options) {
   if (!options.interfaces.empty()) all.push_back(fmt::format("--interfaces {}", fmt::join(options.interfaces, ",")));
   if (dds && options.tcp) all.emplace_back("--tcp");
   if (has_domain && !options.tag.empty()) all.push_back("--tag " + options.tag);
-  if (dds && !options.trust.empty()) all.push_back("--trust " + options.trust);
   if (dds && !options.peers.empty()) all.push_back(fmt::format("--peers {}", fmt::join(options.peers, ",")));
   return fmt::format("{}", fmt::join(all, " "));
 }
@@ -258,9 +259,7 @@ void SettingsOptions::add_to(CLI::App& app) {
       ->group(group);
   app.add_flag("--tcp", tcp_, "reach the peers (HOST:PORT) over TCP")->group(group);
   app.add_option("--tag", tag_, "see only components with this tag")->group(group);
-  app.add_option("--trust", trust_, "folder with the certificate to use, or no; default that of the user or host")
-      ->type_name("FOLDER")
-      ->group(group);
+  app.add_option("--trust", trust_)->group("");  // of earlier releases
   app.add_option("--lease", lease_, "silence after which a component counts as lost")
       ->type_name("SPAN")
       ->check(check_duration)
@@ -352,8 +351,7 @@ Result<void> SettingsOptions::read_broker_options(client::Broker& broker) const 
 void SettingsOptions::read_engines(client::Options& options) const {
   const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
   // A file of an island on its host alone may be asked for with options of DDS.
-  const bool asks_for_dds = given("--interfaces") || given("--peers") || given("--tcp") ||
-                            (given("--trust") && is_typed("--trust") && trust_ != client::kNoTrust);
+  const bool asks_for_dds = given("--interfaces") || given("--peers") || given("--tcp");
   if (given("--engine")) {
     options.engines.clear();
     for (const auto& [name, engine] : kEngines) {
@@ -387,8 +385,7 @@ Result<void> SettingsOptions::check_engines(const client::Options& options) cons
     const std::string_view option = name;
     // A domain and a tag become a space.
     const bool is_old_space = (option == "--domain" || option == "--tag") && options.engines.empty();
-    const bool is_refusal = option == "--trust" && trust_ == client::kNoTrust;
-    if (!is_typed(name) || uses(options, engine) || is_old_space || is_refusal) continue;
+    if (!is_typed(name) || uses(options, engine) || is_old_space) continue;
     return fail(ErrorCode::kInvalid, fmt::format("{}: only engine {} has this option, expected --engine with {}", name,
                                                  to_string(engine), to_string(engine)));
   }
@@ -406,12 +403,17 @@ Result<Settings> SettingsOptions::read() const {
   if (auto good = read_broker_options(options.broker); !good) return fail(good.error());
   read_engines(options);
   if (auto good = check_engines(options); !good) return fail(good.error());
+  if (given("--trust") && trust_ != "no" && (is_typed("--trust") || uses(options, client::Engine::kDds)))
+    return fail(
+        ErrorCode::kInvalid,
+        fmt::format("{}: this release has no certificates for DDS, where nobody proves who it is; hosts that do "
+                    "not trust each other meet at a broker with a realm (docs/trust.md, docs/sites.md)",
+                    is_typed("--trust") ? "--trust" : "RUBICON_TRUST"));
   if (given("--domain")) options.domain = domain_;
   if (given("--interfaces")) options.interfaces = interfaces_;
   if (given("--peers")) options.peers = peers_;
   if (given("--tcp")) options.tcp = tcp_;
   if (given("--tag")) options.tag = tag_;
-  if (given("--trust")) options.trust = trust_;
   if (given("--prefix")) settings.prefix = prefix_;
   options.lease = parse_duration_or(lease_, options.lease);
   settings.patience = parse_duration_or(patience_, settings.patience);

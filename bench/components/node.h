@@ -21,8 +21,7 @@ struct Meeting {
   std::uint32_t domain = 0;  ///< of DDS
   std::string tag;
   std::string engine{};  ///< `host`, `dds`; empty = the program has one
-  std::string
-      trust{};  ///< folder of a realm, whose member `local` all of them are, or of certificates; empty = without trust
+  std::string trust{};   ///< folder of certificates; empty = without
 };
 
 /// Opens the engine that a program measures. Throws if the engine does not work.

@@ -22,17 +22,13 @@ namespace {
 struct Options {
   std::uint32_t domain = 199;
   std::vector<std::string> only, engines;
-  bool quick = false, json = false, trust = false;
+  bool quick = false, json = false;
   std::string role, tag, trust_folder, engine, role_options = "{}";
 };
 
 std::vector<std::string> names_of(const ComponentProgram& program) {
   std::vector<std::string> names;
-  for (const auto* all : {&program.measurements, &program.of_trust}) {
-    for (const auto& [name, measure] : *all) {
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-  }
+  for (const auto& [name, measure] : program.measurements) names.push_back(name);
   return names;
 }
 
@@ -48,8 +44,6 @@ void describe(CLI::App& app, const ComponentProgram& program, Options& options) 
       ->check(CLI::IsMember(program.engines))
       ->allow_extra_args(false)
       ->group(program.engines.empty() ? "" : "Options");
-  app.add_flag("--trust", options.trust, "without and with trust, side by side")
-      ->group(program.of_trust.empty() ? "" : "Options");
   if (program.add_options) program.add_options(app);
   app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
   app.add_flag("--json", options.json, "no progress on standard error");
@@ -103,7 +97,7 @@ int measure(const ComponentProgram& program, const Options& options) {
   auto engines = options.engines;
   if (engines.empty()) engines = {program.engines.empty() ? "" : program.engines.front()};
   std::map<std::string, Report> reports;
-  for (const auto& [name, measure] : options.trust ? program.of_trust : program.measurements) {
+  for (const auto& [name, measure] : program.measurements) {
     const auto& only = options.only;
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
     for (const auto& engine : engines) {

@@ -22,8 +22,6 @@ struct ComponentProgram {
   OpenEngine open_engine = nullptr;
   /// By name, in this order.
   std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> measurements;
-  /// Those of `--trust`, in this order.
-  std::vector<std::pair<std::string, void (*)(const Plan&, Report&)>> of_trust{};
   /// Of its own; those of roles.h are known.
   std::map<std::string, Role> roles{};
   /// Between which `--engine` chooses; the first is the default.

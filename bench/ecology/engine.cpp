@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "ecology/measurements.h"
-#include "ecology/trust/measurements.h"
 #include "transport/local_transports.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/host/disk_folder.h"
@@ -34,9 +33,7 @@ class OnHost final : public tuples::Ecology {
 
 std::shared_ptr<tuples::Ecology> open_dds(const Meeting& meeting, transport::Loop& loop, base::LogSink& log) {
   const auto post = [&loop](std::function<void()> call) { loop.scheduler().post(std::move(call)); };
-  auto options = options_of(meeting);
-  if (!meeting.trust.empty()) trust::add_to(options, meeting.trust, loop.scheduler(), log);
-  auto ecology = tuples::dds::DdsEcology::open(options, loop.scheduler(), post, log);
+  auto ecology = tuples::dds::DdsEcology::open(options_of(meeting), loop.scheduler(), post, log);
   if (!ecology) throw std::runtime_error(ecology.error().text);
   return std::move(*ecology);
 }

@@ -49,13 +49,10 @@ struct Broker {
   bool trust = false;  ///< take requests of others though the users of the broker may write in each other's names
 };
 
-/// Options::trust of a client without a certificate.
-inline constexpr const char* kNoTrust = "no";
-
 /// How a client finds other components. The defaults find the islands of this host.
 struct Options {
   std::string name;              ///< display name in lists of components; empty = `component`
-  OwnerId id = model::kNoOwner;  ///< 65536 to 2^31-1, with trust one of its certificate; kNoOwner = a random one
+  OwnerId id = model::kNoOwner;  ///< 65536 to 2^31-1; kNoOwner = a random one
   std::vector<Engine> engines;   ///< empty: host, DDS too if there are interfaces, MQTT if there is a broker
   /// For Engine::kHost, an absolute path: where the programs of this host meet (docs/host.md). Empty: RUBICON_FOLDER,
   /// else /run/rubicon where this user may enter it, else the user's own.
@@ -71,9 +68,6 @@ struct Options {
   std::string tag;                      ///< as in `tuples.tag`: components with another tag are not seen
   Duration lease = std::chrono::seconds(2);  ///< other components lose this one after such a silence
   bool trust_lan = false;  ///< components on other hosts may set tuples of this one and send messages to it
-  /// Folder with the certificate by which DDS knows this component (docs/trust.md); `no`: it has none, and meets only
-  /// others without. Empty: that of RUBICON_TRUST, else ~/.config/rubicon/trust, else /etc/rubicon/trust, else none.
-  std::string trust;
   /// Receives warnings, one per subject and minute.
   std::function<void(std::string_view)> warn;
 };
@@ -246,15 +240,13 @@ using SentCall = std::function<void(const std::string& error)>;
 class Client final {
  public:
   /// kInvalid for invalid options, kBusy if this process has a client in that DDS domain already, kIo if the network
-  /// cannot be used as the options require, kRefused if this user may not use the certificate of this host.
+  /// cannot be used as the options require.
   static Result<std::unique_ptr<Client>> open(Options options = {});
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
   OwnerId id() const;
-  /// The member that this client is by its certificate (docs/trust.md); empty = it takes part without trust.
-  std::string member() const;
   /// Own tuples, subscriptions, cached copies, remote sets. Lives as long as the client.
   TupleSpace& tuples();
 
@@ -282,8 +274,8 @@ class Client final {
   void discover(Duration patience = std::chrono::seconds(3));
   /// Component starts observed since open(), bounded. For diagnostics.
   std::vector<ComponentStart> component_starts() const;
-  /// Participants of the DDS domain that show no component to this one: they have trust if it has none, or the other
-  /// way round, or they are no programs of Rubicon. For diagnostics.
+  /// Participants of the DDS domain that show no component to this one: they are no programs of Rubicon, or of a
+  /// release that had certificates for DDS. For diagnostics.
   std::size_t silent_participants() const;
   static unsigned protocol_version();
   /// nullopt without Engine::kHost.

@@ -61,16 +61,10 @@ struct Client::Impl {
 
   Result<void> join() {
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
-    auto opened_trust = open_trust(options, *loop, log);
-    if (!opened_trust) return fail(std::move(opened_trust.error()));
-    trusted = std::move(*opened_trust);
-    const auto id = component_id(options, trusted.get());
-    if (!id) return fail(id.error());
-    options.id = *id;
+    options.id = component_id(options);
     if (const auto text = old_space_warning(options); !text.empty() && options.warn) options.warn(text);
     auto engines = engine_options(options);
     if (!engines) return fail(std::move(engines.error()));
-    if (engines->dds) engines->dds->trust = trusted;
     auto realm = open_realm(options, *loop, log);
     if (!realm) return fail(std::move(realm.error()));
     if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
@@ -82,7 +76,7 @@ struct Client::Impl {
     link = joined(*ecology, options.id, error);
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
-    pace = engines->peis ? kPeisPace : trusted ? kTrustPace : engines->dds ? kDdsPace : kHostPace;
+    pace = engines->peis ? kPeisPace : engines->dds ? kDdsPace : kHostPace;
     peer_discovery =
         std::make_unique<PeerDiscovery>(*loop, *space, pace, [this](auto owner) { return expects(owner); });
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
@@ -129,7 +123,6 @@ struct Client::Impl {
   std::unique_ptr<transport::PollLoop> loop;
   base::LimitedLog limited_log{{log, "client"}, *loop};
   transport::PollSockets sockets{*loop};
-  std::shared_ptr<trust::Trust> trusted;  ///< null: without
   std::unique_ptr<tuples::engines::Engines> ecology;
   std::unique_ptr<tuples::Link> link;
   std::unique_ptr<TupleSpace> space;
@@ -157,9 +150,6 @@ Result<std::unique_ptr<Client>> Client::open(Options options) {
 
 OwnerId Client::id() const {
   return impl_->options.id;
-}
-std::string Client::member() const {
-  return impl_->trusted ? impl_->trusted->own().name : std::string();
 }
 TupleSpace& Client::tuples() {
   return *impl_->space;

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <random>
 
-#include "trust/component_ids.h"
-
 namespace rubicon::client {
 
 namespace {
@@ -131,41 +129,16 @@ Result<void> check_peis(const Options& options) {
 
 }  // namespace
 
-Result<std::shared_ptr<trust::Trust>> open_trust(const Options& options, Scheduler& scheduler, base::LogSink& log) {
-  if (options.trust == kNoTrust || !has_engine(options, Engine::kDds)) return std::shared_ptr<trust::Trust>();
-  Result<std::optional<trust::Place>> place;
-  if (options.trust.empty()) {
-    place = trust::place_of_user();
-  } else if (auto named = trust::place_in(options.trust)) {
-    place = std::optional(std::move(*named));
-  } else {
-    return fail(named.error());
-  }
-  if (!place) return fail(place.error());
-  if (!*place) return std::shared_ptr<trust::Trust>();
-  return trust::Trust::open(std::move(**place), scheduler, base::Log(log, "trust"));
-}
-
 Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const Options& options, Scheduler& scheduler,
                                                            base::LogSink& log) {
   if (!has_engine(options, Engine::kMqtt)) return std::shared_ptr<trust::site::LiveRealm>();
   return trust::site::LiveRealm::open(options.broker.ca_file, options.broker.user, scheduler, base::Log(log, "mqtt"));
 }
 
-Result<OwnerId> component_id(const Options& options, const trust::Trust* trust) {
-  if (!trust) {
-    if (options.id != model::kNoOwner) return options.id;
-    std::random_device source;
-    return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, tuples::peis::kMaxId)(source));
-  }
-  const auto& member = trust->own();
-  const auto id = options.id == model::kNoOwner ? trust::random_id(member) : options.id;
-  if (member.may_use(id)) return id;
-  return fail(ErrorCode::kRefused,
-              options.id == model::kNoOwner
-                  ? fmt::format("trust: the certificate of {} has no ids for tools", member.name)
-                  : fmt::format("component id {}: the certificate of {} has other ids, expected one of {}", number(id),
-                                member.name, trust::ids_text(member)));
+OwnerId component_id(const Options& options) {
+  if (options.id != model::kNoOwner) return options.id;
+  std::random_device source;
+  return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, tuples::peis::kMaxId)(source));
 }
 
 Result<void> check(const Options& options) {

@@ -5,21 +5,16 @@
 #include "base/log.h"
 #include "rubicon/client.hpp"
 #include "trust/site/live_realm.h"
-#include "trust/trust.h"
 #include "tuples/engines/engines.h"
 
 namespace rubicon::client {
 
-/// The certificate by which others know a client, as the options say; nullptr: it has none. kRefused: this user may not
-/// use it; the text says what helps.
-Result<std::shared_ptr<trust::Trust>> open_trust(const Options& options, Scheduler& scheduler, base::LogSink& log);
 /// Who is who at the broker of the options; nullptr: they name no authority of a realm. The errors of
 /// LiveRealm::open().
 Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const Options& options, Scheduler& scheduler,
                                                            base::LogSink& log);
-/// The id of the options, else a random one that no island has, for all engines; with trust one of its certificate.
-/// kRefused: the certificate has no such id.
-Result<OwnerId> component_id(const Options& options, const trust::Trust* trust);
+/// The id of the options, else a random one that no island has, for all engines.
+OwnerId component_id(const Options& options);
 
 /// kInvalid with what is wrong.
 Result<void> check(const Options& options);

@@ -15,10 +15,6 @@ struct DiscoveryPace {
   bool is_fact = false;  ///< whoever is neither present nor on its way does not exist
 };
 inline constexpr DiscoveryPace kDdsPace{std::chrono::milliseconds(300), {}, std::chrono::seconds(1)};
-/// Two processes that meet shake hands, for some 0.35 s, before one of them is a peer of the other. The handshakes of
-/// all who are there run at the same time, so those who are slower follow soon.
-inline constexpr DiscoveryPace kTrustPace{std::chrono::milliseconds(150), std::chrono::milliseconds(500),
-                                          std::chrono::seconds(2)};
 /// The sockets of the folder are all there are.
 inline constexpr DiscoveryPace kHostPace{{}, {}, std::chrono::hours(1), true};
 /// Kernels announce themselves each second, and have 0.5 s to say that they are components of ours.

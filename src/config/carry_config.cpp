@@ -15,9 +15,6 @@ using tuples::carry::CarryRule;
 
 constexpr std::size_t kMaxCarried = 1000;
 constexpr const char* kDds = "dds";
-constexpr const char* kNoCertificate =
-    "carry and trust do not work together: no certificate has the ids of components of other engines, expected one of "
-    "them";
 
 std::vector<std::string> names_of(const EngineSetup& engine) {
   std::vector<std::string> names;
@@ -26,14 +23,6 @@ std::vector<std::string> names_of(const EngineSetup& engine) {
   if (engine.mqtt) names.emplace_back("mqtt");
   if (engine.peis) names.emplace_back("peis");
   return names;
-}
-
-bool may_be_dds(const std::vector<std::string>& names) {
-  return names.empty() || std::find(names.begin(), names.end(), kDds) != names.end();
-}
-
-bool is_by_dds(const CarryRule& rule) {
-  return may_be_dds(rule.from) || may_be_dds(rule.to);
 }
 
 /// An entry that was read, and where it stands.
@@ -94,10 +83,6 @@ CarryRule read_carry_rule(ConfigReader way, std::uint32_t own, const std::vector
 
 }  // namespace
 
-bool carries_by_dds(const tuples::carry::CarryRules& rules) {
-  return std::any_of(rules.rules.begin(), rules.rules.end(), is_by_dds);
-}
-
 void read_carry(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
   const auto* node = tuples.node("carry");
   if (!node) return;
@@ -124,8 +109,6 @@ void read_carry(ConfigReader& tuples, std::uint32_t own, EngineSetup& engine) {
     tuples.error("carry", fmt::format("has {} entries, expected 1 to {} ids of components, patterns of keys, or maps "
                                       "with what, from and to",
                                       node->items.size(), kMaxCarried));
-  if (engine.dds && engine.trust.choice == TrustSetup::Choice::kYes && carries_by_dds(engine.carry))
-    tuples.error("carry", fmt::format("{}, or from and to without dds", kNoCertificate));
 }
 
 void read_carry_of_peis(ConfigReader& peis, std::uint32_t own, EngineSetup& engine) {
@@ -133,7 +116,6 @@ void read_carry_of_peis(ConfigReader& peis, std::uint32_t own, EngineSetup& engi
   if (!engine.carry.empty()) return peis.error("carry", "tuples.carry is there too, expected all of it there");
   if (!engine.dds || !engine.peis)
     return peis.error("carry", "needs two engines to carry between, expected engine: [dds, peis]");
-  if (engine.trust.choice == TrustSetup::Choice::kYes) return peis.error("carry", kNoCertificate);
   engine.carry_path = {"tuples", "peis", "carry"};
   CarryRule rule{{}, {}, {kDds, "peis"}, {kDds, "peis"}};
   for (const auto& entry : entries_of(peis, "carry")) add_carried(rule, entry, own, peis.errors());

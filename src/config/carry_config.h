@@ -12,7 +12,5 @@ void read_carry_of_peis(ConfigReader& peis, std::uint32_t own, EngineSetup& engi
 
 /// `4711 and kitchen.** from dds to mqtt`, one text for each rule.
 std::vector<std::string> carried(const tuples::carry::CarryRules& rules);
-/// Whether a certificate with the id of each carried component would be needed: on DDS with trust.
-bool carries_by_dds(const tuples::carry::CarryRules& rules);
 
 }  // namespace rubicon::config

@@ -126,8 +126,7 @@ void read_engines(ConfigReader& tuples, EngineSetup& engine) {
     read_names(tuples, engine);
   } else {
     const auto keys = {"interfaces", "peers", "transport", "port"};
-    engine.dds = engine.trust.choice == TrustSetup::Choice::kYes ||
-                 std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tuples.has(key); });
+    engine.dds = std::any_of(keys.begin(), keys.end(), [&](const char* key) { return tuples.has(key); });
     engine.mqtt = tuples.node("mqtt") != nullptr;
   }
   const bool host = tuples.boolean("host", engine.host);
@@ -239,29 +238,14 @@ void read_dds(ConfigReader& tuples, DdsOptions& dds) {
 
 /// `yes`, `no`, or a folder, which has a slash.
 void read_trust(ConfigReader& tuples, EngineSetup& engine) {
-  if (tuples.node("security")) tuples.error("security", "has another name, expected trust: yes, no or a folder");
   if (!tuples.has("trust")) return;
   const auto text = tuples.text("trust", "");
   const auto is = [&text](std::initializer_list<const char*> words) {
     return std::find(words.begin(), words.end(), text) != words.end();
   };
-  if (is({"no", "off", "false"})) {
-    engine.trust.choice = TrustSetup::Choice::kNo;
-    return;
-  }
-  engine.trust.choice = TrustSetup::Choice::kYes;
-  if (text.find('/') != text.npos) engine.trust.folder = text;
-  if (engine.trust.folder.empty() && !is({"yes", "on", "true"}))
-    tuples.error("trust", fmt::format("is '{}', expected yes, no, or a folder (with a /)", text));
-}
-
-void check_trust(ConfigReader& tuples, const EngineSetup& engine) {
-  if (engine.trust.choice != TrustSetup::Choice::kYes) return;
-  if (!engine.dds)
-    return tuples.error("trust", fmt::format("only engine dds has this option{}",
-                                             engine.peis ? ": in a PEIS network no peer proves who it is" : ""));
-  if (engine.options.trust_lan && !engine.peis)
-    tuples.error("trust_lan", "only without trust, where no peer proves who it is; rights decide what members may do");
+  engine.old_trust = is({"no", "off", "false"}) ? OldTrust::kNo : OldTrust::kYes;
+  if (engine.old_trust == OldTrust::kYes && text.find('/') == text.npos && !is({"yes", "on", "true"}))
+    tuples.error("trust", fmt::format("is '{}', expected no: this release has no certificates for DDS", text));
 }
 
 }  // namespace
@@ -289,7 +273,7 @@ EngineSetup read_engine(ConfigReader& root, const std::string& directory) {
   dds.lease = tuples.duration("lease", dds.lease);
   if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
-  check_trust(tuples, engine);
+  if (tuples.has("trust_lan")) engine.trust_lan = tuples.node("trust_lan")->place;
   if (engine.mqtt && !tuples.node("mqtt")) {
     tuples.error("engine", "mqtt needs a broker, expected mqtt: {broker: HOST} too");
   } else if (engine.mqtt) {

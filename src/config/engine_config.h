@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,14 +12,9 @@
 
 namespace rubicon::config {
 
-/// `tuples.trust`: whether peers have to prove who they are, and where the certificates lie.
-struct TrustSetup {
-  enum class Choice : std::uint8_t { kDefault, kNo, kYes };
-  Choice choice = Choice::kDefault;  ///< kDefault: yes if the host has a folder
-  std::string folder;                ///< of kYes, as configured; empty = that of the host
-
-  friend bool operator==(const TrustSetup&, const TrustSetup&) = default;
-};
+/// `tuples.trust`. Earlier releases had certificates for DDS: `yes`, or a folder. kNo: whoever wrote the file knows
+/// that nobody proves who it is there.
+enum class OldTrust : std::uint8_t { kUnsaid, kNo, kYes };
 
 /// `tuples:`: how the components reach each other.
 struct EngineSetup {
@@ -30,10 +26,13 @@ struct EngineSetup {
   tuples::dds::DdsOptions options;
   MqttSpaceSetup mqtt_space;
   tuples::peis::PeisOptions peis_options;
-  TrustSetup trust;
-  std::string trust_folder;             ///< that counts, as whoever runs the island found it; empty = without trust
-  tuples::carry::CarryRules carry;      ///< between engines, by their names
-  std::vector<std::string> carry_path;  ///< of its key: `tuples.carry`, or `tuples.peis.carry`
+  OldTrust old_trust = OldTrust::kUnsaid;
+  /// What shows that the island had certificates for DDS, as whoever runs it found it. Not empty: `dds` is off until
+  /// the file says `trust: no`.
+  std::string held_back;
+  std::optional<ConfigPlace> trust_lan;  ///< where the file has that key
+  tuples::carry::CarryRules carry;       ///< between engines, by their names
+  std::vector<std::string> carry_path;   ///< of its key: `tuples.carry`, or `tuples.peis.carry`
   std::string
       place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
   bool closed = false;  ///< others of the host may not do what they like, as whoever runs the island found it

@@ -47,7 +47,7 @@ std::vector<std::string> members_in(ConfigReader& entry) {
     if (const auto good = trust::rights::check_who(word); !good) entry.error("who", good.error().text);
   }
   if (who.empty())
-    entry.error("who", "is missing, expected names or roles of members, everybody, peis, or island:<id>");
+    entry.error("who", "is missing, expected names or roles of members, everybody, lan, peis, or island:<id>");
   return who;
 }
 

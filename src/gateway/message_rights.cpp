@@ -85,14 +85,13 @@ tuples::Member member_of(const model::Sender& sender, const std::string& through
   tuples::Member member;
   member.name = sender.name;
   member.roles = sender.roles;
-  member.serial = sender.serial;
   member.through = through;
   if (sender.island != model::kNoOwner) member.ids.push_back({number(sender.island), number(sender.island)});
   return member;
 }
 
 model::Sender sender_of(const tuples::Member& member) {
-  model::Sender sender{member.name, member.roles, model::kNoOwner, member.serial};
+  model::Sender sender{member.name, member.roles, model::kNoOwner};
   const auto island = std::find_if(member.ids.begin(), member.ids.end(), [](const tuples::IdRange& one) {
     return one.first == one.last && model::is_island(OwnerId(one.first));
   });

@@ -238,10 +238,9 @@ void Island::judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::L
       [judge = impl_->judge](const IslandMetrics::Publish& publish) { publish("rights-refused", judge->refused()); });
 }
 
-void Island::show_days_left(std::function<int()> days_left) {
-  impl_->metrics.add([days_left = std::move(days_left)](const IslandMetrics::Publish& publish) {
-    publish.word("trust-days-left", std::to_string(days_left()));
-  });
+void Island::show_held_back(std::string why) {
+  impl_->metrics.add(
+      [why = std::move(why)](const IslandMetrics::Publish& publish) { publish.word("dds-held-back", why); });
 }
 
 void Island::start() {

@@ -37,8 +37,8 @@ class Island {
   /// `rights:` is refused. `commands` gets the lines that quote what was set, and must outlive the island: the log that
   /// show_log() shows would give them to those who may not read the actuators.
   void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands);
-  /// Shows how many days the certificate of the process is valid, as `<prefix>.property.trust-days-left.value`.
-  void show_days_left(std::function<int()> days_left);
+  /// Shows that the island does not take part by DDS, and why, as `<prefix>.property.dds-held-back.value`.
+  void show_held_back(std::string why);
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 

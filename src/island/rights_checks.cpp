@@ -39,12 +39,12 @@ bool names_a_network(std::string_view pattern, const IslandConfig& config) {
                      [&](const auto& setup) { return base::glob_matches(pattern, setup.id); });
 }
 
-/// Names that no certificate and no token has.
+/// Names that no member and no token has.
 std::vector<std::string> strangers(const Rule& rule, const std::vector<std::string>& names) {
   std::vector<std::string> unknown;
   for (const auto& word : rule.who) {
-    const bool special =
-        word == trust::rights::kEverybody || word == tuples::kPeisMember || word.starts_with(trust::rights::kIsland);
+    const bool special = word == trust::rights::kEverybody || word == tuples::kPeisMember ||
+                         word == tuples::kLanMember || word.starts_with(trust::rights::kIsland);
     const bool of_host = word.starts_with(trust::rights::kUser) || word.starts_with(trust::rights::kGroup);
     auto name = word;
     for (const auto source : {trust::rights::kMember, trust::rights::kRole}) {
@@ -76,8 +76,7 @@ trust::rights::Rights rights_of(const IslandConfig& config) {
 
 std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config) {
   const bool has_realm = config.engine.mqtt && !config.engine.mqtt_space.realm_folder().empty();
-  const bool judged = config.rights || !config.engine.trust_folder.empty() || has_realm;
-  if (!judged) return nullptr;
+  if (!config.rights && !has_realm) return nullptr;
   std::vector<std::string> operators{"user:0", fmt::format("user:{}", ::geteuid())};
   return std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix,
                                                       std::move(operators));
@@ -91,42 +90,38 @@ trust::rights::AuditOptions audit_options(const IslandConfig& config) {
 }
 
 void check_rights(const IslandConfig& config, base::ConfigErrors& errors) {
-  if (!config.rights || !config.engine.trust_folder.empty() || !config.engine.dds) return;
-  errors.add(config.rights->place, "rights",
-             "engine dds does not know who asks without trust, expected tuples.trust: yes, or no rights; "
-             "on a new host the first start of the service makes it, or `sudo rubicon trust dds init` now");
+  if (!config.rights || !config.engine.trust_lan) return;
+  errors.add(*config.engine.trust_lan, "tuples.trust_lan",
+             "with rights the rules for lan and peis say what components of other hosts may do, expected one of them");
 }
 
 std::vector<std::string> rights_warnings(const IslandConfig& config,
                                          const std::optional<std::vector<std::string>>& names) {
   std::vector<std::string> lines;
   if (!config.rights) return lines;
+  const std::pair<std::string_view, bool> wires[] = {{tuples::kLanMember, config.engine.dds},
+                                                     {tuples::kPeisMember, config.engine.peis}};
   for (const auto& rule : config.rights->rules) {
     const auto unknown = names ? strangers(rule, *names) : std::vector<std::string>();
     if (!unknown.empty()) {
-      lines.push_back(fmt::format("{}: who: no certificate and no token has the name or role {}", rule.place,
-                                  fmt::join(unknown, ", ")));
+      lines.push_back(
+          fmt::format("{}: who: no member and no token has the name or role {}", rule.place, fmt::join(unknown, ", ")));
     }
-    if (is_among(rule.who, tuples::kPeisMember) && !config.engine.peis)
-      lines.push_back(fmt::format("{}: who: peis matches no component: the island is not on engine peis", rule.place));
+    for (const auto& [wire, is_on] : wires) {
+      if (is_among(rule.who, wire) && !is_on)
+        lines.push_back(
+            fmt::format("{}: who: {} matches no component: the island is not on that engine", rule.place, wire));
+    }
     warn_of_keys(rule, config, lines);
   }
-  if (config.engine.peis) {
-    lines.push_back(
-        fmt::format("{}: rights: the wire of engine peis is not protected: whoever reaches it is `peis`, sees what it "
-                    "may read and can do what it may do",
-                    to_string(config.rights->place)));
+  for (const auto& [wire, is_on] : wires) {
+    if (is_on)
+      lines.push_back(
+          fmt::format("{}: rights: who comes by {} proves nothing: whoever reaches that network is `{}`, sees what it "
+                      "may read and can do what it may do",
+                      to_string(config.rights->place), wire == tuples::kLanMember ? "DDS" : "PEIS", wire));
   }
   return lines;
-}
-
-std::string carry_warning(const IslandConfig& config) {
-  const auto& engine = config.engine;
-  if (!engine.dds || engine.trust_folder.empty() || !config::carries_by_dds(engine.carry)) return {};
-  return fmt::format(
-      "{}: carry and trust do not work together: no certificate has the ids of components of other engines, so that "
-      "members do not see them; expected one of them ({} is there: tuples.trust: no turns trust off)",
-      fmt::join(engine.carry_path, "."), engine.trust_folder);
 }
 
 }  // namespace rubicon::island

@@ -13,19 +13,16 @@ namespace rubicon::island {
 
 /// The rules of the configuration; those of an island without `rights:` otherwise.
 trust::rights::Rights rights_of(const IslandConfig& config);
-/// The judge for the links of the island's process; null: there are no rules, because no engine knows who asks, and
-/// there are no rights for those of engine peis.
+/// The judge for the links of the island's process; null: there are neither rights nor a realm.
 std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config);
 /// Where the audit of that judge goes: beside the state file unless the configuration names a file; without either to
 /// the log only.
 trust::rights::AuditOptions audit_options(const IslandConfig& config);
-/// Rights without anybody who could have them are an error.
+/// `trust_lan` beside rights is an error: both would say what components of other hosts may do.
 void check_rights(const IslandConfig& config, base::ConfigErrors& errors);
 /// What is probably a mistake, each with its place: rules that match nothing, unknown names, a wire without
 /// protection. `names`: names and roles of all certificates and tokens of the page; nullopt = not known.
 std::vector<std::string> rights_warnings(const IslandConfig& config,
                                          const std::optional<std::vector<std::string>>& names);
-/// Why `carry` does not what it says, with its key; empty: it does, or there is none.
-std::string carry_warning(const IslandConfig& config);
 
 }  // namespace rubicon::island

@@ -141,12 +141,11 @@ std::string_view to_string(MessageKind kind);
 /// Most islands a message may enter after its origin.
 inline constexpr std::uint8_t kMaxHops = 4;
 
-/// Who sent a message that other components may send: the member of its certificate, where the ecology knows members.
+/// Who sent a message that other components may send: where the ecology knows members.
 struct Sender {
   std::string name;
   std::vector<std::string> roles{};
-  IslandId island = kNoOwner;  ///< the island whose certificate it is
-  std::string serial{};        ///< of the certificate, in upper-case hexadecimal digits
+  IslandId island = kNoOwner;  ///< the island that it is
 
   friend bool operator==(const Sender&, const Sender&) = default;
 };

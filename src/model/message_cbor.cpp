@@ -17,7 +17,7 @@ constexpr std::uint64_t kFormVersion = 1;
 constexpr std::uint64_t kAny64 = UINT64_MAX;
 constexpr std::uint64_t kLongestDeadline = 3'200'000'000'000;  // ms; what a configuration may say, fits a Duration
 constexpr std::uint64_t kHighestWord = 65535;
-constexpr std::size_t kMaxSenderText = 64;  ///< name, role, serial
+constexpr std::size_t kMaxSenderText = 64;  ///< name, role
 
 json address_out(const Address& address) {
   json out{{"island", number(address.island)}};
@@ -38,7 +38,6 @@ json sender_out(const Sender& sender) {
     if (role.find(':') == role.npos) out["roles"].push_back(role);
   }
   if (sender.island != kNoOwner) out["island"] = number(sender.island);
-  if (!sender.serial.empty()) out["serial"] = sender.serial;
   return out;
 }
 
@@ -46,7 +45,6 @@ Sender sender_in(FieldReader in) {
   Sender sender{in.text("name", kMaxSenderText), in.names("roles", kMaxRoles, kMaxSenderText)};
   if (sender.name.empty()) in.wrong("name", "the name of a member");
   sender.island = OwnerId(static_cast<std::uint32_t>(in.number("island", UINT32_MAX)));
-  sender.serial = in.text("serial", kMaxSenderText);
   return sender;
 }
 

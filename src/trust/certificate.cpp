@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
+#include <openssl/rand.h>
 
 #include <algorithm>
 #include <array>
@@ -10,19 +11,16 @@
 #include <optional>
 
 #include "base/printable.h"
-#include "trust/certificate_parts.h"
-#include "trust/id_ranges.h"
-#include "trust/operations.h"
 
 namespace rubicon::trust {
 
 namespace {
 
-constexpr std::string_view kIdsUri = "rubicon:";
-constexpr std::string_view kRolesUri = "rubicon-roles:";
-constexpr int kMostAlternativeNames = 16;
+constexpr WallTime kFirstDay = std::chrono::sys_days(std::chrono::year(2020) / 1 / 1);
 
-using NamesHandle = std::unique_ptr<GENERAL_NAMES, Releaser<GENERAL_NAMES_free>>;
+std::time_t seconds_of(WallTime time) {
+  return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
+}
 
 WallTime wall_time_of(const ASN1_TIME* time) {
   std::tm parts{};
@@ -45,59 +43,28 @@ std::optional<std::string> only_entry(const X509_NAME* name, int nid) {
   return copy;
 }
 
-/// What follows the prefix in the only URI that begins with it.
-struct Uris {
-  std::optional<std::string> ids, roles;
-};
+constexpr long kVersion3 = 2;
 
-Result<void> take_uri(std::string_view uri, Uris& uris) {
-  for (auto [prefix, target] : {std::pair(kIdsUri, &uris.ids), std::pair(kRolesUri, &uris.roles)}) {
-    if (!uri.starts_with(prefix)) continue;
-    if (*target) return fail(ErrorCode::kInvalid, fmt::format("has two names that begin with `{}`", prefix));
-    *target = std::string(uri.substr(prefix.size()));
-  }
-  return {};
+bool set_subject(X509_NAME* name, const std::string& organisation, const std::string& common) {
+  const auto add = [name](const char* field, const std::string& text) {
+    return X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8, reinterpret_cast<const unsigned char*>(text.data()),
+                                      static_cast<int>(text.size()), -1, 0) == 1;
+  };
+  return add("O", organisation) && add("CN", common);
 }
 
-Result<Uris> uris_of(const X509* certificate) {
-  Uris uris;
-  int critical = 0;
-  const NamesHandle names(
-      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, &critical, nullptr)));
-  ERR_clear_error();
-  if (names == nullptr) return fail(ErrorCode::kInvalid, "has no alternative names of its subject, or several lists");
-  const int count = sk_GENERAL_NAME_num(names.get());
-  if (count > kMostAlternativeNames) return fail(ErrorCode::kInvalid, fmt::format("has {} alternative names", count));
-  for (int i = 0; i < count; ++i) {
-    const auto* name = sk_GENERAL_NAME_value(names.get(), i);
-    if (name->type != GEN_URI) continue;
-    const auto* uri = name->d.uniformResourceIdentifier;
-    const std::string_view text(reinterpret_cast<const char*>(ASN1_STRING_get0_data(uri)),
-                                static_cast<std::size_t>(ASN1_STRING_length(uri)));
-    if (auto taken = take_uri(text, uris); !taken) return fail(taken.error());
-  }
-  return uris;
+/// 127 random bits of which the first is set: always 32 hexadecimal digits.
+bool set_serial(X509* certificate) {
+  std::array<unsigned char, 16> random{};
+  if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) return false;
+  random[0] = static_cast<unsigned char>((random[0] & 0x7fU) | 0x40U);
+  const NumberHandle number(BN_bin2bn(random.data(), static_cast<int>(random.size()), nullptr));
+  return number != nullptr && BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
 }
 
-Result<tuples::Member> read_member(const Certificate& certificate) {
-  tuples::Member member;
-  const auto* subject = X509_get_subject_name(certificate.get());
-  const auto name = only_entry(subject, NID_commonName);
-  if (!name) return fail(ErrorCode::kInvalid, "has no single common name (CN)");
-  if (auto checked = check_member_name(*name); !checked) return fail(checked.error());
-  member.name = *name;
-  auto uris = uris_of(certificate.get());
-  if (!uris) return fail(uris.error());
-  if (!uris->ids) return fail(ErrorCode::kInvalid, "has no ids: expected the alternative name URI:rubicon:<ranges>");
-  auto ids = parse_ranges(*uris->ids);
-  if (!ids) return fail(ids.error());
-  member.ids = std::move(*ids);
-  auto roles = parse_roles(uris->roles.value_or(""));
-  if (!roles) return fail(roles.error());
-  member.roles = std::move(*roles);
-  member.serial = certificate.serial();
-  member.expires = certificate.ends();
-  return member;
+bool set_dates(X509* certificate, WallTime ends) {
+  return ASN1_TIME_set(X509_getm_notBefore(certificate), seconds_of(kFirstDay)) != nullptr &&
+         ASN1_TIME_set(X509_getm_notAfter(certificate), seconds_of(ends)) != nullptr;
 }
 
 }  // namespace
@@ -152,12 +119,6 @@ std::string Certificate::serial() const {
   return text;
 }
 
-Result<tuples::Member> Certificate::member(std::string_view where) const {
-  auto read = read_member(*this);
-  if (!read) return invalid_input(where, read.error().text);
-  return read;
-}
-
 bool Certificate::has_key(const EVP_PKEY* key) const {
   const bool same = key != nullptr && EVP_PKEY_eq(X509_get0_pubkey(get()), key) == 1;
   ERR_clear_error();
@@ -174,6 +135,63 @@ std::string der_of(const Certificate& certificate) {
 
 bool operator==(const Certificate& left, const Certificate& right) {
   return X509_cmp(left.get(), right.get()) == 0;
+}
+
+std::string date_text(WallTime time) {
+  const auto seconds = seconds_of(time);
+  std::tm parts{};
+  if (::gmtime_r(&seconds, &parts) == nullptr) return fmt::format("{} s after 1970", seconds);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02} UTC", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                     parts.tm_hour, parts.tm_min);
+}
+
+Result<void> check_clock(WallTime now, std::string_view where) {
+  if (now >= kFirstDay) return {};
+  return fail(ErrorCode::kExpired,
+              fmt::format("{}: the clock of this host says {}: expected a time after 2020; set the clock", where,
+                          date_text(now)));
+}
+
+Result<void> check_dates(const Certificate& certificate, WallTime now, std::string_view where) {
+  if (auto clock = check_clock(now, where); !clock) return clock;
+  if (now < certificate.begins())
+    return fail(ErrorCode::kExpired,
+                fmt::format("{}: {} is not valid before {}, and the clock says {}", where, certificate.subject(),
+                            date_text(certificate.begins()), date_text(now)));
+  if (now < certificate.ends()) return {};
+  return fail(ErrorCode::kExpired,
+              fmt::format("{}: {} ended on {}, and the clock says {}: renew it, or set the clock", where,
+                          certificate.subject(), date_text(certificate.ends()), date_text(now)));
+}
+
+CertificateHandle begin_certificate(const std::string& organisation, const std::string& name, WallTime ends,
+                                    EVP_PKEY* key) {
+  CertificateHandle made(X509_new());
+  const bool good = made != nullptr && X509_set_version(made.get(), kVersion3) == 1 && set_serial(made.get()) &&
+                    set_subject(X509_get_subject_name(made.get()), organisation, name) && set_dates(made.get(), ends) &&
+                    X509_set_pubkey(made.get(), key) == 1;
+  return good ? std::move(made) : nullptr;
+}
+
+bool add_extension(X509* certificate, X509* issuer, int nid, const char* text) {
+  X509V3_CTX context{};
+  X509V3_set_ctx_nodb(&context);
+  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
+  auto* extension = X509V3_EXT_conf_nid(nullptr, &context, nid, text);
+  const bool added = extension != nullptr && X509_add_ext(certificate, extension, -1) == 1;
+  X509_EXTENSION_free(extension);
+  return added;
+}
+
+bool finish_certificate(X509* certificate, X509* issuer, const PrivateKey& key) {
+  return X509_set_issuer_name(certificate, X509_get_subject_name(issuer)) == 1 &&
+         add_extension(certificate, issuer, NID_subject_key_identifier, "hash") &&
+         add_extension(certificate, issuer, NID_authority_key_identifier, "keyid:always") &&
+         X509_sign(certificate, key.get(), EVP_sha256()) > 0;
+}
+
+Result<Certificate> read_again(CertificateHandle made, std::string_view what) {
+  return Certificate::of_pem(Certificate(std::move(made)).pem(), what);
 }
 
 }  // namespace rubicon::trust

@@ -3,13 +3,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 #include "trust/openssl_handles.h"
 #include "trust/private_key.h"
-#include "tuples/member.h"
 
 namespace rubicon::trust {
 
@@ -33,9 +31,6 @@ class Certificate {
   WallTime ends() const;
   /// Upper-case hexadecimal digits.
   std::string serial() const;
-  /// The member that it names: CN, the ids and the roles of the subject's alternative names (`URI:rubicon:<ranges>`,
-  /// `URI:rubicon-roles:<roles>`). Errors begin with `where`.
-  Result<tuples::Member> member(std::string_view where) const;
   /// Whether the key is that of the certificate.
   bool has_key(const EVP_PKEY* key) const;
 
@@ -52,27 +47,23 @@ std::string date_text(WallTime time);
 Result<void> check_clock(WallTime now, std::string_view where);
 /// kExpired unless the certificate is valid now; the text has its name and the dates.
 Result<void> check_dates(const Certificate& certificate, WallTime now, std::string_view where);
-/// Whether the authority issued this member's certificate, for TLS client and server, and both are valid now.
-Result<void> check_issued(const Certificate& certificate, const Certificate& authority, WallTime now,
-                          std::string_view where);
 
-/// A certificate to be made.
-struct CertificateOrder {
-  std::string organisation, name;
-  std::vector<tuples::IdRange> ids;
-  std::vector<std::string> roles;
-  WallTime ends{};
-  EVP_PKEY* key = nullptr;  ///< only its public part is used
-};
-/// Begins in 2020, so that hosts whose clock is behind can start.
-Result<Certificate> issue(const CertificateOrder& order, const Certificate& authority, const PrivateKey& key);
+// What all certificates of our authorities have in common.
 
-/// What an authority signs.
-enum class AuthorityKind { kIdentities, kPermissions };
-/// A certificate that its own key signs.
-Result<Certificate> make_authority(AuthorityKind kind, const std::string& organisation, WallTime ends,
-                                   const PrivateKey& key);
-/// Whether a certificate is one as make_authority() makes, and valid now.
-Result<void> check_authority(const Certificate& certificate, AuthorityKind kind, WallTime now, std::string_view where);
+using AlternativeNames = std::unique_ptr<GENERAL_NAMES, Releaser<GENERAL_NAMES_free>>;
+
+/// All but the extensions and the signature: O and CN, a random serial number, from 2020 until `ends`. Empty: OpenSSL
+/// failed.
+CertificateHandle begin_certificate(const std::string& organisation, const std::string& name, WallTime ends,
+                                    EVP_PKEY* key);
+/// By number and text, as the configuration of OpenSSL spells it.
+bool add_extension(X509* certificate, X509* issuer, int nid, const char* text);
+/// Key identifiers and the signature.
+bool finish_certificate(X509* certificate, X509* issuer, const PrivateKey& key);
+/// The same certificate without what OpenSSL remembers of its extensions from before they were complete.
+Result<Certificate> read_again(CertificateHandle made, std::string_view what);
+
+/// The certificate in DER.
+std::string der_of(const Certificate& certificate);
 
 }  // namespace rubicon::trust

@@ -60,24 +60,23 @@ std::optional<std::string> content_of(int descriptor, std::size_t largest) {
 }
 
 /// Empty, or what is wrong with the access to a key.
-std::string access_fault(const struct stat& about, bool is_credential, KeyReaders readers) {
+std::string access_fault(const struct stat& about, KeyReaders readers) {
   const bool is_ours = about.st_uid == ::geteuid() || about.st_uid == 0;
-  if (!is_ours && !is_credential) return "belongs to another user: expected this one, or root";
+  if (!is_ours) return "belongs to another user: expected this one, or root";
   if ((about.st_mode & (S_IRWXO | S_IWGRP | S_IXGRP)) != 0)
     return "others may use this key: expected the mode 0600; run chmod 600 as its owner";
-  if ((about.st_mode & S_IRGRP) == 0 || is_credential) return {};
+  if ((about.st_mode & S_IRGRP) == 0) return {};
   if (readers == KeyReaders::kOwner)
     return "a group may read this key: expected the mode 0600; run chmod 600 as its owner";
   if (people_group() == about.st_gid) return {};
   return "a group may read this key: expected the mode 0600, or the group `rubicon`; run chmod 600 as its owner";
 }
 
-Result<SecretText> read_checked_key(const OwnFile& file, const std::string& path, bool is_credential,
-                                    KeyReaders readers) {
+Result<SecretText> read_checked_key(const OwnFile& file, const std::string& path, KeyReaders readers) {
   struct stat about {};
   if (::fstat(file.get(), &about) != 0) return fail(ErrorCode::kIo, fmt::format("{}: {}", path, std::strerror(errno)));
   if (!S_ISREG(about.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("{}: is no ordinary file", path));
-  if (const auto fault = access_fault(about, is_credential, readers); !fault.empty())
+  if (const auto fault = access_fault(about, readers); !fault.empty())
     return fail(ErrorCode::kRefused, fmt::format("{}: {}", path, fault));
   auto text = content_of(file.get(), kLargestKey);
   if (!text)
@@ -151,7 +150,7 @@ Result<std::string> FolderFiles::read(const std::string& name, std::size_t large
 Result<SecretText> FolderFiles::read_key(const std::string& name, KeyReaders readers) const {
   const auto file = open_file(name);
   if (!file) return fail(file.error());
-  return read_checked_key(*file, path(name), false, readers);
+  return read_checked_key(*file, path(name), readers);
 }
 
 bool FolderFiles::exists(const std::string& name) const {
@@ -282,13 +281,6 @@ Result<OwnFile> FolderFiles::lock(Duration patience) const {
     ::nanosleep(&pause, nullptr);
   }
   return file;
-}
-
-Result<SecretText> read_credential(const fs::path& path) {
-  const auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-  if (file.get() < 0)
-    return fail(code_of(errno), fmt::format("{}: cannot open: {}", path.string(), std::strerror(errno)));
-  return read_checked_key(file, path.string(), true, KeyReaders::kOwner);
 }
 
 }  // namespace rubicon::trust

@@ -71,7 +71,4 @@ class FolderFiles {
   std::filesystem::path root_;
 };
 
-/// A key that systemd hands to a unit (LoadCredential=): the mask of its access list looks like access for the group.
-Result<SecretText> read_credential(const std::filesystem::path& path);
-
 }  // namespace rubicon::trust

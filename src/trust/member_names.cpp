@@ -1,10 +1,12 @@
+#include "trust/member_names.h"
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 
 #include "base/printable.h"
-#include "trust/operations.h"
 
 namespace rubicon::trust {
 
@@ -12,6 +14,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 64;  // ub-common-name of RFC 5280
 constexpr std::size_t kLongestRole = 32;
+constexpr std::size_t kLongestRoles = 256;
 
 bool is_letter_or_digit(char c) {
   return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9');
@@ -31,10 +34,21 @@ tl::unexpected<Error> not_a_word(std::string_view what, std::string_view text, s
                   base::one_line(text.substr(0, longest)), what, longest));
 }
 
+/// The pieces between commas; a text without a comma is one piece.
+std::vector<std::string_view> pieces_of(std::string_view text) {
+  std::vector<std::string_view> pieces;
+  while (true) {
+    const auto comma = text.find(',');
+    pieces.push_back(text.substr(0, comma));
+    if (comma == text.npos) return pieces;
+    text.remove_prefix(comma + 1);
+  }
+}
+
 }  // namespace
 
 Result<void> check_member_name(std::string_view name) {
-  static constexpr std::array<std::string_view, 4> kReserved{"everybody", "peis", "all", "admin"};
+  static constexpr std::array<std::string_view, 5> kReserved{"everybody", "peis", "lan", "all", "admin"};
   if (!is_word(name, kLongestName)) return not_a_word("name of a member", name, kLongestName);
   if (std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end())
     return fail(ErrorCode::kInvalid,
@@ -43,11 +57,29 @@ Result<void> check_member_name(std::string_view name) {
 }
 
 Result<void> check_role(std::string_view role) {
-  static constexpr std::array<std::string_view, 3> kReserved{"everybody", "peis", "all"};
+  static constexpr std::array<std::string_view, 4> kReserved{"everybody", "peis", "lan", "all"};
   if (!is_word(role, kLongestRole)) return not_a_word("role", role, kLongestRole);
   if (std::find(kReserved.begin(), kReserved.end(), role) != kReserved.end())
     return fail(ErrorCode::kInvalid, fmt::format("`{}` is no role: it means something else in rights", role));
   return {};
+}
+
+std::string roles_text(const std::vector<std::string>& roles) {
+  return fmt::format("{}", fmt::join(roles, ","));
+}
+
+Result<std::vector<std::string>> parse_roles(std::string_view text) {
+  std::vector<std::string> roles;
+  if (text.empty()) return roles;
+  if (text.size() > kLongestRoles)
+    return fail(ErrorCode::kInvalid, fmt::format("has roles of more than {} characters", kLongestRoles));
+  for (const auto role : pieces_of(text)) {
+    if (auto checked = check_role(role); !checked) return fail(checked.error());
+    if (std::find(roles.begin(), roles.end(), role) != roles.end())
+      return fail(ErrorCode::kInvalid, fmt::format("has the role `{}` twice", role));
+    roles.emplace_back(role);
+  }
+  return roles;
 }
 
 }  // namespace rubicon::trust

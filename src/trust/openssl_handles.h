@@ -27,7 +27,6 @@ using BioHandle = std::unique_ptr<BIO, Releaser<BIO_free_all>>;
 using KeyHandle = std::unique_ptr<EVP_PKEY, Releaser<EVP_PKEY_free>>;
 using KeyContextHandle = std::unique_ptr<EVP_PKEY_CTX, Releaser<EVP_PKEY_CTX_free>>;
 using CertificateHandle = std::unique_ptr<X509, Releaser<X509_free>>;
-using RequestHandle = std::unique_ptr<X509_REQ, Releaser<X509_REQ_free>>;
 using SignedHandle = std::unique_ptr<PKCS7, Releaser<PKCS7_free>>;
 using NumberHandle = std::unique_ptr<BIGNUM, Releaser<BN_free>>;
 

@@ -22,12 +22,12 @@ Result<void> HostPolicy::check_clock(WallTime now) {
                           base::utc_text(now, "%Y-%m-%d %H:%M")));
 }
 
-Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
-  if (starts_ == Starts::kAnyNumber || peer.incarnation >= kEarliest) return {};
+Result<void> HostPolicy::check_start(OwnerId peer, std::uint64_t incarnation) {
+  if (incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("component {} says that it started on {} UTC, before the clock of its host was set: it takes "
                           "part when that clock is set",
-                          number(peer.id), start_text(peer.incarnation)));
+                          number(peer), start_text(incarnation)));
 }
 
 void HostPolicy::peer_down(OwnerId peer) {

@@ -9,20 +9,12 @@
 
 namespace rubicon::tuples {
 
-/// The policy without authentication (docs/ecology.md): a start time must be plausible, all components may read, and
-/// only those on this host may set, unless `tuples.trust_lan` is on. A component declares its host itself, so this
-/// prevents mistakes, not attacks.
+/// The policy without authentication (docs/ecology.md): all components may read, and only those on this host may set,
+/// unless `tuples.trust_lan` is on. A component declares its host itself, so this prevents mistakes, not attacks.
 class HostPolicy final : public PeerPolicy {
  public:
-  /// What the start of a component may be: only a plausible time, or any number, since other programs have none.
-  enum class Starts : std::uint8_t { kTimes, kAnyNumber };
-
-  HostPolicy(OwnerId self, std::string own_host, bool trusts_others, Log log, Starts starts = Starts::kTimes)
-      : self_(self),
-        own_host_(std::move(own_host)),
-        trusts_others_(trusts_others),
-        log_(std::move(log)),
-        starts_(starts) {}
+  HostPolicy(OwnerId self, std::string own_host, bool trusts_others, Log log)
+      : self_(self), own_host_(std::move(own_host)), trusts_others_(trusts_others), log_(std::move(log)) {}
 
   /// Earlier starts are rejected: 2000-01-01 UTC.
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
@@ -30,7 +22,10 @@ class HostPolicy final : public PeerPolicy {
   /// The error that others would find in a component that starts now.
   static Result<void> check_clock(WallTime now);
 
-  Result<void> may_join(const PeerIdentity& peer) override;
+  /// Whether the start that a component declares is a plausible time. Engines ask whose starts are times.
+  static Result<void> check_start(OwnerId peer, std::uint64_t incarnation);
+
+  Result<void> may_join(const PeerIdentity&) override { return {}; }
   /// A stand-in counts as the component that it stands for.
   void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = real_host(peer.host); }
   void peer_down(OwnerId peer) override;
@@ -51,7 +46,6 @@ class HostPolicy final : public PeerPolicy {
   std::string own_host_;
   bool trusts_others_;
   Log log_;
-  Starts starts_;
   std::map<OwnerId, std::string> hosts_;  ///< of those that are up
   std::set<OwnerId> refusal_logged_;      ///< of those that are up
 };

@@ -15,11 +15,9 @@ Error unknown(OwnerId peer) {
 Result<void> MemberPolicy::may_join(const PeerIdentity& peer) {
   if (peer.own_process) return {};
   if (!peer.member) return fail(unknown(peer.id));
-  const bool has_any_id = peer.member->name == kPeisMember && peer.member->serial.empty();
-  if (has_any_id || peer.member->may_use(peer.id)) return {};
-  return fail(ErrorCode::kRefused,
-              fmt::format("component {} is of member '{}', whose certificate does not have that id", number(peer.id),
-                          peer.member->name));
+  if (peer.member->is_unproven() || peer.member->may_use(peer.id)) return {};
+  return fail(ErrorCode::kRefused, fmt::format("component {} is of member '{}', who does not have that id",
+                                               number(peer.id), peer.member->name));
 }
 
 void MemberPolicy::peer_up(const PeerIdentity& peer) {

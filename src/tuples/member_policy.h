@@ -16,7 +16,7 @@ class MemberPolicy final : public PeerPolicy {
   MemberPolicy(OwnerId self, std::shared_ptr<Judge> judge, std::shared_ptr<const Member> link_itself = nullptr)
       : self_(self), judge_(std::move(judge)), link_itself_(std::move(link_itself)) {}
 
-  /// kRefused: the engine does not know who it is, or its certificate does not have this id.
+  /// kRefused: the engine does not know who it is, or that member does not have this id.
   Result<void> may_join(const PeerIdentity& peer) override;
   void peer_up(const PeerIdentity& peer) override;
   void peer_down(OwnerId peer) override { peers_.erase(peer); }

@@ -51,8 +51,8 @@ struct WebService::Impl {
       : parts(p),
         setup(s),
         directory(std::move(folder)),
-        has_trust(tuples::SpaceRights::judge(p.space) != nullptr),
-        access(p.scheduler, rules_of(s, has_trust || p.closed)),
+        is_judged(tuples::SpaceRights::judge(p.space) != nullptr),
+        access(p.scheduler, rules_of(s, is_judged || p.closed)),
         page(page_of(s, directory)) {}
 
   Result<void> open(const std::string& name, const Place& place) {
@@ -61,7 +61,7 @@ struct WebService::Impl {
       return fail(ErrorCode::kRefused,
                   fmt::format("web: {} each caller needs a token, on this host too: expected tokens: {{file: "
                               "web.tokens}} (`rubicon token NAME --file web.tokens` adds one)",
-                              has_trust ? "with trust or rights" : "where several users have the folder of the host,"));
+                              is_judged ? "with rights" : "where several users have the folder of the host,"));
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     access.take(std::move(*tokens));
@@ -83,11 +83,11 @@ struct WebService::Impl {
   /// Takes the new tokens only together with the new certificate. Feeds that were opened by the rights of before end in
   /// any case.
   Result<void> reload() {
-    if (has_trust) server->disconnect();
+    if (is_judged) server->disconnect();
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     if (auto read = server->reload(); !read) return read;
-    if (access.take(std::move(*tokens)) && !has_trust) server->disconnect();
+    if (access.take(std::move(*tokens)) && !is_judged) server->disconnect();
     return {};
   }
 
@@ -99,7 +99,7 @@ struct WebService::Impl {
   Parts parts;
   config::WebSetup setup;
   std::string directory;
-  bool has_trust;
+  bool is_judged;
   access::Access access;
   std::unique_ptr<files::Page> page;
   std::unique_ptr<Site> site;

@@ -29,26 +29,26 @@ TEST_F(ClientParts, OnPeisAReadingWaitsUntilKernelsHadTimeToAppear) {
   EXPECT_EQ(times, 1);
 }
 
-/// As with trust, where the first component of a process may come long before the next one.
+/// The first component of a process may come long before the next one by DDS.
 TEST_F(ClientParts, AReadingWaitsForComponentsThatAreOnTheirWay) {
   bool expected = true;
-  PeerDiscovery search{time, self.space, kTrustPace, [&](auto) { return expected; }};
+  PeerDiscovery search{time, self.space, kDdsPace, [&](auto) { return expected; }};
   const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(kTrustPace.expected - 100ms);
+  time.run_for(kDdsPace.expected - 100ms);
   EXPECT_EQ(times, 0);
   Member late(ecology, time, 2);
   ASSERT_TRUE(late.space.set("a", "late"));
   time.run_for(1ms);
   expected = false;
-  time.run_for(kTrustPace.quiet + 21ms);
+  time.run_for(kDdsPace.quiet + 21ms);
   EXPECT_EQ(times, 1);
   EXPECT_EQ(found.size(), 1U);
 }
 
 TEST_F(ClientParts, AReadingDoesNotWaitForeverForThem) {
-  PeerDiscovery search{time, self.space, kTrustPace, [](auto) { return true; }};
+  PeerDiscovery search{time, self.space, kDdsPace, [](auto) { return true; }};
   const TupleQuery query(time, self.space, search, {std::nullopt, "a"}, keep, 3s);
-  time.run_for(kTrustPace.expected - 1ms);
+  time.run_for(kDdsPace.expected - 1ms);
   EXPECT_EQ(times, 0);
   time.run_for(2ms);
   EXPECT_EQ(times, 1);

@@ -39,8 +39,7 @@ TEST(EngineConfig, IsThisHostUnlessSaidOtherwise) {
 }
 
 TEST(EngineConfig, InterfacesAddDdsWhereNoEngineIsNamed) {
-  for (const auto* with :
-       {"{interfaces: eth0}", "{interfaces: lo}", "{engine: dds}", "{trust: yes}", "{transport: tcp, port: 7500}"}) {
+  for (const auto* with : {"{interfaces: eth0}", "{interfaces: lo}", "{engine: dds}", "{transport: tcp, port: 7500}"}) {
     EXPECT_TRUE(good(with).host) << with;
     EXPECT_TRUE(good(with).dds) << with;
   }
@@ -49,7 +48,7 @@ TEST(EngineConfig, InterfacesAddDdsWhereNoEngineIsNamed) {
   const auto distant = good("{host: no, interfaces: eth0}");
   EXPECT_FALSE(distant.host);
   EXPECT_EQ(distant.options.interfaces, std::vector<std::string>{"eth0"});
-  EXPECT_FALSE(good("{trust: no}").dds);
+  for (const auto* without : {"{trust: no}", "{trust: yes}"}) EXPECT_FALSE(good(without).dds) << without;
 }
 
 /// Files of earlier releases.
@@ -127,8 +126,6 @@ TEST(EngineConfig, TakesWhatIsCarriedBetweenSomeOrAllEngines) {
   EXPECT_TRUE(site.carry.carries_any_of(OwnerId(4711), {"dds", "mqtt"}));
   EXPECT_FALSE(site.carry.carries(OwnerId(4711), "b", {"mqtt", "dds"}));
   EXPECT_FALSE(site.carry.carries_any_of(OwnerId(4711), {"host", "mqtt"}));
-  EXPECT_FALSE(good("{engine: [dds, mqtt], trust: yes, mqtt: {broker: b}, carry: [{what: 8, from: host, to: mqtt}]}")
-                   .carry.empty());
 }
 
 TEST(EngineConfig, ABrokerAddsTheSpaceOfSites) {
@@ -151,15 +148,14 @@ TEST(EngineConfig, ABrokerAddsTheSpaceOfSites) {
   EXPECT_FALSE(alone.mqtt_space.watch_all);
 }
 
-TEST(EngineConfig, TakesTheFolderOfTrust) {
-  using Choice = TrustSetup::Choice;
-  EXPECT_EQ(good("{}").trust, TrustSetup());
-  EXPECT_EQ(good("{trust: yes}").trust, (TrustSetup{Choice::kYes, ""}));
-  EXPECT_EQ(good("{trust: no, trust_lan: yes}").trust, (TrustSetup{Choice::kNo, ""}));
-  EXPECT_EQ(good("{trust: /srv/trust}").trust, (TrustSetup{Choice::kYes, "/srv/trust"}));
-  EXPECT_EQ(good("{trust: ./trust}").trust, (TrustSetup{Choice::kYes, "./trust"}));
-  EXPECT_TRUE(good("{engine: [dds, peis], trust: yes, trust_lan: yes}").peis_options.trust_lan) << "for PEIS alone";
-  EXPECT_EQ(good("{engine: memory, trust: no}").trust.choice, Choice::kNo);
+TEST(EngineConfig, KnowsWhoHadCertificatesAndWhoWantsNone) {
+  EXPECT_EQ(good("{}").old_trust, OldTrust::kUnsaid);
+  for (const auto* had : {"{trust: yes}", "{trust: /srv/trust}", "{engine: [dds, peis], trust: ./trust}"})
+    EXPECT_EQ(good(had).old_trust, OldTrust::kYes) << had;
+  const auto open = good("{trust: no, trust_lan: yes, interfaces: eth0}");
+  EXPECT_EQ(open.old_trust, OldTrust::kNo);
+  EXPECT_TRUE(open.trust_lan);
+  EXPECT_FALSE(good("{interfaces: eth0}").trust_lan);
 }
 
 TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
@@ -191,9 +187,6 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
        "home.yaml:2:52: tuples.peis.connect[1]: lo reaches no other host, expected interfaces too"},
       {"{engine: peis, peis: {carry: [2]}}",
        "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
-      {"{engine: [dds, peis], trust: yes, peis: {carry: [2]}}",
-       "home.yaml:2:57: tuples.peis.carry: carry and trust do not work together: no certificate has the ids of "
-       "components of other engines, expected one of them"},
       {"{engine: host, carry: [2]}", "tuples.carry: needs two engines to carry between, expected engine too"},
       {"{engine: dds, carry: []}", "tuples.carry: has 0 entries, expected 1 to 1000"},
       {"{engine: dds, carry: {what: 2}}", "tuples.carry: is a map, expected a list"},
@@ -206,7 +199,6 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: dds, carry: [{what: 2, from: dds, to: dds}]}",
        "carry[0].to: is where it comes from, expected another"},
       {"{engine: dds, carry: [{what: 2, over: dds}]}", "tuples.carry[0]: unknown key 'over'"},
-      {"{engine: dds, trust: yes, carry: [2]}", "carry and trust do not work together"},
       {"{engine: [dds, peis], carry: [2], peis: {carry: [3]}}", "tuples.peis.carry: tuples.carry is there too"},
       {"{engine: [dds, peis], peis: {carry: []}}", "tuples.peis.carry: has 0 entries, expected 1 to 1000"},
       {"{engine: [dds, peis], peis: {carry: [2, a..b]}}",
@@ -247,11 +239,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{tag: " + long_tag + "}", "tuples.tag: expected at most 64 of A-Z a-z 0-9 . _ -"},
       {"{tag: \"a<b\"}", "tuples.tag: expected at most 64"},
       {"{trust_lan: perhaps}", "home.yaml:2:21: tuples.trust_lan: is 'perhaps', expected yes or no"},
-      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: has another name, expected trust: yes, no or a folder"},
-      {"{trust: perhaps}", "home.yaml:2:17: tuples.trust: is 'perhaps', expected yes, no, or a folder (with a /)"},
-      {"{trust: yes, trust_lan: yes}", "home.yaml:2:33: tuples.trust_lan: only without trust, where"},
-      {"{engine: peis, trust: yes}", "tuples.trust: only engine dds has this option: in a PEIS network no peer proves"},
-      {"{engine: memory, trust: /srv/trust}", "tuples.trust: only engine dds has this option"},
+      {"{trust: perhaps}", "home.yaml:2:17: tuples.trust: is 'perhaps', expected no: this release has no certificates"},
       {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: carry, domain, engine"},
       {"{host: no}", "home.yaml:2:16: tuples.host: leaves no engine, expected engine too: dds, mqtt, peis, or memory"},
       {"{engine: memory, host: yes}", "tuples.host: memory cannot be combined with others"},

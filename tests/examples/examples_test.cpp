@@ -322,31 +322,12 @@ const std::vector<TrustExample> kTrustExamples{
     {"rubicon trust renew hall --new-key", "--phrase-file hall.again", "rm hall.trust"},
     {"rubicon trust revoke hall"},
     {"rubicon trust revoke desk", "", "rm *.trust phrase *.phrase"},
-    {"rubicon trust dds init"},
-    {"rubicon trust dds init --realm Hall"},
-    {"rubicon trust dds show"},
-    {"rubicon trust dds show --json"},
-    {"rubicon trust dds add desk", "--phrase-file phrase"},
-    {"rubicon trust dds add desk --role admin", "--trust minute --out minute.trust --phrase-file minute.phrase",
-     "rubicon trust dds init --trust minute"},
-    {"rubicon trust dds add panel --role admin --days 90", "--phrase-file panel.phrase"},
-    {"rubicon trust dds add lab --island 7", "--phrase-file lab.phrase"},
-    {"rubicon trust dds join desk.trust", "--yes --phrase-file phrase --trust person"},
-    {"rubicon trust dds join desk.trust --yes < phrase", "--trust other"},
-    {"rubicon trust dds join lab.trust", "--yes --phrase-file lab.phrase --trust lab"},
-    {"rubicon trust dds request robot > robot.csr", "--trust robot"},
-    {"rubicon trust dds sign robot.csr > robot.trust"},
-    {"rubicon trust dds join robot.trust", "--yes --trust robot"},
-    {"rubicon trust dds export desk", "--phrase-file again", "rm desk.trust"},
-    {"rubicon trust dds renew desk", "", "rm desk.trust"},
-    {"rubicon trust dds renew", "", "rm *.trust"},
     {"rubicon trust may desk read proxy.hall.door.status --config /etc/rubicon/home.yaml"},
     {"rubicon trust may desk set proxy.hall.door.actuator.lock-1.command", "--config home.yaml"},
     {"rubicon trust may panel approve proxy.inbox.hall.command", "--config home.yaml"},
     {"rubicon trust audit", "--config home.yaml"},
     {"rubicon trust audit --name desk --refused", "--config home.yaml"},
     {"rubicon trust audit --follow --json", "--config home.yaml | head -n 1"},
-    {"rubicon trust dds revoke desk"},
 };
 
 std::string without_comment(const std::string& line) {
@@ -366,8 +347,8 @@ TEST(ExamplesOfTrust, EndWellOneAfterTheOther) {
   for (const auto& [line, more, before] : kTrustExamples) {
     auto command = "cd " + folder.path() + "; " + (before.empty() ? "" : before + "; ") + line + " " + more;
     if (const auto at = command.find("/etc/rubicon/"); at != command.npos) command.erase(at, 13);
-    const auto outcome = support::run_to_end({"env", "RUBICON_TRUST=trust", "RUBICON_REALM=realm",
-                                              "PATH=" RUBICON_BINARY_DIR "/bin:/usr/bin:/bin", "sh", "-c", command});
+    const auto outcome = support::run_to_end(
+        {"env", "RUBICON_REALM=realm", "PATH=" RUBICON_BINARY_DIR "/bin:/usr/bin:/bin", "sh", "-c", command});
     EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.errors;
     run.insert(line);
   }

@@ -40,9 +40,8 @@ FUZZ_TARGET(rights) {
   ConfigReader reader(*root, "", errors);
   auto setup = config::read_rights(reader);
   if (!setup || !errors.empty()) return 0;
-  const tuples::Member members[] = {{.name = "robot", .roles = {"admin", "kids"}, .serial = "1"},
-                                    {.name = "two", .ids = {{2, 2}}, .serial = "2"},
-                                    {.name = "peis"}};
+  const tuples::Member members[] = {
+      {.name = "robot", .roles = {"admin", "kids"}}, {.name = "two", .ids = {{2, 2}}}, {.name = "peis"}};
   const Rights rights(setup->rules);
   auto reversed = setup->rules;
   std::reverse(reversed.begin(), reversed.end());

@@ -76,6 +76,18 @@ TEST(Debian, InstallingMakesNoKeysAndEnablesNothing) {
     EXPECT_THAT(text, Not(HasSubstr(word)));
 }
 
+TEST(Debian, AnUpgradeFromCertificatesForDdsSaysWhatToChoose) {
+  const auto news = read_text(kDebian / "rubicon.NEWS");
+  EXPECT_TRUE(news.starts_with("rubicon (")) << news;
+  for (const auto* words : {"does not take part by DDS", "realm (docs/sites.md)", "`tuples: {trust: no}`",
+                            "RUBICON_TRUST", "rubicon-trust@.service", "trust-key"})
+    EXPECT_THAT(news, HasSubstr(words));
+  if (sh("command -v dpkg-parsechangelog").code == 0) {
+    EXPECT_EQ(sh("dpkg-parsechangelog --all -SUrgency -l" + (kDebian / "rubicon.NEWS").string()).output, "high\n");
+  }
+  EXPECT_THAT(read_text(kDebian / "rubicon.postinst"), HasSubstr("choose: a broker with a realm"));
+}
+
 TEST(Debian, KeysStayUnlessTheUserAnswersYes) {
   const auto question = read_text(kDebian / "rubicon.templates");
   EXPECT_THAT(question, HasSubstr("Template: rubicon/purge-keys-and-state\nType: boolean\nDefault: false\n"));

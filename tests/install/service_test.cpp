@@ -74,7 +74,7 @@ TEST_F(Unit, HasABoundForItsMemory) {
 
 TEST_F(Unit, IsLittleExposed) {
   if (all_.shell("command -v systemd-analyze").code != 0) GTEST_SKIP() << "there is no systemd here";
-  for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service", "rubicon-broker@.service"}) {
+  for (const auto* unit : {"rubicon-proxy@.service", "rubicon-broker@.service"}) {
     const auto judged = all_.shell("systemd-analyze security --no-pager --offline=true --threshold=16 " +
                                    (unit_.parent_path() / unit).string());
     EXPECT_EQ(judged.code, 0) << judged.output;
@@ -100,29 +100,11 @@ TEST_F(Unit, OfABrokerRunsAMosquittoAsAUserOfItsOwn) {
   EXPECT_EQ(verified.output, "");
 }
 
-TEST_F(Unit, StartsAfterTheKeysOfTheHostAndGetsItsOwnAsACredential) {
-  EXPECT_EQ(words("Requires"), std::vector<std::string>{"rubicon-trust@home.service"});
-  EXPECT_THAT(words("After"), testing::Contains("rubicon-trust@home.service"));
-  EXPECT_EQ(words("LoadCredential"), std::vector<std::string>{"trust-key:/run/rubicon-keys/home.pem"});
-  // Without the file the island starts all the same, and says what is wrong.
-  EXPECT_EQ(words("SetCredential"), std::vector<std::string>{"trust-key:none"});
-  const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
-  const auto command = (all_.prefix() / "bin/rubicon").string();
-  EXPECT_THAT(keys, HasSubstr("ExecStart=-/usr/bin/flock -w 60 /run/rubicon-keys/.lock " + command +
-                              " trust dds init --for \"" + (island_.parent_path() / "%i.yaml").string() + "\"\n"));
-  EXPECT_THAT(keys, HasSubstr(all_.daemon() + " trust-key \"" + (island_.parent_path() / "%i.yaml").string() + "\""));
-  EXPECT_THAT(keys, HasSubstr("\nEnvironment=RUBICON_TRUST=/etc/rubicon/trust\n"));
-  EXPECT_THAT(keys, HasSubstr("\nTimeoutStartSec=90\n")) << "a start that hangs does not hold up the others for ever";
-}
-
-TEST_F(Unit, WritesKeysBelowEtcWhateverThePrefix) {
-  const auto keys = read_text(unit_.parent_path() / "rubicon-trust@.service");
-  EXPECT_THAT(keys, HasSubstr("\nExecStartPre=-+/bin/mkdir -p -m 755 /etc/rubicon\n"));
-  EXPECT_THAT(keys, HasSubstr("\nReadWritePaths=-/etc/rubicon -" + island_.parent_path().string() + "\n"));
-}
-
-TEST_F(Unit, NeverStartsOpenBecauseAFolderIsLostAndWritesNoKeyToACoreFile) {
-  EXPECT_THAT(words("Environment"), testing::Contains("RUBICON_TRUST=/etc/rubicon/trust"));
+/// Of releases that had certificates for DDS.
+TEST_F(Unit, NeedsNoKeysAndWritesNoneToACoreFile) {
+  for (const auto* setting : {"Requires", "LoadCredential", "SetCredential"})
+    EXPECT_THAT(words(setting), testing::IsEmpty()) << setting;
+  EXPECT_FALSE(std::filesystem::exists(unit_.parent_path() / "rubicon-trust@.service"));
   EXPECT_EQ(words("LimitCORE"), std::vector<std::string>{"0"});
 }
 
@@ -160,8 +142,7 @@ TEST_F(Unit, TakesTheDropInsForItsAddresses) {
       EXPECT_THAT(drop_in, HasSubstr(line)) << name;
     if (!systemd) continue;
     const auto folder = all_.workshop() / (std::string("with-") + name);
-    for (const auto* unit : {"rubicon-proxy@.service", "rubicon-trust@.service"})
-      write_text(folder / unit, read_text(unit_.parent_path() / unit));
+    write_text(folder / "rubicon-proxy@.service", read_text(unit_.parent_path() / "rubicon-proxy@.service"));
     write_text(folder / "rubicon-proxy@.service.d" / name, drop_in);
     const auto verified = all_.shell("systemd-analyze verify --man=no " + (folder / "rubicon-proxy@.service").string());
     EXPECT_EQ(verified.code, 0) << name;

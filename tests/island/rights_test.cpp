@@ -133,30 +133,24 @@ TEST(RightsChecks, RightsBeginWithARestartWhereNobodyIsJudged) {
   EXPECT_THAT(plan.error().text, HasSubstr("rights: this island started without them; restart it to begin"));
 }
 
-TEST(RightsChecks, WithoutTrustNobodyOnDdsHasRights) {
-  const auto errors_of = [](const std::string& engine, const std::string& folder) {
-    auto config = config_with("rights:\n  - {who: a, may: all}\ntuples: {engine: " + engine + "}\n");
-    config.engine.trust_folder = folder;
+TEST(RightsChecks, RightsAndTrustOfTheLanAreNotBoth) {
+  const auto errors_of = [](const std::string& tuples, const std::string& rights) {
+    const auto config = config_with(rights + "tuples: " + tuples + "\n");
     base::ConfigErrors errors;
     check_rights(config, errors);
     return errors.text();
   };
-  EXPECT_EQ(errors_of("dds", ""),
-            "home.yaml:5:3: rights: engine dds does not know who asks without trust, expected tuples.trust: yes, or "
-            "no rights; on a new host the first start of the service makes it, or `sudo rubicon trust dds init` now");
-  EXPECT_THAT(errors_of("[dds, peis]", ""), HasSubstr("does not know who asks"));
-  EXPECT_EQ(errors_of("dds", "/etc/rubicon/trust"), "");
-  EXPECT_EQ(errors_of("peis", ""), "");
-  EXPECT_EQ(errors_of("memory", ""), "");
+  const std::string rights = "rights:\n  - {who: a, may: all}\n";
+  EXPECT_EQ(errors_of("{engine: dds, trust_lan: yes}", rights),
+            "home.yaml:6:34: tuples.trust_lan: with rights the rules for lan and peis say what components of other "
+            "hosts may do, expected one of them");
+  EXPECT_THAT(errors_of("{engine: peis, trust_lan: no}", rights), HasSubstr("tuples.trust_lan"));
+  EXPECT_EQ(errors_of("{engine: [dds, peis]}", rights), "");
+  EXPECT_EQ(errors_of("{engine: dds, trust_lan: yes}", ""), "");
 }
 
-TEST(RightsChecks, OnlyThoseWhoAreKnownAreJudged) {
-  auto config = config_with("");
-  EXPECT_FALSE(make_judge(config));
-  config.engine.trust_folder = "/etc/rubicon/trust";
-  ASSERT_TRUE(make_judge(config));
-  EXPECT_TRUE(make_judge(config)->sees_all({.name = "anna", .roles = {"admin"}}));
-  EXPECT_FALSE(make_judge(config)->sees_all({.name = "robot"}));
+TEST(RightsChecks, WithoutRightsOrARealmNobodyIsJudged) {
+  EXPECT_FALSE(make_judge(config_with("tuples: {engine: dds}\n")));
   EXPECT_TRUE(make_judge(config_with("rights: []\n")));
 }
 
@@ -170,28 +164,21 @@ TEST(RightsChecks, WarnOfRulesThatMatchNothing) {
               IsEmpty());
   EXPECT_THAT(warnings("{who: robot, may: send, keys: [dummy-1.7, own, island:2, \"dummy-1.**\", \"**\"]}"), IsEmpty());
   EXPECT_THAT(warnings("{who: [robot, desk], may: all}"),
-              ElementsAre("home.yaml:5:5: who: no certificate and no token has the name or role desk"));
+              ElementsAre("home.yaml:5:5: who: no member and no token has the name or role desk"));
   EXPECT_THAT(warnings("{who: robot, may: read, keys: [proxy.knx-hall.**]}"),
               ElementsAre("home.yaml:5:5: keys: 'proxy.knx-hall.**' matches nothing: the island has no network "
                           "'knx-hall'"));
   EXPECT_THAT(warnings("{who: robot, may: send, keys: [wsn-1.7]}"), ElementsAre(HasSubstr("no network 'wsn-1'")));
   EXPECT_THAT(warnings("{who: robot, may: read, keys: [proxy.**], not: [proxy.**]}"),
               ElementsAre("home.yaml:5:5: keys: 'proxy.**' stands in `not` too: the rule denies it"));
-  EXPECT_THAT(warnings("{who: peis, may: read, keys: [proxy.**]}"),
-              ElementsAre("home.yaml:5:5: who: peis matches no component: the island is not on engine peis"));
-  EXPECT_THAT(warnings("{who: peis, may: read, keys: [proxy.**]}", "tuples: {engine: peis}\n"),
-              ElementsAre(HasSubstr("the wire of engine peis is not protected")));
+  for (const std::string wire : {"peis", "lan"}) {
+    const auto rule = "{who: " + wire + ", may: read, keys: [proxy.**]}";
+    EXPECT_THAT(warnings(rule),
+                ElementsAre("home.yaml:5:5: who: " + wire + " matches no component: the island is not on that engine"));
+    EXPECT_THAT(warnings(rule, wire == "lan" ? "tuples: {engine: dds}\n" : "tuples: {engine: peis}\n"),
+                ElementsAre(HasSubstr("proves nothing: whoever reaches that network is `" + wire + "`")));
+  }
   EXPECT_THAT(rights_warnings(config_with("rights:\n  - {who: desk, may: all}\n"), std::nullopt), IsEmpty());
-}
-
-TEST(RightsChecks, WarnWhereTheTrustOfTheHostLeavesNothingToCarry) {
-  auto config = config_with("tuples: {engine: [dds, peis], peis: {carry: [2]}}\n");
-  EXPECT_EQ(carry_warning(config), "");
-  config.engine.trust_folder = "/etc/rubicon/trust";
-  EXPECT_THAT(carry_warning(config), HasSubstr("carry and trust do not work together"));
-  EXPECT_THAT(carry_warning(config), HasSubstr("/etc/rubicon/trust is there: tuples.trust: no turns trust off"));
-  config.engine.carry = {};
-  EXPECT_EQ(carry_warning(config), "");
 }
 
 }  // namespace

@@ -83,14 +83,14 @@ constexpr std::string_view kGoldenRelayed =
     "a9 64626f6479 a2 656279746573 4568656c6c6f 6474797065 6463686174"       // bytes hello, type chat
     "6466726f6d a1 6669736c616e64 1a00011170 64686f7073 01"                  // from component 70000, hops 1
     "646b696e64 666f7061717565 666e756d626572 00 666f726967696e 1a00011170"  // kind opaque, number 0, origin 70000
-    "6673656e646572 a4 6669736c616e64 02 646e616d65 65726f626f74"            // sender: island 2, name robot
-    "65726f6c6573 81 6570616e656c 6673657269616c 6430413146"                 // roles [panel], serial 0A1F
+    "6673656e646572 a3 6669736c616e64 02 646e616d65 65726f626f74"            // sender: island 2, name robot
+    "65726f6c6573 81 6570616e656c"                                           // roles [panel]
     "62746f a1 6669736c616e64 19198d 6176 01";                               // to 6541, v 1
 
 Message golden_relayed() {
   Message message{
       OwnerId{70000}, 0, 1, {OwnerId{70000}, "", ""}, {kHome, "", ""}, Opaque{"chat", {'h', 'e', 'l', 'l', 'o'}}};
-  message.sender = Sender{"robot", {"panel"}, OwnerId{2}, "0A1F"};
+  message.sender = Sender{"robot", {"panel"}, OwnerId{2}};
   return message;
 }
 

@@ -39,6 +39,22 @@ TEST(HouseRules, NoTypeIsCalledManagerHandlerHelperUtilBaseDataOrInfo) {
   }
 }
 
+/// Cyclone DDS changes them as it likes: what is not in dds.h is not ours. Packets are DDSI-RTPS, that is another word.
+TEST(HouseRules, NothingNamesTheInternalsOfCycloneDds) {
+  static const std::regex kInternal(
+      R"re(\bddsi_[a-z]|\bq_[a-z_]+\.h|\b(?:dds|DDS)_[Ss]ecurity_|\bdds_rhc|\bnn_[a-z]+_t|<dds/(?:ddsi|security)/|<dds/ddsc/dds_rhc)re");
+  auto all = all_sources();
+  for (const auto* folder : {"src", "packaging", "scripts", "cmake", "tests", "bench"}) {
+    for (auto& file : files_below(folder, {".c", ".map", ".cmake", ".txt", ".in", ".idl", ""}))
+      all.push_back(std::move(file));
+  }
+  for (const auto& file : all) {
+    std::smatch found;
+    if (std::regex_search(file.text, found, kInternal) && file.path != "tests/structure/house_rules_test.cpp")
+      ADD_FAILURE() << file.path << " names " << found.str();
+  }
+}
+
 /// A test that meets an island of the host, or of another test, fails for no reason of its own.
 TEST(HouseRules, EachTestProgramMeetsOthersInAFolderOfItsOwn) {
   const auto* const folder = std::getenv("RUBICON_FOLDER");

@@ -64,7 +64,7 @@ const Names kNetworkEdges{"network", "transport"};
 /// Third-party headers, by their beginning, and the folders that may use them.
 const std::map<std::string, Names> kLibraryEdges{
     {"tl/", {"base"}},
-    {"dds/", {"tuples/dds", "trust/guard"}},
+    {"dds/", {"tuples/dds"}},
     {"boost/", {"transport", "console", "web", "apps/rubicon-proxy"}},
     {"yaml-cpp/", {"config"}},
     {"spdlog/", {"apps/program"}},
@@ -99,7 +99,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"expat.h", {"networks/knx"}},
     {"simdjson.h", {"networks/zigbee"}},
     {"thread", {"transport", "tuples/dds"}},
-    {"mutex", {"transport", "tuples/dds", "trust/guard"}},
+    {"mutex", {"transport", "tuples/dds"}},
     {"condition_variable", {"transport"}},
     {"future", {"transport"}},
 };
@@ -116,10 +116,10 @@ std::string folder_of(const std::string& path) {
 }
 
 /// Folders below another that may use more than that: Cyclone DDS, which has threads; PEIS, the folder of a host
-/// and brokers, which have sockets; what opens engines; the guard, which Cyclone DDS loads; KNX Secure, which has keys;
+/// and brokers, which have sockets; what opens engines; KNX Secure, which has keys;
 /// KNX projects, which are archives.
-const Names kRooms{"tuples/dds",     "tuples/host", "tuples/mqtt",          "tuples/peis",
-                   "tuples/engines", "trust/guard", "networks/knx/project", "networks/knx/secure"};
+const Names kRooms{"tuples/dds",     "tuples/host",          "tuples/mqtt",        "tuples/peis",
+                   "tuples/engines", "networks/knx/project", "networks/knx/secure"};
 
 std::string room_of(const std::string& path, const std::string& folder) {
   for (const auto& room : kRooms) {

@@ -91,7 +91,6 @@ bool opens_its_namespace(const SourceFile& file) {
 
 TEST(Namespaces, FollowTheFolders) {
   for (const auto& file : files_below("src", {".h", ".cpp"})) {
-    if (file.path == "src/trust/guard/guard.h" || file.path == "src/trust/guard/data_only.h") continue;  // C
     EXPECT_TRUE(opens_its_namespace(file)) << file.path << " does not open " << namespace_of(file.path);
   }
 }
@@ -111,14 +110,7 @@ TEST(Tests, MirrorTheFoldersOfWhatTheyTest) {
     const auto folder = fs::relative(entry.path(), root_folder() / "tests");
     if (across.contains(folder.begin()->string())) continue;
     const auto root = root_folder();
-    const std::set<fs::path> special{"apps",
-                                     "motes/allocation",
-                                     "networks/knx/interop",
-                                     "networks/knx/project/memory",
-                                     "trust/guard/member",
-                                     "trust/guard/liar",
-                                     "tuples/dds/trust",
-                                     "tuples/dds/trust/member"};
+    const std::set<fs::path> special{"apps", "motes/allocation", "networks/knx/interop", "networks/knx/project/memory"};
     EXPECT_TRUE(special.contains(folder) || fs::is_directory(root / "src" / folder) || fs::is_directory(root / folder))
         << "tests/" << folder.string() << " mirrors no folder of src/ or apps/";
   }

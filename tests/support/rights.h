@@ -20,11 +20,10 @@ class CollectingAudit final : public trust::rights::Audit {
     hosts.emplace_back(line.host);
     values.emplace_back(line.value);
     throughs.push_back(line.who.through);
-    serials.push_back(line.who.serial);
     whys.emplace_back(line.why);
     quotes.push_back(line.quotes);
   }
-  std::vector<std::string> lines, values, hosts, throughs, serials, whys;
+  std::vector<std::string> lines, values, hosts, throughs, whys;
   std::vector<bool> quotes;
 };
 
@@ -43,12 +42,12 @@ inline std::shared_ptr<trust::rights::RightsJudge> judge_of(std::vector<trust::r
   return std::make_shared<trust::rights::RightsJudge>(trust::rights::Rights(std::move(rules)), std::move(audit));
 }
 
-/// The member of an island's certificate, and one with a block of ids for tools.
+/// The member of an island, and one with a block of ids for tools.
 inline tuples::Member island_member(std::uint32_t id) {
-  return {"island-" + std::to_string(id), {}, {{id, id}}, "1" + std::to_string(id), {}};
+  return {"island-" + std::to_string(id), {}, {{id, id}}};
 }
 inline tuples::Member tool_member(std::string name, std::uint32_t id) {
-  return {std::move(name), {}, {{id, id + 99}}, "2" + std::to_string(id), {}};
+  return {std::move(name), {}, {{id, id + 99}}};
 }
 
 }  // namespace rubicon::support

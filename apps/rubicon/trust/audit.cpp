@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "apps/rubicon/trust/commands.h"
+#include "apps/rubicon/trust/site/commands.h"
 #include "base/config_reader.h"
 #include "config/audit_config.h"
 #include "config/config_file.h"
@@ -46,7 +47,8 @@ std::vector<std::string> configurations(const Settings& settings) {
   if (!settings.config.empty()) return {settings.config};
   std::vector<std::string> all;
   std::error_code error;
-  const auto beside = fs::absolute(folder_of(settings), error).lexically_normal().parent_path();
+  const auto realm = site::realm_folder("");
+  const auto beside = fs::absolute(realm ? *realm : fs::path(), error).lexically_normal().parent_path();
   for (const auto& entry : fs::directory_iterator(beside, error)) {
     if (entry.path().extension() == ".yaml") all.push_back(entry.path().string());
   }

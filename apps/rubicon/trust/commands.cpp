@@ -14,35 +14,25 @@
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/own_file.h"
 #include "base/text.h"
-#include "model/json_members.h"
-#include "trust/trust.h"
+#include "trust/site/site_place.h"
 
 namespace rubicon::cli {
 
 namespace {
 
-/// Trust of engine DDS, with a realm and a folder of its own.
-void add_dds(Cli& cli, CLI::App* parent) {
-  auto* app = parent->add_subcommand(
-      "dds", "Trust on a LAN, over DDS: init, add, join, request, sign, revoke, renew, show, export");
-  app->require_subcommand(1);
-  app->fallthrough();
-  app->get_formatter()->label("SUBCOMMAND", "COMMAND");
-  app->footer(
-      "Examples:\n"
-      "  sudo rubicon trust dds init                    # on the host with the islands\n"
-      "  sudo rubicon trust dds add desk                # writes desk.trust, shows its phrase\n"
-      "  rubicon trust dds join desk.trust              # on the other host\n"
-      "  sudo rubicon trust dds revoke desk\n"
-      "The folder is /etc/rubicon/trust; for join and request of a person ~/.config/rubicon/trust; --trust FOLDER\n"
-      "or RUBICON_TRUST name another one. See docs/trust.md.");
-  trust::add_init(cli, app);
-  trust::add_members(cli, app);
-  trust::add_join(cli, app);
-  trust::add_request(cli, app);
-  trust::add_revoke(cli, app);
-  trust::add_renew(cli, app);
-  trust::add_show(cli, app);
+/// Commands of earlier releases.
+void add_former(Cli& cli, CLI::App* parent) {
+  for (const std::string name : {"dds", "request", "sign", "export"}) {
+    auto* app = cli.command({name, "Was for certificates of DDS", "", parent}, [name](const Settings&) {
+      return trust::failed({ErrorCode::kInvalid,
+                            fmt::format("`rubicon trust {}`: this release has no certificates for DDS: who comes by it "
+                                        "is `lan` in rights (docs/trust.md); hosts that do not trust each other meet "
+                                        "at a broker with a realm (docs/sites.md)",
+                                        name)});
+    });
+    app->allow_extras()->fallthrough(false);
+    app->group("");
+  }
 }
 
 }  // namespace
@@ -50,7 +40,7 @@ void add_dds(Cli& cli, CLI::App* parent) {
 void add_trust(Cli& cli) {
   auto* app = cli.app().add_subcommand("trust",
                                        "Who may take part: init, add, join, revoke, renew, change, show, broker; "
-                                       "may, audit; dds");
+                                       "may, audit");
   app->require_subcommand(1);
   app->fallthrough();
   app->get_formatter()->label("SUBCOMMAND", "COMMAND");
@@ -63,11 +53,11 @@ void add_trust(Cli& cli) {
       "  sudo rubicon trust revoke hall\n"
       "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
       "The folder is /etc/rubicon/realm, that of a person ~/.config/rubicon/realm; --realm FOLDER or RUBICON_REALM\n"
-      "name another one. See docs/sites.md; for trust on a LAN, over DDS, `rubicon trust dds` and docs/trust.md.");
+      "name another one. See docs/sites.md and docs/trust.md.");
   trust::site::add_site(cli, app);
   trust::add_may(cli, app);
   trust::add_audit(cli, app);
-  add_dds(cli, app);
+  add_former(cli, app);
 }
 
 namespace trust {
@@ -100,14 +90,6 @@ std::optional<unsigned> number_in(const char* variable) {
   return value ? base::parse_number<unsigned>(value) : std::nullopt;
 }
 
-/// Of --trust or the environment; empty: neither names one.
-fs::path named_folder(const Settings& settings) {
-  const auto& option = settings.options.trust;
-  if (!option.empty()) return option == client::kNoTrust ? fs::path() : fs::path(option);
-  const char* value = std::getenv("RUBICON_TRUST");
-  return value == nullptr || value == std::string_view(client::kNoTrust) ? fs::path() : fs::path(value);
-}
-
 /// Who ran sudo carries the file to another host.
 void give_to_sudo_user(int descriptor) {
   const auto user = number_in("SUDO_UID"), group = number_in("SUDO_GID");
@@ -115,27 +97,6 @@ void give_to_sudo_user(int descriptor) {
 }
 
 }  // namespace
-
-fs::path folder_of(const Settings& settings) {
-  const auto named = named_folder(settings);
-  return named.empty() ? fs::path(rubicon::trust::kHostFolder) : named;
-}
-
-fs::path folder_to_show(const Settings& settings) {
-  const auto folder = folder_of(settings);
-  const auto own = rubicon::trust::user_folder();
-  std::error_code error;
-  const bool is_own =
-      named_folder(settings).empty() && !fs::exists(folder, error) && !error && !own.empty() && fs::exists(own, error);
-  return is_own ? own : folder;
-}
-
-Result<fs::path> own_folder(const Settings& settings) {
-  if (auto named = named_folder(settings); !named.empty()) return named;
-  if (::geteuid() == 0) return fs::path(rubicon::trust::kHostFolder);
-  if (auto folder = rubicon::trust::user_folder(); !folder.empty()) return folder;
-  return fail(ErrorCode::kNotFound, "HOME is not set, expected --trust FOLDER");
-}
 
 Result<KeyReaders> key_readers(bool for_people) {
   if (!for_people) return KeyReaders::kOwner;
@@ -157,30 +118,14 @@ int failed(const Error& error) {
 }
 
 int failed_at(const fs::path& folder, const Error& error) {
-  if (folder != fs::path(rubicon::trust::kHostFolder) || ::geteuid() == 0 || error.code == ErrorCode::kInvalid)
+  if (folder != fs::path(rubicon::trust::site::kHostSiteFolder) || ::geteuid() == 0 ||
+      error.code == ErrorCode::kInvalid)
     return failed(error);
   return failed({error.code, error.text + "; the folder of the host is changed by root: sudo rubicon trust ..."});
 }
 
-void put_unreadable(const rubicon::trust::FolderContents& contents) {
-  for (const auto& one : contents.unreadable)
-    print_error(printable(fmt::format("the certificate of {} cannot be read: {}", one.name, one.reason)));
-}
-
-void put_unreadable(const fs::path& folder) {
-  if (const auto there = rubicon::trust::show(folder, now())) put_unreadable(*there);
-}
-
 Line as_json(const RealmIdentity& realm) {
   return {{"name", realm.name}, {"fingerprint", realm.fingerprint}};
-}
-
-Line as_json(const tuples::Member& member) {
-  Line line{{"name", member.name}, {"roles", member.roles}, {"ids", Line::array()}};
-  for (const auto& one : member.ids) line["ids"].push_back({one.first, one.last});
-  line["serial"] = member.serial;
-  line["expires"] = model::seconds_json(member.expires);
-  return line;
 }
 
 void put(Output& out, const RealmIdentity& realm) {

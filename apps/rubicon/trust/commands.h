@@ -6,31 +6,16 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/own_file.h"
-#include "trust/component_ids.h"
-#include "trust/operations.h"
+#include "trust/site/site_folder.h"
 
 namespace rubicon::cli::trust {
 
-using rubicon::trust::ids_text;
-using rubicon::trust::RealmIdentity;
+using rubicon::trust::site::RealmIdentity;
 
 // Each adds one command of `rubicon trust`, or a few that belong together.
-void add_init(Cli& cli, CLI::App* parent);
-void add_members(Cli& cli, CLI::App* parent);
-void add_join(Cli& cli, CLI::App* parent);
-void add_request(Cli& cli, CLI::App* parent);
-void add_revoke(Cli& cli, CLI::App* parent);
-void add_renew(Cli& cli, CLI::App* parent);
-void add_show(Cli& cli, CLI::App* parent);
 void add_may(Cli& cli, CLI::App* parent);
 void add_audit(Cli& cli, CLI::App* parent);
 
-/// That of --trust, else of RUBICON_TRUST, else of the host.
-std::filesystem::path folder_of(const Settings& settings);
-/// The same, but that of the person where neither names one, and the host has none.
-std::filesystem::path folder_to_show(const Settings& settings);
-/// The folder that a person writes: that of the host for root, else the one in the home directory.
-Result<std::filesystem::path> own_folder(const Settings& settings);
 /// Who may read a key of this host; `for_people` = --people. kRefused: only root gives one to the group. kNotFound:
 /// there is no group.
 Result<rubicon::trust::KeyReaders> key_readers(bool for_people);
@@ -38,18 +23,11 @@ Result<rubicon::trust::KeyReaders> key_readers(bool for_people);
 WallTime now();
 /// Prints the error; its exit code.
 int failed(const Error& error);
-/// With `hint`, after what follows `no permission`.
+/// The same; where root is needed it says so.
 int failed_at(const std::filesystem::path& folder, const Error& error);
-
-/// Names the members of a folder whose certificates cannot be read, with their files, on standard error.
-void put_unreadable(const rubicon::trust::FolderContents& contents);
-/// The same for a command that shows nothing else of the folder.
-void put_unreadable(const std::filesystem::path& folder);
 
 /// `Rubicon 5f1c`, its fingerprint.
 Line as_json(const RealmIdentity& realm);
-/// name, roles, ids, serial, expires
-Line as_json(const tuples::Member& member);
 /// `realm`, `fingerprint`: two lines.
 void put(Output& out, const RealmIdentity& realm);
 

@@ -62,21 +62,14 @@ std::optional<tuples::Member> realm_member(const std::string& name) {
   return member;
 }
 
-/// The member with its roles and ids as the folder of DDS knows it, or the realm of brokers; a name that is in neither
-/// has none.
-tuples::Member member_of(const Settings& settings, const MayOptions& options) {
-  const tuples::Member member{options.name, options.roles};
-  const auto there = rubicon::trust::show(folder_of(settings), now());
-  if (there) {
-    const auto found = std::find_if(there->members.begin(), there->members.end(),
-                                    [&](const auto& one) { return one.member.name == options.name; });
-    put_unreadable(*there);
-    if (found != there->members.end()) return found->member;
-  }
+/// The member with its roles and islands as the realm knows it; a name that is not there has none.
+tuples::Member member_of(const MayOptions& options) {
+  tuples::Member member{options.name, options.roles};
+  if (member.is_unproven()) return member;
   if (auto found = realm_member(options.name)) return std::move(*found);
-  if (there && options.name != tuples::kPeisMember)
-    print_error(fmt::format("{}: not a member in {}; answered for a member without roles{}", options.name,
-                            folder_of(settings).string(), options.roles.empty() ? "" : " but those given"));
+  if (options.name.find(':') == options.name.npos)
+    print_error(fmt::format("{}: no member of the realm in {}; answered for a member without roles{}", options.name,
+                            site::folder_to_show("").string(), options.roles.empty() ? "" : " but those given"));
   return member;
 }
 
@@ -94,7 +87,7 @@ Result<Right> right_asked(const MayOptions& options) {
 
 int answer(Output& out, const Settings& settings, const MayOptions& options, Right right, const Rules& asked) {
   const rules::RightsJudge judge(asked.rights(), nullptr, asked.prefix);
-  const auto decision = judge.explain(member_of(settings, options), right, options.key);
+  const auto decision = judge.explain(member_of(options), right, options.key);
   if (settings.json) {
     Line line{{"name", options.name}, {"right", options.verb}, {"key", options.key}, {"may", decision.allowed}};
     if (decision.rule) line["rule"] = *decision.rule + 1;
@@ -146,10 +139,11 @@ void add_may(Cli& cli, CLI::App* parent) {
        "Asks a running island, or the file of --config. Exit code 3: it may not.\n",
        parent},
       may);
-  app->add_option("NAME", options->name, "name of the member; peis for all components of a PEIS network")->required();
+  app->add_option("NAME", options->name, "name of the member; lan or peis for all components met by DDS or PEIS")
+      ->required();
   app->add_option("RIGHT", options->verb, "read, demand, set, approve or send")->required();
   app->add_option("KEY", options->key, "key of a tuple; for send NETWORK.DEVICE, island:ID or own")->required();
-  app->add_option("--role", options->roles, "role of a member that this folder does not know (may be repeated)")
+  app->add_option("--role", options->roles, "role of a member that the realm does not know (may be repeated)")
       ->allow_extra_args(false);
   options->island.add_to(app);
 }

@@ -134,7 +134,6 @@ std::string AuditFile::why_of(const AuditLine& line) const {
 std::string AuditFile::text_of(const AuditLine& line) const {
   auto text = begin_line(scheduler_.wall_now());
   add_text("who", line.who.name, text);
-  add_text("serial", line.who.serial, text);
   base::append(text, ",\"id\":{}", number(line.component));
   add_text("host", line.host, text);
   add_text("verb", line.verb, text);

@@ -18,14 +18,8 @@ using tuples::Member;
 constexpr const char* kAdmin = "admin";
 constexpr std::string_view kOwn = "own";  // as gateway/message_rights has it
 
-/// A certificate with the name `peis` is not the member that has none. `peis@hall`: by a carrier.
-bool is_peis(const Member& who) {
-  return who.serial.empty() && who.name.substr(0, who.name.find('@')) == tuples::kPeisMember;
-}
-
 bool is_named(const Member& who, std::string_view word) {
-  if (word == tuples::kPeisMember) return is_peis(who);
-  if (is_peis(who)) return false;
+  if (who.is_unproven()) return word == std::string_view(who.name).substr(0, who.name.find('@'));
   if (word == kEverybody || word == who.name) return true;
   if (word.starts_with(kMember)) return word.substr(kMember.size()) == who.name;
   if (word.starts_with(kRole)) return who.has_role(word.substr(kRole.size()));
@@ -57,12 +51,12 @@ Rights::Rights(std::vector<Rule> rules) : rules_(std::move(rules)) {
 }
 
 bool Rights::concerns(const Rule& rule, const Member& who) const {
-  if (only_admins_) return !is_peis(who) && who.has_role(kAdmin);
+  if (only_admins_) return !who.is_unproven() && who.has_role(kAdmin);
   return std::any_of(rule.who.begin(), rule.who.end(), [&](const auto& word) { return is_named(who, word); });
 }
 
 bool Rights::Before::is_before(const Member& a, const Member& b) {
-  const auto one = std::tie(a.name, a.serial, a.roles), other = std::tie(b.name, b.serial, b.roles);
+  const auto one = std::tie(a.name, a.roles), other = std::tie(b.name, b.roles);
   if (one != other) return one < other;
   return std::lexicographical_compare(a.ids.begin(), a.ids.end(), b.ids.begin(), b.ids.end(),
                                       [](const tuples::IdRange& x, const tuples::IdRange& y) {

@@ -62,7 +62,7 @@ Result<void> check_who(std::string_view who) {
   if (who.starts_with(kIsland) ? is_island(who) : named) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
-                          "role:<name>, token:<name>@<member>, everybody, peis, or island:<1 to {}>",
+                          "role:<name>, token:<name>@<member>, everybody, lan, peis, or island:<1 to {}>",
                           model::quoted(who), kMaxIsland));
 }
 

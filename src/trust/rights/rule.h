@@ -51,7 +51,7 @@ inline constexpr std::string_view kUser = "user:", kGroup = "group:", kMember = 
 /// denies it to them for those that match both.
 struct Rule {
   std::vector<std::string>
-      who;  ///< names, roles, names with their source, kEverybody, kIsland with an id, or kPeisMember
+      who;  ///< names, roles, names with their source, kEverybody, kIsland with an id, kLanMember, or kPeisMember
   RightSet may{};
   std::vector<std::string> keys{"**"};
   std::vector<std::string> except{};

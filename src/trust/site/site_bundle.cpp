@@ -79,7 +79,9 @@ Result<SiteBundle> read_site_bundle(std::string_view text) {
   const auto json = model::parse_json(text);
   if (!json.is_object() || !json.contains(kSiteFormName)) return no_site_bundle("is no JSON object of texts");
   if (json[kSiteFormName] == kDdsForm)
-    return fail(ErrorCode::kInvalid, "the bundle: is one of DDS: `rubicon trust dds join` takes it");
+    return fail(
+        ErrorCode::kInvalid,
+        "the bundle: is of the certificates for DDS of an earlier release, expected one of `rubicon trust add`");
   if (json[kSiteFormName] != kSiteForm) return no_site_bundle("has a form that this release does not know");
   SiteBundle bundle;
   std::size_t known = 1;

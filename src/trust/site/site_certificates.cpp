@@ -8,7 +8,7 @@
 #include <cstring>
 #include <ctime>
 
-#include "trust/certificate_parts.h"
+#include "trust/certificate.h"
 #include "trust/site/user_names.h"
 
 namespace rubicon::trust::site {

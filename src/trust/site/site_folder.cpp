@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "trust/certificate_parts.h"
-#include "trust/fingerprint.h"
+#include "trust/certificate.h"
 #include "trust/site/site_certificates.h"
 #include "trust/site/site_place.h"
 #include "trust/site/user_names.h"
@@ -21,6 +20,16 @@ constexpr mode_t kForAll = 0644, kForOwner = 0600, kForPeople = 0640;
 constexpr mode_t kOpenFolder = 0755, kClosedFolder = 0700;
 constexpr std::size_t kLargestKeyFile = 4096;
 constexpr const char* kService = "rubicon";
+
+/// SHA-256 as people compare it. Empty: OpenSSL failed.
+std::string fingerprint_of(std::string_view bytes) {
+  std::array<unsigned char, 32> digest{};
+  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr) != 1) return {};
+  std::string text;
+  for (std::size_t i = 0; i < digest.size(); ++i)
+    text += fmt::format("{}{:02X}", i > 0 && i % 2 == 0 ? " " : "", digest[i]);
+  return text;
+}
 
 std::string folder_of_member(const std::string& user) {
   return "members/" + user;
@@ -52,11 +61,9 @@ Result<void> SiteFolder::check_realm() const {
   if (auto seen = files_.check_exists(kAuthorityFile, {}); !seen && seen.error().code != ErrorCode::kNotFound)
     return seen;
   if (has_realm()) return {};
-  const bool is_of_dds = files_.exists("identity-ca.pem");
   return fail(ErrorCode::kNotFound,
-              fmt::format("{}: has no realm of brokers{}: `rubicon trust init` makes one, `rubicon trust join` takes "
-                          "part in one",
-                          files_.path(""), is_of_dds ? ", but one of DDS (`rubicon trust dds`)" : ""));
+              fmt::format("{}: has no realm: `rubicon trust init` makes one, `rubicon trust join` takes part in one",
+                          files_.path("")));
 }
 
 Result<Certificate> SiteFolder::authority(WallTime now) const {

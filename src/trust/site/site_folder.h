@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "trust/folder_files.h"
-#include "trust/operations.h"
 #include "trust/site/site_realm.h"
 
 namespace rubicon::trust::site {
@@ -68,7 +67,11 @@ class SiteFolder {
   FolderFiles files_;
 };
 
-/// Name and fingerprint (SHA-256 of the certificate).
+/// A realm as people compare it.
+struct RealmIdentity {
+  std::string name;         ///< with its random end: `Rubicon 5f1c`
+  std::string fingerprint;  ///< SHA-256 of the authority: 16 groups of 4 upper-case digits, separated by blanks
+};
 RealmIdentity identity_of(const Certificate& authority);
 
 }  // namespace rubicon::trust::site

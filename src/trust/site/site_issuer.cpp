@@ -1,10 +1,12 @@
 #include "trust/site/site_issuer.h"
 
 #include <fmt/format.h>
+#include <openssl/rand.h>
 
 #include <algorithm>
+#include <array>
 
-#include "trust/realm.h"
+#include "base/printable.h"
 
 namespace rubicon::trust::site {
 
@@ -13,6 +15,29 @@ namespace {
 constexpr mode_t kSecretMode = 0600, kPublicMode = 0644;
 constexpr const char* kPasswordsFile = "ca/passwords";
 constexpr std::size_t kLargestPasswords = 1UL << 20U;
+
+constexpr int kRealmDays = 7305;  // 20 years
+constexpr std::size_t kLongestRealmName = 40;
+
+Result<void> check_realm_name(std::string_view name) {
+  const bool good = !name.empty() && name.size() <= kLongestRealmName && name.front() != ' ' && name.back() != ' ' &&
+                    std::all_of(name.begin(), name.end(), [](char c) {
+                      return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == ' ' ||
+                             c == '-' || c == '_' || c == '.';
+                    });
+  if (good) return {};
+  return fail(ErrorCode::kInvalid, fmt::format("`{}` is no name of a realm: expected 1 to {} letters, digits, blanks, "
+                                               "`-`, `_` and `.`, no blank at the ends",
+                                               base::one_line(name.substr(0, kLongestRealmName)), kLongestRealmName));
+}
+
+/// With a random end: `Rubicon 5f1c`.
+Result<std::string> new_realm_name(const std::string& name) {
+  if (auto checked = check_realm_name(name); !checked) return fail(checked.error());
+  std::array<unsigned char, 2> random{};
+  if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) return openssl_failed("name a realm");
+  return fmt::format("{} {:02x}{:02x}", name, random[0], random[1]);
+}
 
 tl::unexpected<Error> has_site_realm(const SiteFolder& folder) {
   return fail(ErrorCode::kDuplicate,

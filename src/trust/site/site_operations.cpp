@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "trust/id_ranges.h"
+#include "trust/member_names.h"
 #include "trust/site/broker_files.h"
 #include "trust/site/site_bundle.h"
 #include "trust/site/site_issuer.h"

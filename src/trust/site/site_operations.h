@@ -6,14 +6,17 @@
 #include <string_view>
 #include <vector>
 
-#include "trust/operations.h"
 #include "trust/site/brokers.h"
+#include "trust/site/site_folder.h"
 
 namespace rubicon::trust::site {
 
 // What `rubicon trust` does with the realm of brokers. Each function works on a folder (docs/sites.md), takes the time
 // as an argument and leaves files whole. Only one process at a time changes a folder. Errors name the file, what is
 // wrong and what was expected, and hold nothing secret.
+
+inline constexpr int kMemberDays = 730;      ///< life of a certificate of a member unless something else is asked for
+inline constexpr int kMaxMemberDays = 3650;  ///< the longest life
 
 struct SiteInit {
   std::string realm = "Rubicon";     ///< 1..40 letters, digits, blanks, `-`, `_`, `.`; a random end is added
@@ -76,6 +79,8 @@ struct SiteBundleContents {
   bool needs_phrase = false;
 };
 Result<SiteBundleContents> inspect_bundle(std::string_view bundle, WallTime now);
+/// What becomes of a bundle whose certificate ends before that of the same member in the folder.
+enum class Older { kRefuse, kTake };
 /// Writes the member of a bundle into a folder. The folder may be new, or belong to the same realm. kRefused: wrong
 /// phrase, or the member was revoked. kDuplicate: another realm, or an older certificate.
 Result<SiteBundleContents> join_site(const std::filesystem::path& folder, std::string_view bundle,

@@ -9,7 +9,7 @@
 #include "base/text.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
-#include "trust/id_ranges.h"
+#include "trust/member_names.h"
 #include "trust/signed_text.h"
 #include "trust/site/user_names.h"
 

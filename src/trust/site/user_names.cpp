@@ -7,7 +7,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "trust/operations.h"
+#include "trust/member_names.h"
 
 namespace rubicon::trust::site {
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "tuples/dds/writers.h"
 #include "wire.h"
@@ -27,7 +26,7 @@ Qos writer_qos() {
 }  // namespace
 
 Result<std::unique_ptr<Channel>> Channel::make(const Ends& ends, dds_entity_t participant, dds_entity_t topic,
-                                               const dds_listener_t* listener, MayRead may_read) {
+                                               const dds_listener_t* listener) {
   const auto partition = fmt::format("{}.{}", hex_id(ends.source), hex_id(ends.target));
   auto qos = make_qos();
   dds_qset_partition1(qos.get(), partition.c_str());
@@ -35,7 +34,7 @@ Result<std::unique_ptr<Channel>> Channel::make(const Ends& ends, dds_entity_t pa
   if (!publisher) return fail(std::move(publisher.error()));
   auto writer = made(dds_create_writer(publisher->get(), topic, writer_qos().get(), listener), "writer " + partition);
   if (!writer) return fail(std::move(writer.error()));
-  return std::unique_ptr<Channel>(new Channel(ends, std::move(*publisher), std::move(*writer), std::move(may_read)));
+  return std::unique_ptr<Channel>(new Channel(ends, std::move(*publisher), std::move(*writer)));
 }
 
 void Channel::push(Entry entry, std::size_t size) {
@@ -69,32 +68,12 @@ void Channel::add_times(bool asks) {
   asks_ |= asks;
 }
 
-/// Whether the destination is there and all readers are its own. Asks DDS at each call only if readers are checked: one
-/// may come at any time.
 bool Channel::has_readers() {
-  if (matched_ && !may_read_) return true;
+  if (matched_) return true;
   dds_publication_matched_status_t status;
   if (dds_get_publication_matched_status(writer_.get(), &status) != 0) return false;
-  if (may_read_ && status.total_count != readers_checked_) {
-    if (!all_may_read()) return false;
-    readers_checked_ = status.total_count;
-  }
-  matched_ |= status.current_count > 0;
+  matched_ = status.current_count > 0;
   return matched_;
-}
-
-bool Channel::all_may_read() const {
-  std::array<dds_instance_handle_t, 16> readers{};
-  const auto count = dds_get_matched_subscriptions(writer_.get(), readers.data(), readers.size());
-  if (count < 0 || static_cast<std::size_t>(count) > readers.size()) return false;
-  return std::all_of(readers.begin(), readers.begin() + count, [this](dds_instance_handle_t reader) {
-    auto* endpoint = dds_get_matched_subscription_data(writer_.get(), reader);
-    if (!endpoint) return true;  // it went meanwhile
-    GuidPrefix participant{};
-    std::copy_n(std::begin(endpoint->participant_key.v), participant.size(), participant.begin());
-    dds_builtintopic_free_endpoint(endpoint);
-    return may_read_(participant);
-  });
 }
 
 /// Encodes the first entries into the frame and returns their number. Leaves out remote sets whose time to live ended.

@@ -4,7 +4,7 @@
 #include <functional>
 #include <variant>
 
-#include "tuples/dds/dds_trust.h"
+#include "rubicon/tuple.hpp"
 #include "tuples/dds/entity.h"
 #include "tuples/distant/frame_ages.h"
 
@@ -19,13 +19,10 @@ class Channel {
     OwnerId source{}, target{};
     std::uint64_t source_incarnation = 0, target_incarnation = 0;
   };
-  /// Whether the participant may read what is for the destination.
-  using MayRead = std::function<bool(const GuidPrefix& participant)>;
 
   /// `listener`, which must outlive the channel, is called on a thread of DDS when the destination can be reached.
-  /// `may_read`: asked for each reader before the first frame that it would receive; empty = all may.
   static Result<std::unique_ptr<Channel>> make(const Ends& ends, dds_entity_t participant, dds_entity_t topic,
-                                               const dds_listener_t* listener, MayRead may_read = {});
+                                               const dds_listener_t* listener);
 
   /// Entries encoded by a FrameWriter, at most kFrameBytes, or one longer entry.
   void add(Bytes changes);
@@ -39,7 +36,7 @@ class Channel {
   /// With what a frame begins, before each one is written: `asks` as for add_times(). Empty: without times.
   using Times = std::function<distant::FrameTimes(bool asks)>;
   /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
-  /// now, or a reader is there that may not read this: nothing is written until it has gone.
+  /// now.
   State flush(SteadyTime now, const Times& times = {});
 
   /// Approximate number of bytes that wait.
@@ -55,19 +52,16 @@ class Channel {
   };
   using Entry = std::variant<Bytes, TimedSet, Reply>;
 
-  Channel(const Ends& ends, Entity publisher, Entity writer, MayRead may_read)
-      : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)), may_read_(std::move(may_read)) {}
+  Channel(const Ends& ends, Entity publisher, Entity writer)
+      : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)) {}
   bool has_readers();
-  bool all_may_read() const;
   std::size_t fill(SteadyTime now, const Times& times);
   bool write();
   void push(Entry entry, std::size_t size);
 
   Ends ends_;
   Entity publisher_, writer_;
-  MayRead may_read_;
   bool matched_ = false;
-  std::uint32_t readers_checked_ = 0;  ///< of all that were ever matched
   std::deque<std::pair<Entry, std::size_t>> entries_;
   std::size_t waiting_ = 0;
   bool times_due_ = false, asks_ = false;

@@ -20,11 +20,6 @@ constexpr std::size_t kMaxLength = 500;  // of a message
 thread_local CycloneLog::Capture* capture = nullptr;
 CycloneLog* latest = nullptr;  // used on the loop's thread only
 
-/// Cyclone 0.10.2 says so before the handshake of each pair.
-bool is_harmless(const std::string& text, bool has_trust) {
-  return has_trust && text.find("Remote secure participant") != text.npos;
-}
-
 /// What a message of Cyclone 0.10.2 means, by a part of it.
 struct Meaning {
   std::string_view part, text;
@@ -37,12 +32,7 @@ constexpr std::array kMeanings{
     Meaning{"tcp accept failed", "a TCP connection could not be accepted"},
     Meaning{"tcp failed to connect", "a TCP connection could not be opened"},
     Meaning{"socket receive buffer", "the system's socket buffers are small: bursts may lose packets"},
-    Meaning{"failed to increase socket", "the system's socket buffers are small: bursts may lose packets"},
-    Meaning{"andshake", "another component did not prove who it is"},
-    Meaning{"decoding rtps message", "a protected packet that this process cannot read was dropped"},
-    Meaning{"decode_payload", "a protected packet that this process cannot read was dropped"},
-    Meaning{"Payload decoding failed", "a protected packet that this process cannot read was dropped"},
-    Meaning{"Submsg encoding failed", "a protected packet could not be written"}};
+    Meaning{"failed to increase socket", "the system's socket buffers are small: bursts may lose packets"}};
 
 /// The meaning first, if we know it; the words of Cyclone are for who looks for them.
 std::string explained(const std::string& text) {
@@ -62,15 +52,14 @@ std::string message_of(const dds_log_data_t& data) {
 }  // namespace
 
 struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
-  Shared(Scheduler& loop, DdsEcology::Post to, base::LogSink& sink, bool trusts)
-      : scheduler(loop), post(std::move(to)), log(sink, "dds"), has_trust(trusts) {}
+  Shared(Scheduler& loop, DdsEcology::Post to, base::LogSink& sink)
+      : scheduler(loop), post(std::move(to)), log(sink, "dds") {}
 
   void take(std::string text) {
     if (capture) {
       capture->text += (capture->text.empty() ? "" : "; ") + text;
       return;
     }
-    if (is_harmless(text, has_trust)) return;
     if (pending.fetch_add(1) >= kMaxPending) {
       --pending;
       return;
@@ -90,14 +79,13 @@ struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
   Scheduler& scheduler;
   DdsEcology::Post post;
   Log log;
-  const bool has_trust;
   base::RateLimit limit;
   std::atomic<int> pending{0};
   bool alive = true;  // used on the loop's thread only
 };
 
-CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log, bool has_trust)
-    : shared_(std::make_shared<Shared>(scheduler, std::move(post), log, has_trust)) {
+CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log)
+    : shared_(std::make_shared<Shared>(scheduler, std::move(post), log)) {
   latest = this;
   dds_set_log_sink(
       [](void* shared, const dds_log_data_t* data) {

@@ -14,7 +14,7 @@ namespace rubicon::tuples::dds {
 /// CycloneLog receives the messages.
 class CycloneLog {
  public:
-  CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log, bool has_trust);
+  CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log);
   ~CycloneLog();
   CycloneLog(const CycloneLog&) = delete;
   CycloneLog& operator=(const CycloneLog&) = delete;

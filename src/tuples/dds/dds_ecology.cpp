@@ -10,15 +10,9 @@
 #include "base/local_time.h"
 #include "tuples/dds/cyclone_log.h"
 #include "tuples/dds/dds_link.h"
+#include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/heard_lists.h"
-#include "tuples/dds/host.h"
-#include "tuples/dds/refusals.h"
-#include "tuples/dds/secure_participant.h"
-#include "tuples/dds/shield.h"
-#include "tuples/dds/silent_participants.h"
 #include "tuples/host_policy.h"
-#include "tuples/member_ids.h"
 
 namespace rubicon::tuples::dds {
 
@@ -26,61 +20,28 @@ struct DdsEcology::Impl {
   Impl(DdsOptions options, Scheduler& scheduler, Post post, base::LogSink& sink, std::function<Duration()> since_boot)
       : shared{std::move(options), scheduler, std::move(post), sink, std::move(since_boot)},
         log(sink, "dds"),
-        limited_log(log, scheduler) {
-    if (!shared.options.trust) return;
-    shield.emplace(shared.options.trust);
-    if (!Shield::is_first())
-      log.warning(
-          "DDS: this program loads libddsc before Rubicon: packets of strangers can end members in it. Link librubicon "
-          "before libddsc");
-    shared.known_later = [this] { enter_again(Duration(0)); };
-    shared.identities = std::make_shared<Identities>(shared.options.trust);
-    shared.catch_up = std::make_shared<CatchUp>(scheduler, shared.options.lease);
-    shared.heard_revoked = [this](const std::string& member, std::string_view list) { hear_revoked(member, list); };
-    shared.options.trust->watch_revoked([this] { renounce(); });
-    shared.options.trust->watch_refused([this](const DdsTrust::Refusal& refusal) { refusals.take(refusal); });
-    shared.refused_peers = [this] { return refusals.peers(); };
-  }
-  ~Impl() {
-    if (!shared.options.trust) return;
-    shared.options.trust->watch_revoked({});
-    shared.options.trust->watch_refused({});
-  }
+        limited_log(log, scheduler) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   Result<void> enter();
   Result<Entity> make_participant(OwnerId id);
-  Result<void> may_join(OwnerId id) const;
-  Result<bool> renew();
   void leave();
   Result<void> bring_back(DdsLink& link);
   Result<void> come_back();
   void retry();
   void enter_again(Duration pause);
-  void watch_end();
   void watch_clock();
-  void hear_revoked(const std::string& member, std::string_view signed_list);
-  void check_revoked(std::string list, const std::string& member);
-  void renounce();
   template <class Call>
   void each_link(Call call);
 
   DdsLink::Shared shared;
-  std::optional<Shield> shield;  ///< outlives the domain
   Log log;
   base::LimitedLog limited_log;
   std::unique_ptr<CycloneLog> cyclone_log;  // outlives the domain, which may log when it is deleted
-  DdsTrust::Documents documents;            ///< those that the domain was made with
-  Member own;                               ///< by them
   Entity domain;
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
-  std::set<std::string, std::less<>> lists_refused;  ///< the last lists of revoked certificates that were of no use
-  HeardLists lists_heard{shared.scheduler, [this](std::string list, const std::string& member) {
-                           check_revoked(std::move(list), member);
-                         }};
-  Refusals refusals{shared.scheduler, shared.post, shared.log};
-  Timer end_timer, retry_timer, again_timer, clock_timer;
+  Timer retry_timer, again_timer, clock_timer;
 };
 
 namespace {
@@ -118,35 +79,13 @@ Result<Entity> make_domain(const DdsOptions& options, Log log) {
   return fail(cannot_open(options, code, capture.text));
 }
 
-Error ended(const Member& own) {
-  return {ErrorCode::kExpired, fmt::format("the certificate of '{}' ended at {}", own.name,
-                                           base::utc_text(own.expires, "%Y-%m-%dT%H:%M:%SZ"))};
-}
-
-bool has_end(const Member& own) {
-  return own.expires != WallTime{};
-}
-
 /// Pause before trying again to enter the domain.
 constexpr Duration kRetryPause = std::chrono::seconds(5);
-/// A member that is revoked reads what it read, presence and subscriptions, until the domain is made again. The list
-/// reaches the others before.
-constexpr Duration kSpread = std::chrono::seconds(1);
-/// The clock of the wall may be set meanwhile.
-constexpr Duration kLongestWatch = std::chrono::seconds(60);
-constexpr std::size_t kMaxListsRefused = 16;
-
 }  // namespace
 
-/// The documents first: their errors name a file.
+/// With the interfaces that the host has now.
 Result<void> DdsEcology::Impl::enter() {
-  if (shared.options.trust) {
-    auto read = shared.options.trust->documents();
-    if (!read) return fail(std::move(read.error()));
-    documents = std::move(*read);
-    own = shared.options.trust->own();
-    if (has_end(own) && own.expires <= shared.scheduler.wall_now()) return fail(ended(own));
-  }
+  if (auto good = check_interfaces(shared.options, transport::interfaces()); !good) return good;
   auto made_domain = make_domain(shared.options, log);
   if (!made_domain) return fail(std::move(made_domain.error()));
   domain = std::move(*made_domain);
@@ -154,22 +93,11 @@ Result<void> DdsEcology::Impl::enter() {
 }
 
 Result<Entity> DdsEcology::Impl::make_participant(OwnerId id) {
-  const auto& trust = shared.options.trust;
-  const auto qos = trust ? make_secure_qos(documents, trust->guard_library()) : Qos();
   const CycloneLog::Capture capture;
-  auto participant = made(dds_create_participant(shared.options.domain, qos.get(), nullptr),
+  auto participant = made(dds_create_participant(shared.options.domain, nullptr, nullptr),
                           fmt::format("participant of component {}", number(id)));
   if (!participant) return fail(with_reason(std::move(participant.error()), capture.text));
-  if (shared.identities) shared.identities->add_own(prefix_of_own(participant->get()));
   return participant;
-}
-
-Result<void> DdsEcology::Impl::may_join(OwnerId id) const {
-  if (!shared.options.trust) return {};
-  if (own.may_use(id)) return {};
-  return fail(ErrorCode::kRefused,
-              fmt::format("component {} (hexadecimal {}) cannot take part: the certificate of '{}' has the ids {}",
-                          number(id), hex_id(id), own.name, text_of_ids(own)));
 }
 
 /// A call may end links.
@@ -181,32 +109,11 @@ void DdsEcology::Impl::each_link(Call call) {
 }
 
 void DdsEcology::Impl::leave() {
-  end_timer.cancel();
   each_link([](DdsLink& link) { link.suspend(); });
   domain.reset();
-  if (shared.identities) shared.identities->clear_own();
-}
-
-Result<bool> DdsEcology::Impl::renew() {
-  const auto& trust = shared.options.trust;
-  if (!trust) return false;
-  const auto revoked = trust->revoked();
-  auto read = trust->documents();
-  const bool is_same = domain && read && !read->contents.empty() && read->contents == documents.contents;
-  if (domain && (!read || is_same) && trust->revoked() != revoked) renounce();
-  if (!read) return fail(std::move(read.error()));
-  if (is_same) return false;
-  retry_timer.cancel();
-  again_timer.cancel();
-  leave();
-  auto done = come_back();
-  if (!done) retry();
-  if (!done) return fail(std::move(done.error()));
-  return true;
 }
 
 Result<void> DdsEcology::Impl::bring_back(DdsLink& link) {
-  if (auto may = may_join(link.id()); !may) return may;
   auto participant = make_participant(link.id());
   if (!participant) return fail(std::move(participant.error()));
   return link.resume(std::move(*participant));
@@ -218,7 +125,6 @@ Result<void> DdsEcology::Impl::come_back() {
   each_link([&](DdsLink& link) {
     if (all) all = bring_back(link);
   });
-  if (all) watch_end();
   if (!all) leave();
   return all;
 }
@@ -226,46 +132,23 @@ Result<void> DdsEcology::Impl::come_back() {
 void DdsEcology::Impl::retry() {
   retry_timer = shared.scheduler.after(kRetryPause, [this] {
     const auto done = come_back();
-    if (done && shared.catch_up) shared.catch_up->begin();
     if (done) return log.info("this process is in the ecology again");
     limited_log.error("outside", done.error().text);
     retry();
   });
 }
 
-/// Others are lost for half a second, as in a renewal. With a file that cannot be read now this process could not come
-/// back: it stays until the file is there again. If it was revoked itself, it leaves.
+/// Others are lost for half a second.
 void DdsEcology::Impl::enter_again(Duration pause) {
   if (again_timer.pending()) return;
   again_timer = shared.scheduler.after(pause, [this] {
     if (!domain) return;
-    const auto& trust = shared.options.trust;
-    if (const auto read = trust ? trust->documents() : DdsTrust::Documents{}; !read && !trust->is_revoked()) {
-      limited_log.error("documents", read.error().text + "; this process goes on with what it has read before");
-      return enter_again(kRetryPause);
-    }
     leave();
     if (const auto done = come_back(); !done) {
       limited_log.error("outside", done.error().text);
       retry();
     }
   });
-}
-
-/// Cyclone does not tell: others lose this process at that second, and its writers go on as if nothing was. It comes
-/// back by itself with a new certificate, and if it was the clock that was wrong.
-void DdsEcology::Impl::watch_end() {
-  if (!shared.options.trust || !has_end(own)) return;
-  const Duration left = own.expires - shared.scheduler.wall_now();
-  if (left > Duration(0)) {
-    each_link([](DdsLink& link) { link.forget_members(); });  // theirs may have ended, also because the clock was set
-    end_timer = shared.scheduler.after(std::min(left, kLongestWatch), [this] { watch_end(); });
-    return;
-  }
-  log.error(fmt::format("{}: this process left the ecology. Renew it (rubicon trust dds renew {})", ended(own).text,
-                        own.name));
-  leave();
-  retry();
 }
 
 /// Others ignore components that started before the clock of their host was set. When it is set, the links enter again,
@@ -278,32 +161,12 @@ void DdsEcology::Impl::watch_clock() {
   });
 }
 
-void DdsEcology::Impl::hear_revoked(const std::string& member, std::string_view signed_list) {
-  if (signed_list == shared.options.trust->revoked() || lists_refused.contains(signed_list)) return;
-  lists_heard.hear(member, signed_list);
-}
-
-void DdsEcology::Impl::check_revoked(std::string list, const std::string& member) {
-  if (shared.options.trust->take_revoked(list, member)) return renounce();
-  if (lists_refused.size() >= kMaxListsRefused) lists_refused.clear();
-  lists_refused.insert(std::move(list));
-}
-
-void DdsEcology::Impl::renounce() {
-  lists_refused.clear();
-  bool some_lost = false;
-  each_link([&](DdsLink& link) { some_lost |= link.renounce(); });
-  const auto& trust = *shared.options.trust;
-  if (some_lost || trust.meets_revoked() || trust.is_revoked()) enter_again(kSpread);
-}
-
 DdsEcology::DdsEcology(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
                                                      base::LogSink& log, std::function<Duration()> since_boot) {
-  if (auto good = check_interfaces(options, transport::interfaces()); !good) return fail(std::move(good.error()));
-  auto cyclone_log = std::make_unique<CycloneLog>(scheduler, post, log, options.trust != nullptr);
+  auto cyclone_log = std::make_unique<CycloneLog>(scheduler, post, log);
   std::vector<std::string> unknown;
   options.peers = with_addresses(std::move(options.peers), scheduler, kResolveTimeout, unknown);
   for (const auto& peer : unknown) {
@@ -317,7 +180,6 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
   auto impl = std::make_unique<Impl>(std::move(options), scheduler, std::move(post), log, std::move(since_boot));
   impl->cyclone_log = std::move(cyclone_log);
   if (auto entered = impl->enter(); !entered) return fail(std::move(entered.error()));
-  impl->watch_end();
   return std::unique_ptr<DdsEcology>(new DdsEcology(std::move(impl)));
 }
 
@@ -328,7 +190,6 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
-  if (auto may = impl_->may_join(who.id); !may) return fail(std::move(may.error()));
   if (!HostPolicy::check_clock(impl_->shared.scheduler.wall_now())) impl_->watch_clock();
   if (!impl_->domain) return fail(ErrorCode::kIo, "DDS: this process is outside of the ecology at the moment");
   auto participant = impl_->make_participant(who.id);
@@ -339,8 +200,8 @@ Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
   return std::move(*link);
 }
 
-Result<bool> DdsEcology::renew() {
-  return impl_->renew();
+void DdsEcology::enter_again() {
+  impl_->enter_again(Duration(0));
 }
 
 bool DdsEcology::expects_components() const {
@@ -353,7 +214,7 @@ std::vector<ComponentStart> DdsEcology::component_starts() const {
 }
 
 std::size_t DdsEcology::silent_participants() const {
-  std::set<GuidPrefix> all, known;
+  std::set<Participant> all, known;
   for (const auto* link : impl_->shared.links) {
     all.merge(participants_in_domain(link->participant()));
     known.merge(link->participants_with_components());

@@ -20,15 +20,13 @@ class DdsEcology final : public StandInEcology {
   using Post = std::function<void(std::function<void()>)>;
 
   /// kBusy: this process has one in that domain; kIo: the network cannot be used as configured;
-  /// the text has the reason from DDS. With trust also the errors of DdsTrust::documents(), and kIo with the reason if
-  /// the domain does not accept them. `since_boot`: the age of frames counts by it.
+  /// the text has the reason from DDS. `since_boot`: the age of frames counts by it.
   static Result<std::unique_ptr<DdsEcology>> open(DdsOptions options, Scheduler& scheduler, Post post,
                                                   base::LogSink& log,
                                                   std::function<Duration()> since_boot = base::since_boot);
   ~DdsEcology() override;
 
-  /// The component is seen by others from the link's attach() on. kIo as for open(). kRefused: the certificate of this
-  /// process does not have the id.
+  /// The component is seen by others from the link's attach() on. kIo as for open().
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
   Result<std::unique_ptr<Link>> join_as(StandIn who) override;
 
@@ -36,20 +34,18 @@ class DdsEcology final : public StandInEcology {
   /// and used before. That component should end, so that all others see the same one.
   void watch_displaced(std::function<void(OwnerId)> call);
 
-  /// Reads the documents of trust again. If they are not those of the domain, all links leave it, it is made again with
-  /// them, and the links enter it: true. Tuples and subscriptions stay, and requests wait; others are lost for half a
-  /// second. False: nothing changed, or there is no trust. With the errors of documents() everything stays as it is.
-  /// After those of open() the links are outside, and it is tried again every few seconds, as after the end of the
-  /// certificate. Not to be called from a call of a link or a space.
-  Result<bool> renew();
+  /// All links leave the domain, it is made again with the interfaces as they are now, and the links enter it with new
+  /// participants, in a later turn. Own tuples and subscriptions stay; others are lost until they are met again. If the
+  /// domain cannot be opened, the links are outside, and it is tried again every few seconds.
+  void enter_again();
 
   /// Whether components were found whose presence has not arrived yet.
   bool expects_components() const;
 
   /// The component starts that the links of this process observed, including ignored ones.
   std::vector<ComponentStart> component_starts() const;
-  /// How many participants of the domain show no component to the links of this process: with trust if this process has
-  /// none, and the other way round, or other programs than ours.
+  /// How many participants of the domain show no component to the links of this process: other programs than ours, or
+  /// releases that had certificates for DDS.
   std::size_t silent_participants() const;
 
  private:

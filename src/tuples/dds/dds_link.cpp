@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "transport/host_name.h"
-#include "tuples/dds/reading_judge.h"
 #include "tuples/host_policy.h"
 #include "tuples/member_policy.h"
 #include "wire.h"
@@ -34,8 +33,8 @@ rubicon_wire_Interest interest_of(OwnerId id, std::uint64_t incarnation, std::ui
 }
 
 std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const DdsOptions& options, const Log& log) {
-  if (!options.trust) return std::make_unique<HostPolicy>(self, transport::host_id("host"), options.trust_lan, log);
-  return std::make_unique<MemberPolicy>(self, options.judge ? options.judge : std::make_shared<ReadingJudge>());
+  if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge);
+  return std::make_unique<HostPolicy>(self, transport::host_id("host"), options.trust_lan, log);
 }
 
 /// Estimated size of an entry, with its numbers.
@@ -48,7 +47,6 @@ std::size_t size_of(const Change& change) {
 DdsLink::DdsLink(StandIn who, Entity participant, Shared& shared)
     : self_(who.id),
       shared_(shared),
-      identities_(shared.identities),
       scheduler_(shared.scheduler),
       log_(shared.log, "dds"),
       limited_log_(log_, scheduler_),
@@ -61,7 +59,7 @@ DdsLink::DdsLink(StandIn who, Entity participant, Shared& shared)
       id_conflicts_(self_, scheduler_, lease_, log_,
                     {[this](std::uint64_t incarnation) {
                        return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(),
-                                            frame_topic_.get(), signal_.listener(Signal::kWriter), readers_of(self_));
+                                            frame_topic_.get(), signal_.listener(Signal::kWriter));
                      },
                      std::move(who.displaced), carrier_of(host_) == model::kNoOwner}) {
   shared_.links.insert(this);
@@ -85,8 +83,7 @@ void DdsLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   incarnation_ = std::max(incarnation, incarnation_ + 1);
   if (!participant_) return;  // resume() does the rest
   id_conflicts_.begin(incarnation_);
-  revoked_unwritten_ = identities_ != nullptr;
-  if (!write_presence() || revoked_unwritten_) retry_flush();
+  if (!write_presence()) retry_flush();
   for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);
 }
 
@@ -112,6 +109,9 @@ Result<void> DdsLink::make_topics() {
   auto done = make_one(presence_topic_, &rubicon_wire_Presence_desc, "rubicon_presence");
   if (done) done = make_one(interest_topic_, &rubicon_wire_Interest_desc, "rubicon_interests");
   if (done) done = make_one(frame_topic_, &rubicon_wire_Frame_desc, "rubicon_frames");
+  if (done && (!bound_presences(presence_topic_.get(), presence_quota_) ||
+               !bound_interests(interest_topic_.get(), interest_quota_)))
+    return fail(ErrorCode::kIo, "DDS does not bound what it keeps of others");
   return done;
 }
 
@@ -134,17 +134,16 @@ Result<void> DdsLink::make_readers() {
     entity = std::move(*reader);
     return {};
   };
-  const auto make_guarded = [&](Entity& entity, const char* what, GuardedStore& store, const Entity& topic,
-                                Signal::Source source) {
+  const auto make_kept = [&](Entity& entity, const char* what, const Entity& topic, Signal::Source source) {
     return make_one(
         entity, what,
-        store.make_reader(all_subscriber_.get(), topic.get(), make_kept_qos().get(), signal_.listener(source)));
+        dds_create_reader(all_subscriber_.get(), topic.get(), make_kept_qos().get(), signal_.listener(source)));
   };
   auto done = make_one(
       frame_reader_, "frames",
       dds_create_reader(frame_subscriber_.get(), frame_topic_.get(), frames.get(), signal_.listener(Signal::kFrames)));
-  if (done) done = make_guarded(interest_reader_, "interests", interest_store_, interest_topic_, Signal::kInterests);
-  if (done) done = make_guarded(presence_reader_, "presence", presence_store_, presence_topic_, Signal::kPresence);
+  if (done) done = make_kept(interest_reader_, "interests", interest_topic_, Signal::kInterests);
+  if (done) done = make_kept(presence_reader_, "presence", presence_topic_, Signal::kPresence);
   return done;
 }
 
@@ -178,9 +177,7 @@ Result<void> DdsLink::make_writers() {
   if (!done) return done;
   dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
   // Components of version 1 read in the default partition only: they should see that another version is there.
-  const std::vector<std::string> seen_by_all{own, ""};
-  return make_one(presence_publisher_, presence_writer_, "presence", presence_topic_, qos,
-                  identities_ ? std::vector{own} : seen_by_all);
+  return make_one(presence_publisher_, presence_writer_, "presence", presence_topic_, qos, {own, ""});
 }
 
 bool DdsLink::write_presence() {
@@ -201,8 +198,6 @@ void DdsLink::leave() {
   listener_ = nullptr;
   flush_retry_.clear();
   forget_own();
-  waiting_timer_.cancel();
-  replies_.clear();
   if (!participant_) {
     peers_.clear();
     return gone_.clear();
@@ -253,7 +248,7 @@ void DdsLink::forget_own() {
 Channel* DdsLink::channel_to(OwnerId id, Peer& peer) {
   if (peer.channel) return peer.channel.get();
   auto channel = Channel::make({self_, id, incarnation_, peer.incarnation}, participant_.get(), frame_topic_.get(),
-                               signal_.listener(Signal::kWriter), readers_of(id));
+                               signal_.listener(Signal::kWriter));
   if (!channel) {
     warn("channel", channel.error().text);
     return nullptr;
@@ -295,12 +290,11 @@ void DdsLink::flush(Peer& peer) {
 
 Result<void> DdsLink::remote_set(const RemoteSet& set) {
   auto* peer = find_up(set.owner);
-  if (!peer) return hold(set);
+  if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
   auto* channel = channel_to(set.owner, *peer);
   if (!channel || channel->waiting() > kMaxSetsWaiting)
     return fail(ErrorCode::kBusy,
                 fmt::format("component {} does not accept requests at the moment", number(set.owner)));
-  if (identities_) keep(*peer, set);
   channel->add(set, scheduler_.now());
   flush_soon_.request();
   return {};
@@ -308,7 +302,6 @@ Result<void> DdsLink::remote_set(const RemoteSet& set) {
 
 /// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
 void DdsLink::reply(const Reply& reply) {
-  if (identities_) replies_.answered(reply);
   auto* peer = find_up(reply.to);
   auto* channel = peer ? channel_to(reply.to, *peer) : nullptr;
   if (!channel) return;
@@ -377,8 +370,7 @@ void DdsLink::retry_flush() {
 
 void DdsLink::flush() {
   if (!listener_ || !participant_) return;
-  bool full = (revoked_unwritten_ && !write_revoked()), more = false;
-  full |= !flush_slots();
+  bool full = !flush_slots(), more = false;
   if (presence_unwritten_) full |= !write_presence();
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;

@@ -8,13 +8,10 @@
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "base/paced_call.h"
-#include "tuples/dds/catch_up.h"
 #include "tuples/dds/dds_ecology.h"
-#include "tuples/dds/early_frames.h"
-#include "tuples/dds/early_sets.h"
-#include "tuples/dds/guarded_store.h"
+#include "tuples/dds/early.h"
 #include "tuples/dds/id_conflicts.h"
-#include "tuples/dds/identities.h"
+#include "tuples/dds/instance_quota.h"
 #include "tuples/dds/interests.h"
 #include "tuples/dds/peer.h"
 #include "tuples/dds/signal.h"
@@ -34,15 +31,6 @@ class DdsLink final : public Link, private distant::FrameReader {
     base::LogSink& log;
     std::function<Duration()> since_boot = base::since_boot;
     std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
-    std::shared_ptr<Identities> identities = nullptr;  ///< null: without trust
-    std::shared_ptr<CatchUp> catch_up = nullptr;       ///< the same
-    /// Receives the list of revoked certificates that another member publishes, with its name. It may call renounce().
-    std::function<void(const std::string& member, std::string_view signed_list)> heard_revoked = {};
-    /// One that was refused because it was not known is known now: the domain has to be made again to hear what it
-    /// said.
-    std::function<void()> known_later = {};
-    /// With trust: how many peers the guard refused since the start.
-    std::function<std::uint64_t()> refused_peers = {};
     std::set<DdsLink*> links = {};  ///< all of them
   };
 
@@ -54,21 +42,18 @@ class DdsLink final : public Link, private distant::FrameReader {
 
   /// Whether a writer of a presence is matched that has brought none yet.
   bool expects_presence() const;
-  /// Whose presence it may read, and its own participant.
-  std::set<GuidPrefix> participants_with_components() const;
+  /// Those that have a component as far as this link sees, its own one too.
+  std::set<Participant> participants_with_components() const;
   dds_entity_t participant() const { return participant_.get(); }
 
-  // -- trust (dds_link_trust.cpp)
+  // -- another participant for the same component (dds_link_renewal.cpp)
   OwnerId id() const { return self_; }
   /// Leaves the domain, with all DDS entities. The listener sees that all others are lost; what it asks for meanwhile
   /// is kept.
   void suspend();
-  /// Enters a domain that was made again.
+  /// Enters with a participant of a domain that was made again. Subscriptions and own tuples are as before; for others
+  /// it is a component that was lost for a moment.
   Result<void> resume(Entity participant);
-  /// Others were revoked: they are lost at once. Publishes the list. True: some were here.
-  bool renounce();
-  /// Asks again who stands behind each writer.
-  void forget_members() { writers_.forget_members(); }
 
   void attach(LinkListener& listener, std::uint64_t incarnation) override;
   void detach() override { leave(); }
@@ -80,7 +65,6 @@ class DdsLink final : public Link, private distant::FrameReader {
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
   PeerPolicy& policy() override { return *policy_; }
-  void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
 
  private:
   DdsLink(StandIn who, Entity participant, Shared& shared);
@@ -113,8 +97,10 @@ class DdsLink final : public Link, private distant::FrameReader {
   };
   /// At most about kSamples; true: more may be waiting.
   bool take_presences();
+  bool may_end(const PresenceNews& news) const;
   bool accepts(const PresenceNews& news);
   void on_presence(const PresenceNews& news);
+  PeerIdentity identity_of(OwnerId id, std::uint64_t incarnation, const Peer::Start& start) const;
   void add_start(Peer& peer, const PresenceNews& news);
   Peer::Starts::iterator excess_start(Peer& peer, std::uint64_t newcomer);
   void remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start);
@@ -153,30 +139,9 @@ class DdsLink final : public Link, private distant::FrameReader {
   Duration left_of(const Peer& peer, const EarlySets::One& one) const;
   void send_times(OwnerId id, Peer& peer, bool asks);
 
-  // -- trust (dds_link_trust.cpp)
-  /// The slot of the interests that has the signed list.
-  static constexpr std::uint32_t kRevokedSlot = 0xffffffff;
-  static constexpr std::size_t kMaxRevoked = 1024UL * 1024;  ///< bytes of a signed list; longer ones are dropped
-  const Writer* origin_of(dds_entity_t reader, dds_instance_handle_t publication);
-  PeerIdentity identity_of(OwnerId id, std::uint64_t incarnation, const Peer::Start& start) const;
+  // -- another participant (dds_link_renewal.cpp)
   void correct_start();
   void delete_while_reading(const std::function<void()>& remove) const;
-  void await(Peer& peer, PeerEvent event);
-  void end_waiting();
-  bool keep(Peer& peer, const RemoteSet& set);
-  Result<void> hold(const RemoteSet& set);
-  void send_again(OwnerId id, Peer& peer);
-  void repeat_reply(Peer& peer, std::uint64_t request);
-  /// The last list of revoked certificates of each member.
-  using HeardRevoked = std::map<std::string, std::string>;
-  void hear_revoked(const HeardRevoked& lists);
-  bool write_revoked();
-  bool may_use(const Writer& writer, OwnerId source);
-  void report_false_claims();
-  void note_unknown(const GuidPrefix& who);
-  void look_at_unknown();
-  Channel::MayRead readers_of(OwnerId target);
-  void drop_foreign(OwnerId id, Peer& peer);
 
   Channel* channel_to(OwnerId id, Peer& peer);
   Peer* find_up(OwnerId id);
@@ -193,7 +158,6 @@ class DdsLink final : public Link, private distant::FrameReader {
 
   OwnerId self_;
   Shared& shared_;
-  std::shared_ptr<Identities> identities_;  ///< null: without trust
   Scheduler& scheduler_;
   Log log_;
   base::LimitedLog limited_log_;
@@ -202,13 +166,10 @@ class DdsLink final : public Link, private distant::FrameReader {
   std::unique_ptr<PeerPolicy> policy_;
   std::shared_ptr<ComponentStarts> starts_;
   std::string summary_;
-  bool presence_unwritten_ = false, revoked_unwritten_ = false;
+  bool presence_unwritten_ = false;
   Signal signal_;
-  InstanceQuota presence_quota_{2 * Participants::kMaxComponents};  // these outlive the readers
+  InstanceQuota presence_quota_{2 * Participants::kMaxComponents};  // these outlive the topics
   InstanceQuota interest_quota_{Interests::kMaxOfOne};
-  Claims presence_claims_{identities_, [this] { signal_.raise(Signal::kClaims); }};
-  Claims interest_claims_{identities_, [this] { signal_.raise(Signal::kClaims); }};
-  GuardedStore presence_store_{presence_quota_, &presence_claims_}, interest_store_{interest_quota_, &interest_claims_};
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity all_subscriber_, presence_reader_, interest_reader_, frame_subscriber_, frame_reader_;
   Entity presence_publisher_, presence_writer_, interest_publisher_, interest_writer_;
@@ -216,21 +177,17 @@ class DdsLink final : public Link, private distant::FrameReader {
   std::uint64_t incarnation_ = 0;
   std::map<OwnerId, Peer> peers_;
   std::uint64_t starts_seen_ = 0;
-  std::uint32_t unmatched_seen_ = 0;  ///< of the publications of presence
-  std::uint64_t false_frames_ = 0;
-  std::map<GuidPrefix, SteadyTime> unknown_;  ///< refused because they are not known; until when they are looked at
-  Timer unknown_timer_;
+  std::uint32_t unmatched_seen_ = 0;                ///< of the publications of presence
   std::map<std::uint32_t, Bytes> slots_;            ///< contents; empty = no subscription
   std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
   std::set<std::uint32_t> free_slots_, unwritten_slots_;
   std::deque<OwnerId> gone_;  ///< of peers_, in the order in which they went down
-  RecentReplies replies_;     ///< to requests of the present starts
   Writers writers_;
   Participants participants_;
   Interests interests_{participants_};
   EarlyFrames early_frames_;
   EarlySets early_sets_;
-  Timer early_timer_, early_sets_timer_, waiting_timer_;
+  Timer early_timer_, early_sets_timer_;
   IdConflicts id_conflicts_;
   OwnerId reading_from_{};
   std::optional<Duration> reading_sent_;  ///< when the present frame was sent, by the clock of its sender

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 #include "tuples/dds/dds_link.h"
-#include "tuples/dds/secure_participant.h"
-#include "tuples/dds/silent_participants.h"
-#include "tuples/dds/take_samples.h"
+#include "tuples/host_policy.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -34,16 +32,16 @@ bool DdsLink::take_presences() {
         one.there = info.instance_state == DDS_IST_ALIVE;
         one.left = info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED;
         if (one.there) {
-          const auto* writer = info.valid_data ? origin_of(presence_reader_.get(), info.publication_handle) : nullptr;
+          const auto* writer =
+              info.valid_data ? writers_.find(presence_reader_.get(), info.publication_handle) : nullptr;
           if (!writer) return;
           one.version = sample.version;
           one.start.participant = writer->participant;
-          one.start.member = writer->member;
           one.start.host = text_of(sample.host, kMaxHostLength);
           one.start.summary = text_of(sample.summary, kMaxSummary + 1);
           if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
         } else {
-          presence_quota_.release(info.publication_handle, info.instance_handle);
+          presence_quota_.ended(info.publication_handle, info.instance_handle);
         }
         news.push_back(std::move(one));
       });
@@ -53,7 +51,7 @@ bool DdsLink::take_presences() {
   for (const auto& one : news) {
     if (listener_ && accepts(one)) on_presence(one);
   }
-  if (listener_ && identities_) end_unmatched();
+  if (listener_) end_unmatched();
   drop_gone_peers();
   return count >= kSamples;
 }
@@ -64,6 +62,15 @@ bool DdsLink::expects_presence() const {
   return std::any_of(there.begin(), there.end(), [this](auto publication) { return !writers_.knows(publication); });
 }
 
+/// DDS lets each writer end an instance: of a start that is known only the publications that showed it count.
+bool DdsLink::may_end(const PresenceNews& news) const {
+  const auto peer = peers_.find(news.who.first);
+  if (peer == peers_.end()) return true;
+  const auto start = peer->second.alive.find(news.who.second);
+  if (start == peer->second.alive.end() || start->second.publication == news.start.publication) return true;
+  return start->second.heir && start->second.heir->publication == news.start.publication;
+}
+
 /// Records the start; false if its component is ignored.
 bool DdsLink::accepts(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
@@ -71,22 +78,31 @@ bool DdsLink::accepts(const PresenceNews& news) {
     presence_quota_.ban(news.start.publication);
     return false;
   }
-  if (news.there && identities_ && !news.start.member) {  // revoked meanwhile, or the clock of this host is wrong
-    note_unknown(prefix_of(news.start.participant));
-    return false;
-  }
+  if (!news.there && !may_end(news)) return false;
   if (news.who != Participants::Start(self_, incarnation_))
     starts_->note({id, incarnation, news.version, news.there, news.start.summary});
   if (!news.there) return true;
   if (news.version != kProtocolVersion) {
     warn(fmt::format("version {}", number(id)),
-         fmt::format("component {} has version {} of the protocol, this program version {}: ignored", number(id),
-                     news.version, kProtocolVersion));
+         fmt::format("component {} has version {} of the protocol, this program version {}: ignored{}", number(id),
+                     news.version, kProtocolVersion,
+                     news.version > kProtocolVersion ? "; it is of a newer release, install that here too" : ""));
     return false;
   }
-  const auto may = policy_->may_join(identity_of(id, incarnation, news.start));
+  auto may = HostPolicy::check_start(id, incarnation);
+  if (may) may = policy_->may_join(identity_of(id, incarnation, news.start));
   if (!may) warn(fmt::format("refused {}", number(id)), may.error().text + ": ignored");
   return may.has_value();
+}
+
+/// DDS knows nobody by name: with rights all that it meets is one member.
+PeerIdentity DdsLink::identity_of(OwnerId id, std::uint64_t incarnation, const Peer::Start& start) const {
+  static const auto kAll = std::make_shared<const Member>(Member{std::string(kLanMember)});
+  PeerIdentity identity{id, incarnation, start.host, shared_.options.judge ? kAll : nullptr};
+  identity.own_process = std::any_of(shared_.links.begin(), shared_.links.end(), [&start](const auto* link) {
+    return participant_of(link->participant()) == start.participant;
+  });
+  return identity;
 }
 
 void DdsLink::on_presence(const PresenceNews& news) {
@@ -102,10 +118,11 @@ void DdsLink::add_start(Peer& peer, const PresenceNews& news) {
   const auto& who = news.start.participant;
   const auto known = peer.alive.find(incarnation);
   if (known != peer.alive.end() && known->second.participant != who) {
-    if (identities_) return void(known->second.heir = std::make_shared<const Peer::Start>(news.start));
-    return warn(
-        fmt::format("forged {}", number(id)),
-        fmt::format("another DDS participant claims to be component {}, with the same start: ignored", number(id)));
+    known->second.heir = std::make_shared<const Peer::Start>(news.start);
+    return warn(fmt::format("forged {}", number(id)),
+                fmt::format("another DDS participant claims to be component {}, with the same start: ignored while the "
+                            "first one is there",
+                            number(id)));
   }
   if (known == peer.alive.end()) {
     if (!participants_.add(who, news.who)) return ban(who);
@@ -117,8 +134,8 @@ void DdsLink::add_start(Peer& peer, const PresenceNews& news) {
   const auto place = known == peer.alive.end() ? ++starts_seen_ : known->second.place;
   auto heir = known == peer.alive.end() ? nullptr : known->second.heir;
   auto& start = peer.alive[incarnation] = news.start;
-  start.place = place;
   start.heir = std::move(heir);
+  start.place = place;
   if (peer.alive.size() > Peer::kMaxStarts) remove_start(id, peer, excess_start(peer, incarnation));
   select_incarnation(id, peer, false);
 }
@@ -139,7 +156,6 @@ void DdsLink::remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start)
   peer.alive.erase(start);
 }
 
-/// With trust an absence counts only from the publication that made the presence.
 void DdsLink::on_absence(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   const auto found = peers_.find(id);
@@ -148,7 +164,7 @@ void DdsLink::on_absence(const PresenceNews& news) {
   if (start == found->second.alive.end()) return;
   auto& heir = start->second.heir;
   if (heir && heir->publication == news.start.publication) heir.reset();
-  if (!identities_ || start->second.publication == news.start.publication) end_start(news.who, news.left);
+  if (start->second.publication == news.start.publication) end_start(news.who, news.left);
 }
 
 void DdsLink::end_start(const Participants::Start& who, bool left) {
@@ -220,20 +236,13 @@ void DdsLink::evict_peers() {
 }
 
 void DdsLink::forget_gone_peers() {
-  std::erase_if(peers_, [this](const auto& one) {
-    const bool gone = one.second.alive.empty() && !one.second.is_up();
-    if (gone) replies_.forget(one.first);
-    return gone;
-  });
+  std::erase_if(peers_, [](const auto& one) { return one.second.alive.empty() && !one.second.is_up(); });
 }
 
-/// One that is awaited has requests and replies that wait for it. It keeps those that went later, for a few seconds.
 void DdsLink::drop_gone_peers() {
   for (; gone_.size() > kMaxGone; gone_.pop_front()) {
     const auto found = peers_.find(gone_.front());
     if (found == peers_.end() || !found->second.alive.empty() || found->second.is_up()) continue;
-    if (found->second.awaited_until > scheduler_.now()) return;
-    replies_.forget(found->first);
     peers_.erase(found);
   }
 }
@@ -260,18 +269,13 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.incarnation = incarnation;
   peer.participant = start.participant;
   peer.host = start.host;
-  peer.member = start.member;
-  if (std::exchange(peer.requests_of, incarnation) != incarnation) {
-    peer.last_request = 0;
-    replies_.forget(id);
-  }
+  if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
   peer.summary.clear();
   peer.ages = {};
   // It may not have noticed that it was lost here, or that another start was followed: it sends its snapshots again if
   // it is asked.
   if (incarnation <= peer.latest) repeat_soon_.request();
   peer.latest = std::max(peer.latest, incarnation);
-  if (identities_) send_again(id, peer);
   const auto identity = identity_of(id, incarnation, start);
   policy_->peer_up(identity);
   listener_->on_peer(identity, PeerEvent::kUp);
@@ -285,9 +289,8 @@ void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
 }
 
 void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
-  const PeerIdentity identity{id, std::exchange(peer.incarnation, 0), peer.host, std::exchange(peer.member, nullptr)};
+  const PeerIdentity identity{id, std::exchange(peer.incarnation, 0), peer.host};
   peer.channel.reset();
-  if (identities_) await(peer, event);
   gone_.push_back(id);
   listener_->on_peer(identity, event);
   policy_->peer_down(id);
@@ -297,11 +300,12 @@ void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
 void DdsLink::drop_gone_writers() {
   const auto there = matched_writers({presence_reader_.get(), interest_reader_.get(), frame_reader_.get()});
   participants_.keep_only(writers_.keep_only(there));
+  for (auto* quota : {&presence_quota_, &interest_quota_}) quota->keep_only(there);
 }
 
-std::set<GuidPrefix> DdsLink::participants_with_components() const {
+std::set<Participant> DdsLink::participants_with_components() const {
   auto all = participants_matched(presence_reader_.get());
-  all.insert(prefix_of_own(participant_.get()));
+  all.insert(participant_of(participant_.get()));
   return all;
 }
 

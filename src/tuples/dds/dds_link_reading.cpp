@@ -1,15 +1,11 @@
 #include <fmt/format.h>
 
 #include "tuples/dds/dds_link.h"
-#include "tuples/dds/take_samples.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
 
 namespace {
-
-/// Of interests that are taken before the loop goes on: more than all members that are there begin with.
-constexpr int kMaxBatches = 200;
 
 ByteView view(const dds_sequence_octet& octets) {
   return {octets._buffer, octets._length};
@@ -20,16 +16,8 @@ ByteView view(const dds_sequence_octet& octets) {
 /// Processes the samples that arrived. Each listener call may detach the link.
 void DdsLink::drain(unsigned sources) {
   if (!participant_) return;
-  // With trust the interests bring the list of revoked certificates, which comes before all else.
-  const bool interests = (sources & Signal::kInterests) != 0;
-  for (int batch = 0; listener_ && identities_ && interests && take_interests(); ++batch) {
-    if (batch < kMaxBatches) continue;
-    signal_.raise(Signal::kInterests);
-    break;
-  }
   if (listener_ && (sources & Signal::kPresence) != 0 && take_presences()) signal_.raise(Signal::kPresence);
-  if (listener_ && !identities_ && interests && take_interests()) signal_.raise(Signal::kInterests);
-  if ((sources & Signal::kClaims) != 0) report_false_claims();
+  if (listener_ && (sources & Signal::kInterests) != 0 && take_interests()) signal_.raise(Signal::kInterests);
   if (listener_ && (sources & Signal::kFrames) != 0 && take_frames()) signal_.raise(Signal::kFrames);
   if (listener_ && (sources & Signal::kWriter) != 0) flush();
   if (listener_ && writers_.is_long()) drop_gone_writers();
@@ -42,47 +30,42 @@ bool DdsLink::take_interests() {
     std::optional<SubscriptionSpec> spec;
   };
   std::vector<News> news;
-  HeardRevoked revoked;
   const auto count =
       take<rubicon_wire_Interest>(interest_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
         interest_quota_.taken(info.publication_handle, info.instance_handle);
         News one{{OwnerId(sample.subscriber), sample.incarnation, sample.slot}, {}, {}};
+        const auto* writer = writers_.find(interest_reader_.get(), info.publication_handle);
+        if (writer) one.participant = writer->participant;
         if (info.instance_state != DDS_IST_ALIVE) {
-          interest_quota_.release(info.publication_handle, info.instance_handle);
+          interest_quota_.ended(info.publication_handle, info.instance_handle);
         } else {
-          const auto* writer = info.valid_data ? origin_of(interest_reader_.get(), info.publication_handle) : nullptr;
-          if (!writer) return;
+          if (!writer || !info.valid_data) return;
           if (participants_.is_banned(writer->participant)) return interest_quota_.ban(info.publication_handle);
           const auto content = view(sample.content);
-          if (sample.slot == kRevokedSlot) {
-            if (writer->member && content.size() <= kMaxRevoked)
-              revoked[writer->member->name].assign(content.begin(), content.end());
-            return;
-          }
           auto spec = distant::read_subscription(content);
           if (!spec) {
-            const auto who = writer->member ? text_of(*writer->member) : fmt::format("component {}", sample.subscriber);
-            return warn("interest of " + who, fmt::format("subscription of {}: {}", who, spec.error().text));
+            return warn(fmt::format("interest of {}", sample.subscriber),
+                        fmt::format("subscription of component {}: {}", sample.subscriber, spec.error().text));
           }
-          one.participant = writer->participant;
           one.spec = std::move(*spec);
         }
         if (one.key.subscriber != self_) news.push_back(std::move(one));
       });
-  hear_revoked(revoked);
   for (auto& one : news) {
     if (listener_) on_interest(one.key, one.participant, std::move(one.spec));
   }
   return count >= kSamples;
 }
 
+/// The end of one whose writer is gone has no participant.
 void DdsLink::on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec) {
   const auto id = key.subscriber;
   const auto* before = interests_.find(key);
   const auto owner = before ? before->participant : who;
-  if (spec && owner != who) {
+  if (owner != who && (spec || who != Participant{})) {
     return warn(fmt::format("forged interest {}", number(id)),
-                fmt::format("another DDS participant subscribes as component {}: ignored", number(id)));
+                fmt::format("another DDS participant subscribes, or ends a subscription, as component {}: ignored",
+                            number(id)));
   }
   const auto* peer = find_up(id);
   const bool counts = peer && peer->incarnation == key.incarnation && peer->participant == owner;
@@ -106,11 +89,10 @@ bool DdsLink::take_frames() {
   std::vector<News> news;
   const auto count = take<rubicon_wire_Frame>(frame_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
     if (!info.valid_data || sample.target_incarnation != incarnation_) return;
-    const auto* writer = origin_of(frame_reader_.get(), info.publication_handle);
+    const auto* writer = writers_.find(frame_reader_.get(), info.publication_handle);
     // Without a writer: it went before its first frame was read, so its component is not known.
     if (!writer || !writer->source || participants_.is_banned(writer->participant)) return;
     const OwnerId source{sample.source};
-    if (identities_ && !may_use(*writer, source)) return;
     if (*writer->source != source)
       return warn(
           fmt::format("forged {}", sample.source),
@@ -130,7 +112,8 @@ void DdsLink::on_frame(const EarlyFrames::Sender& sender, ByteView content) {
   if (!peer || sender.incarnation > peer->incarnation) return buffer(sender, content);
   if (sender.incarnation < peer->incarnation) return;
   if (sender.participant == peer->participant) return deliver(sender.id, content);
-  if (identities_) return;  // of the time before a renewal: what it sent is sent again
+  const auto& heir = peer->alive.at(peer->incarnation).heir;
+  if (heir && heir->participant == sender.participant) return buffer(sender, content);
   warn(fmt::format("forged {}", number(sender.id)),
        fmt::format("frames in the name of component {} come from another DDS participant: dropped", number(sender.id)));
 }
@@ -158,8 +141,6 @@ void DdsLink::on_changes(std::span<const Change> changes) {
 }
 
 void DdsLink::on_reply(Reply&& reply) {
-  if (const auto peer = peers_.find(reading_from_); peer != peers_.end())
-    peer->second.unanswered.answered(reply.request);
   if (listener_ && !listener_->on_reply(reading_from_, reply))
     warn(fmt::format("replies of {}", number(reading_from_)),
          fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));

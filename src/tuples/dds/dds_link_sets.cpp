@@ -21,9 +21,8 @@ void DdsLink::on_set(RemoteSet&& set) {
 
 void DdsLink::take_set(Peer& peer, EarlySets::One&& one) {
   auto& set = one.set;
-  if (set.request <= peer.last_request) return repeat_reply(peer, set.request);
+  if (set.request <= peer.last_request) return;
   peer.last_request = set.request;
-  if (identities_) replies_.asked(reading_from_, set.request);
   if (set.time_to_live > Duration(0)) set.time_to_live = left_of(peer, one);
   listener_->on_remote_set(set);
 }
@@ -37,7 +36,6 @@ Duration DdsLink::left_of(const Peer& peer, const EarlySets::One& one) const {
 
 /// Those of a component stay in order.
 bool DdsLink::is_early(const Peer& peer, const EarlySets::One& one) {
-  if (shared_.catch_up && shared_.catch_up->left() > Duration(0)) return true;
   return early_sets_.has(one.set.from) || waits_for_times(peer, one);
 }
 
@@ -60,15 +58,12 @@ void DdsLink::hold_early(Peer& peer, EarlySets::One&& one) {
 
 void DdsLink::take_early_after(Duration pause) {
   if (early_sets_timer_.pending()) return;
-  const auto left = shared_.catch_up ? shared_.catch_up->left() : Duration(0);
-  early_sets_timer_ = scheduler_.after(left > Duration(0) ? left : pause, [this] { take_early(); });
+  early_sets_timer_ = scheduler_.after(pause, [this] { take_early(); });
 }
 
-/// Of a sender that is gone, because it was revoked or is met again, nothing is taken: what was not answered it sends
-/// again.
+/// Of a sender that is gone nothing is taken.
 void DdsLink::take_early() {
   early_sets_timer_.cancel();
-  if (shared_.catch_up && shared_.catch_up->left() > Duration(0)) return take_early_after({});
   for (auto& one : early_sets_.take()) {
     reading_from_ = one.set.from;
     auto* peer = listener_ ? find_up(reading_from_) : nullptr;

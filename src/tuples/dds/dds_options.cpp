@@ -1,13 +1,15 @@
 #include "tuples/dds/dds_options.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <string_view>
 
 #include "transport/host_name.h"
 #include "transport/interfaces.h"
-#include "tuples/dds/host.h"
+#include "transport/resolve.h"
 
 namespace rubicon::tuples::dds {
 
@@ -77,13 +79,6 @@ std::string tag_of(const DdsOptions& options) {
   return fmt::format("{}@{}", options.tag, transport::host_id("tag"));
 }
 
-/// Each fragment is encrypted by itself. On loopback few large ones cost a tenth less processor time than Cyclone's
-/// 1344 bytes; the network of a LAN would cut such datagrams into pieces.
-std::string sizes(const DdsOptions& options) {
-  if (!options.trust || !is_loopback_only(options) || options.transport != DdsTransport::kUdp) return {};
-  return "<MaxMessageSize>65000 B</MaxMessageSize><FragmentSize>40000 B</FragmentSize>";
-}
-
 /// The longest frame is that of a value of 1 MiB. Cyclone's own bound is 2 GiB, for strangers too: it collects the
 /// fragments of a sample before anybody is asked who sent them.
 constexpr const char* kBounds = "<Internal><MaxSampleSize>4 MiB</MaxSampleSize></Internal>";
@@ -102,6 +97,26 @@ std::string discovery(const DdsOptions& options) {
       "ms</SPDPInterval></Discovery>",
       tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)), index, peer_elements(options), lease,
       kAnnounceMs);
+}
+
+std::string names_of(const std::vector<transport::Interface>& all) {
+  std::vector<std::string_view> names;
+  for (const auto& one : all) names.push_back(one.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+Result<void> check_one(const transport::Interface& one, bool needs_multicast) {
+  if (!one.is_up) {
+    return fail(ErrorCode::kIo, fmt::format("DDS: interface '{0}' is down: bring it up (ip link set {0} up){1}",
+                                            one.name, one.name == "lo" ? ", or set tuples.engine: memory" : ""));
+  }
+  if (one.address.empty())
+    return fail(ErrorCode::kIo, fmt::format("DDS: interface '{}' has no IPv4 address", one.name));
+  if (needs_multicast && !one.has_multicast) {
+    return fail(ErrorCode::kIo,
+                fmt::format("DDS: interface '{}' has no multicast: name the other hosts in tuples.peers", one.name));
+  }
+  return {};
 }
 
 }  // namespace
@@ -125,9 +140,45 @@ std::string domain_xml(const DdsOptions& options) {
   }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
-      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}{}</General>{}{}{}</Domain></"
+      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>{}{}{}</Domain></"
       "CycloneDDS>",
-      names, allowed, transport, sizes(options), tcp, kBounds, discovery(options));
+      names, allowed, transport, tcp, kBounds, discovery(options));
+}
+
+Result<void> check_interfaces(const DdsOptions& options, const std::vector<transport::Interface>& present) {
+  const bool needs_multicast =
+      !is_loopback_only(options) && options.peers.empty() && options.transport == DdsTransport::kUdp;
+  for (const auto& name : options.interfaces) {
+    const auto found = std::find_if(present.begin(), present.end(), [&](const auto& one) { return one.name == name; });
+    if (found == present.end()) {
+      return fail(ErrorCode::kIo,
+                  fmt::format("DDS: there is no interface '{}' on this host; there are: {}", name, names_of(present)));
+    }
+    if (auto good = check_one(*found, needs_multicast); !good) return good;
+  }
+  return {};
+}
+
+bool has_address(const std::string& peer) {
+  in_addr address{};
+  return ::inet_pton(AF_INET, peer.substr(0, peer.find(':')).c_str(), &address) == 1;
+}
+
+std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration timeout,
+                                        std::vector<std::string>& unknown) {
+  const auto end = scheduler.now() + timeout;
+  for (auto& peer : peers) {
+    if (has_address(peer)) continue;
+    const auto colon = std::min(peer.find(':'), peer.size());
+    Result<std::vector<std::string>> found = fail(ErrorCode::kExpired, "no time left");
+    if (scheduler.now() < end) found = transport::resolve(peer.substr(0, colon), transport::AddressFamily::kIpv4);
+    if (found) {
+      peer.replace(0, colon, found->front());
+    } else {
+      unknown.push_back(peer);
+    }
+  }
+  return peers;
 }
 
 }  // namespace rubicon::tuples::dds

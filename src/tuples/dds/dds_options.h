@@ -6,12 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "base/scheduler.h"
+#include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
+#include "transport/interfaces.h"
 #include "tuples/judge.h"
 
 namespace rubicon::tuples::dds {
-
-class DdsTrust;
 
 enum class DdsTransport : std::uint8_t { kUdp, kTcp };
 
@@ -23,10 +24,9 @@ struct DdsOptions {
   std::string tag;                                 ///< components of the domain with another tag are not seen
   base::Duration lease = std::chrono::seconds(2);  ///< others lose this component after such a silence
   DdsTransport transport = DdsTransport::kUdp;
-  std::uint16_t port = 0;                     ///< TCP port to listen on; 0 = any, so that only this process can connect
-  bool trust_lan = false;                     ///< accept remote sets from other hosts; without trust only
-  std::shared_ptr<DdsTrust> trust = nullptr;  ///< null: without DDS Security
-  std::shared_ptr<Judge> judge = nullptr;     ///< what members may do here, with `trust`; null: read
+  std::uint16_t port = 0;                  ///< TCP port to listen on; 0 = any, so that only this process can connect
+  bool trust_lan = false;                  ///< accept remote sets from other hosts; without judge only
+  std::shared_ptr<Judge> judge = nullptr;  ///< what the member `lan` may do here; null: read, and trust_lan decides
 
   friend bool operator==(const DdsOptions&, const DdsOptions&) = default;
 };
@@ -60,5 +60,16 @@ bool is_loopback_only(const DdsOptions& options);
 /// The configuration of the domain for Cyclone DDS (https://cdds.io/config), with the present interfaces of this host.
 /// Peers whose names are not resolved are left out.
 std::string domain_xml(const DdsOptions& options);
+
+/// kIo if one of options.interfaces does not exist, is down, has no address, or has no multicast where it is needed.
+/// The text says what to do.
+Result<void> check_interfaces(const DdsOptions& options, const std::vector<transport::Interface>& present);
+
+/// Replaces host names (also before `:port`) by their first IPv4 addresses. Names that cannot be resolved stay and are
+/// added to `unknown`. Blocks for the system's resolver; names left after the timeout count as unknown.
+std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration timeout,
+                                        std::vector<std::string>& unknown);
+/// Whether the host of `peer` is a numeric IPv4 address.
+bool has_address(const std::string& peer);
 
 }  // namespace rubicon::tuples::dds

@@ -1,110 +1,94 @@
 #include "tuples/dds/instance_quota.h"
 
-#include <iterator>
+#include <dds/dds.h>
+
+#include <cstring>
 #include <utility>
+
+#include "wire.h"
 
 namespace rubicon::tuples::dds {
 
-bool InstanceQuota::add(const Source& source, Handle instance, std::size_t bytes) {
+bool InstanceQuota::add(Handle writer, Handle instance, std::size_t bytes) {
   const std::lock_guard lock(mutex_);
-  auto& share = shares_[source.participant];
-  const auto [writer, is_new] = writers_.try_emplace(source.writer);
-  if (is_new) {
-    writer->second.participant = source.participant;
-    ++share.writers;
-  }
+  auto& share = shares_[writer];
   if (share.banned) return false;
-  auto& instances = writer->second.instances;
-  const auto found = instances.find(instance);
-  const std::size_t replaced = found == instances.end() ? 0 : found->second.waiting_bytes;
+  const auto known = share.waiting.find(instance);
+  const std::size_t replaced = known == share.waiting.end() ? 0 : known->second;
   if (share.waiting_bytes - replaced + bytes > kMaxWaitingBytes) return false;
-  if (found == instances.end() && share.instances >= most_) return false;
-  if (found == instances.end()) ++share.instances;
+  if (known == share.waiting.end() && share.waiting.size() >= most_) return false;
   share.waiting_bytes += bytes - replaced;
-  instances[instance] = {.waiting_bytes = bytes};
+  share.waiting[instance] = bytes;
   return true;
 }
 
 void InstanceQuota::taken(Handle writer, Handle instance) {
   const std::lock_guard lock(mutex_);
-  const auto found = writers_.find(writer);
-  if (found == writers_.end()) return;
-  const auto one = found->second.instances.find(instance);
-  if (one == found->second.instances.end()) return;
-  shares_[found->second.participant].waiting_bytes -= std::exchange(one->second.waiting_bytes, 0);
+  const auto share = shares_.find(writer);
+  if (share == shares_.end()) return;
+  if (const auto one = share->second.waiting.find(instance); one != share->second.waiting.end())
+    share->second.waiting_bytes -= std::exchange(one->second, 0);
 }
 
-bool InstanceQuota::has(Handle writer, Handle instance) const {
+void InstanceQuota::ended(Handle writer, Handle instance) {
   const std::lock_guard lock(mutex_);
-  const auto found = writers_.find(writer);
-  return found != writers_.end() && found->second.instances.contains(instance);
-}
-
-void InstanceQuota::unregistered(Handle writer, Handle instance) {
-  const std::lock_guard lock(mutex_);
-  const auto found = writers_.find(writer);
-  if (found == writers_.end()) return;
-  const auto one = found->second.instances.find(instance);
-  if (one == found->second.instances.end()) return;
-  one->second.unregistered = true;
-  drop_if_over(found, one);
-}
-
-void InstanceQuota::gone(Handle writer) {
-  const std::lock_guard lock(mutex_);
-  const auto found = writers_.find(writer);
-  if (found == writers_.end()) return;
-  found->second.gone = true;
-  auto& instances = found->second.instances;
-  for (auto one = instances.begin(), next = one; one != instances.end(); one = next) {
-    next = std::next(one);
-    one->second.unregistered = true;
-    drop_if_over(found, one);
+  const auto share = shares_.find(writer);
+  if (share == shares_.end()) return;
+  if (const auto one = share->second.waiting.find(instance); one != share->second.waiting.end()) {
+    share->second.waiting_bytes -= one->second;
+    share->second.waiting.erase(one);
   }
-  drop_if_nothing(found);
-}
-
-void InstanceQuota::release(Handle writer, Handle instance) {
-  const std::lock_guard lock(mutex_);
-  const auto found = writers_.find(writer);
-  if (found == writers_.end()) return;
-  const auto one = found->second.instances.find(instance);
-  if (one == found->second.instances.end()) return;
-  one->second.end_taken = true;
-  drop_if_over(found, one);
-  drop_if_nothing(found);
+  if (share->second.waiting.empty() && !share->second.banned) shares_.erase(share);
 }
 
 void InstanceQuota::ban(Handle writer) {
   const std::lock_guard lock(mutex_);
-  if (const auto found = writers_.find(writer); found != writers_.end())
-    shares_[found->second.participant].banned = true;
+  shares_[writer].banned = true;
 }
 
-void InstanceQuota::clear() {
+void InstanceQuota::keep_only(const std::set<Handle>& there) {
   const std::lock_guard lock(mutex_);
-  writers_.clear();
-  shares_.clear();
+  std::erase_if(shares_, [&there](const auto& one) { return !there.contains(one.first); });
 }
 
 std::size_t InstanceQuota::writers() const {
   const std::lock_guard lock(mutex_);
-  return writers_.size();
+  return shares_.size();
 }
 
-void InstanceQuota::drop_if_over(Writers::iterator writer, std::map<Handle, Instance>::iterator instance) {
-  if (!instance->second.unregistered || !instance->second.end_taken) return;
-  auto& share = shares_[writer->second.participant];
-  --share.instances;
-  share.waiting_bytes -= instance->second.waiting_bytes;
-  writer->second.instances.erase(instance);
+namespace {
+
+std::size_t size_of(const rubicon_wire_Presence& presence) {
+  return sizeof presence + std::strlen(presence.host) + std::strlen(presence.summary);
 }
 
-void InstanceQuota::drop_if_nothing(Writers::iterator writer) {
-  if (!writer->second.gone || !writer->second.instances.empty()) return;
-  const auto share = shares_.find(writer->second.participant);
-  if (--share->second.writers == 0) shares_.erase(share);
-  writers_.erase(writer);
+std::size_t size_of(const rubicon_wire_Interest& interest) {
+  return sizeof interest + interest.content._length;
+}
+
+/// DDS asks for values only, not for the ends of instances; and a writer of this process before it writes, without its
+/// handle.
+template <class Sample>
+bool set_filter(dds_entity_t topic, InstanceQuota& quota) {
+  dds_topic_filter filter{};
+  filter.mode = DDS_TOPIC_FILTER_SAMPLE_SAMPLEINFO_ARG;
+  filter.f.sample_sampleinfo_arg = [](const void* sample, const dds_sample_info_t* info, void* arg) {
+    if (info->publication_handle == 0) return true;
+    return static_cast<InstanceQuota*>(arg)->add(info->publication_handle, info->instance_handle,
+                                                 size_of(*static_cast<const Sample*>(sample)));
+  };
+  filter.arg = &quota;
+  return dds_set_topic_filter_extended(topic, &filter) == DDS_RETCODE_OK;
+}
+
+}  // namespace
+
+bool bound_presences(std::int32_t topic, InstanceQuota& quota) {
+  return set_filter<rubicon_wire_Presence>(topic, quota);
+}
+
+bool bound_interests(std::int32_t topic, InstanceQuota& quota) {
+  return set_filter<rubicon_wire_Interest>(topic, quota);
 }
 
 }  // namespace rubicon::tuples::dds

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "tuples/dds/channel.h"
-#include "tuples/dds/kept_sets.h"
 #include "tuples/dds/writers.h"
 
 namespace rubicon::tuples::dds {
@@ -20,10 +19,9 @@ struct Peer {
     Participant participant{};
     std::string host, summary;
     dds_instance_handle_t publication = 0;
-    std::shared_ptr<const Member> member;  ///< with trust
-    std::uint64_t place = 0;               ///< order of arrival
-    /// With trust: another participant that may use the id and shows the same start. It takes over when this one goes,
-    /// as after a renewal whose beginning was not noticed here.
+    std::uint64_t place = 0;  ///< order of arrival
+    /// Another participant that shows the same start. It takes over when this one goes, as when the component entered
+    /// the domain again and the end of its former participant was not noticed here yet.
     std::shared_ptr<const Start> heir;
   };
   using Starts = std::map<std::uint64_t, Start>;
@@ -35,17 +33,11 @@ struct Peer {
   std::uint64_t latest = 0;       ///< the highest that was reported since this program knows the component
   Participant participant{};      ///< of that incarnation
   std::string host, summary;      ///< reported to the listener
-  std::shared_ptr<const Member> member;
 
   distant::FrameAges ages;
   std::unique_ptr<Channel> channel;  ///< made when there is something to send
   std::uint64_t last_request = 0;    ///< highest number of its remote sets; repetitions are dropped
   std::uint64_t requests_of = 0;     ///< the incarnation that sent them
-
-  // With trust: a component that is lost is awaited for a while.
-  UnansweredSets unanswered;        ///< by it
-  std::uint64_t unanswered_by = 0;  ///< its incarnation
-  SteadyTime awaited_until{};
 
   bool is_up() const { return incarnation != 0; }
 };

@@ -12,9 +12,8 @@ namespace rubicon::tuples::dds {
 /// Wakes the loop from the threads of DDS: however many events there are, at most one posted call is pending.
 class Signal {
  public:
-  /// What has news. kWriter: a reader was matched, so that frames can be sent. kClaims: a sample claimed the id of
-  /// another.
-  enum Source : unsigned { kPresence = 1, kInterests = 2, kFrames = 4, kWriter = 8, kClaims = 16 };
+  /// What has news. kWriter: a reader was matched, so that frames can be sent.
+  enum Source : unsigned { kPresence = 1, kInterests = 2, kFrames = 4, kWriter = 8 };
 
   /// `call` receives the sources that raised the signal.
   Signal(DdsEcology::Post post, std::function<void(unsigned sources)> call);

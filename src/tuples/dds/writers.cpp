@@ -44,10 +44,43 @@ std::set<dds_instance_handle_t> matched(dds_entity_t reader) {
   }
 }
 
+Participant guid_of(const dds_guid_t& guid) {
+  Participant participant{};
+  std::copy(std::begin(guid.v), std::end(guid.v), participant.begin());
+  return participant;
+}
+
 }  // namespace
 
 std::string hex_id(OwnerId id) {
   return fmt::format("{:08x}", number(id));
+}
+
+Participant participant_of(dds_entity_t participant) {
+  dds_guid_t guid{};
+  return dds_get_guid(participant, &guid) == DDS_RETCODE_OK ? guid_of(guid) : Participant{};
+}
+
+std::set<Participant> participants_in_domain(dds_entity_t participant) {
+  std::set<Participant> all;
+  const auto reader = made(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
+                           "reader of participants");
+  if (!reader) return all;
+  take<dds_builtintopic_participant_t>(reader->get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
+    if (info.instance_state == DDS_ALIVE_INSTANCE_STATE) all.insert(guid_of(sample.key));
+  });
+  return all;
+}
+
+std::set<Participant> participants_matched(dds_entity_t reader) {
+  std::set<Participant> all;
+  for (const auto writer : matched_writers({reader})) {
+    auto* endpoint = dds_get_matched_publication_data(reader, writer);
+    if (!endpoint) continue;  // it went meanwhile
+    all.insert(guid_of(endpoint->participant_key));
+    dds_builtintopic_free_endpoint(endpoint);
+  }
+  return all;
 }
 
 std::set<dds_instance_handle_t> matched_writers(std::initializer_list<dds_entity_t> readers) {
@@ -56,12 +89,12 @@ std::set<dds_instance_handle_t> matched_writers(std::initializer_list<dds_entity
   return there;
 }
 
-Writer* Writers::find(dds_entity_t reader, dds_instance_handle_t publication) {
+const Writer* Writers::find(dds_entity_t reader, dds_instance_handle_t publication) {
   if (const auto known = known_.find(publication); known != known_.end()) return &known->second;
   auto* endpoint = dds_get_matched_publication_data(reader, publication);
   if (!endpoint) return nullptr;
   Writer writer;
-  std::copy(std::begin(endpoint->participant_key.v), std::end(endpoint->participant_key.v), writer.participant.begin());
+  writer.participant = guid_of(endpoint->participant_key);
   writer.source = source_of(endpoint->qos);
   dds_builtintopic_free_endpoint(endpoint);
   return &known_.emplace(publication, writer).first->second;

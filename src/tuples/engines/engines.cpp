@@ -74,10 +74,6 @@ void Engines::join_all(const EngineOptions& options, const Host& host) {
   all_ = joined_.get();
 }
 
-Result<bool> Engines::renew() {
-  return dds_ ? dds_->renew() : false;
-}
-
 void Engines::watch_displaced(const std::function<void(OwnerId)>& call) {
   if (host_) host_->watch_displaced(call);
   if (dds_) dds_->watch_displaced(call);

@@ -49,8 +49,6 @@ class Engines final : public Ecology {
   Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
   /// HostEcology::check_free(); without engine host nobody knows at once.
   Result<void> check_free(OwnerId id) { return host_ ? host_->check_free(id) : Result<void>(); }
-  /// What changed in the trust folder counts from now on: DdsEcology::renew(). Nothing without DDS or without trust.
-  Result<bool> renew();
   /// As those of the engines: `call` receives the component of this process whose id another component used before.
   void watch_displaced(const std::function<void(OwnerId)>& call);
 

@@ -197,8 +197,8 @@ void JoinedLink::meet(std::size_t engine, const PeerIdentity& who) {
 /// Components of this host come to its folder; kernels of PEIS have no other way. Who claims to be of this host by
 /// DDS may be anywhere.
 bool JoinedLink::is_barred(std::size_t engine, const PeerIdentity& who) const {
-  const bool is_proven = who.own_process || (who.member && !who.member->serial.empty());
-  return !own_host_.empty() && ports_[engine]->name == kUnproven && !is_proven && real_host(who.host) == own_host_;
+  return !own_host_.empty() && ports_[engine]->name == kUnproven && !who.own_process &&
+         real_host(who.host) == own_host_;
 }
 
 void JoinedLink::log_barred(OwnerId id, std::size_t engine) {

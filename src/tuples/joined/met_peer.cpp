@@ -10,14 +10,13 @@ namespace rubicon::tuples::joined {
 namespace {
 
 /// Who vouches for a meeting; a higher one counts more. Of a stand-in nobody knows whether its carrier is right.
-enum class Proof : std::uint8_t { kOwnWord, kUser, kCertificate, kKernel, kOwnProcess };
+enum class Proof : std::uint8_t { kOwnWord, kUser, kKernel, kOwnProcess };
 
 Proof proof_of(const PeerIdentity& one) {
   const bool itself = !is_stand_in(one);
   if (one.own_process && itself) return Proof::kOwnProcess;
   if (one.by_kernel && itself) return Proof::kKernel;
-  if (!one.member || one.member->name == kPeisMember) return Proof::kOwnWord;
-  return one.member->serial.empty() ? Proof::kUser : Proof::kCertificate;
+  return !one.member || one.member->is_unproven() ? Proof::kOwnWord : Proof::kUser;
 }
 
 /// Whether `one` is, for all that engines prove, what `other` is.
@@ -25,7 +24,7 @@ bool proves(const PeerIdentity& one, const PeerIdentity& other) {
   const auto proof = proof_of(other);
   if (proof == Proof::kOwnWord) return true;
   if (proof_of(one) != proof) return false;
-  return proof > Proof::kCertificate || one.member->name == other.member->name;
+  return proof > Proof::kUser || one.member->name == other.member->name;
 }
 
 /// Whether `one` is the component `other`, as another engine sees it.

@@ -33,8 +33,7 @@ std::shared_ptr<const Member> everybody_there(const PeisOptions& options) {
 std::unique_ptr<PeerPolicy> make_policy(OwnerId self, const PeisLink::Settings& settings, const Log& log) {
   const auto& options = settings.options;
   if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge, everybody_there(options));
-  return std::make_unique<HostPolicy>(self, settings.machine.host_id, options.trust_lan, log,
-                                      HostPolicy::Starts::kAnyNumber);
+  return std::make_unique<HostPolicy>(self, settings.machine.host_id, options.trust_lan, log);
 }
 
 }  // namespace

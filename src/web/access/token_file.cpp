@@ -31,7 +31,7 @@ bool is_name(std::string_view text) {
 
 /// In rules these words mean others than one member (docs/rights.md): callers are judged by the name of their token.
 bool means_others(std::string_view word) {
-  static constexpr std::array<std::string_view, 3> kWords{"everybody", "peis", "all"};
+  static constexpr std::array<std::string_view, 4> kWords{"everybody", "peis", "lan", "all"};
   return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
 }
 

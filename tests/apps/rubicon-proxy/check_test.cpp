@@ -86,12 +86,12 @@ TEST_F(CheckOfAFile, AMissingWordIsAskedForWithAnExample) {
   }
 }
 
-TEST_F(CheckOfAFile, TheStartSaysWhoMayCommandAnIslandWithoutTrust) {
+TEST_F(CheckOfAFile, TheStartSaysWhoMayCommandAnIslandWithoutRights) {
   const PrivateNetwork alone;
   if (!alone.entered()) GTEST_SKIP() << alone.reason();
   const auto file = write("home.yaml", "island: {id: 12, name: school}\nnetworks: {dummy-1: {type: dummy}}\n");
   for (const auto& [engine, said] : std::vector<std::pair<std::string, std::string>>{
-           {"tuples.engine=dds", "is up: 1 network; without trust: anybody on this host may command it"},
+           {"tuples.engine=dds", "is up: 1 network; anybody on this host may command it"},
            {"tuples.host=yes", "is up: 1 network; whoever may enter " + alone.folder() + " may command it"},
            {"tuples.engine=memory", "is up: 1 network\n"}}) {
     Process island({kDaemon, "run", file, "--set", "tuples.trust=no", "--set", engine, "--shell"});

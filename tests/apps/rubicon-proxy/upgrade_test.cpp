@@ -9,7 +9,6 @@
 #include "support/private_network.h"
 #include "support/process.h"
 #include "support/programs.h"
-#include "support/trust_realm.h"
 
 namespace rubicon::daemon {
 
@@ -76,7 +75,7 @@ TEST_F(Upgrade, AnIslandKeepsNamesDecisionsAndWhatItsUserSet) {
                           HasSubstr(R"("first-seen-us":1795719310734268)")));
 }
 
-TEST_F(Upgrade, ConfigurationsMeanWhatTheyMeantWithoutTrust) {
+TEST_F(Upgrade, ConfigurationsMeanWhatTheyMeantWithoutCertificates) {
   for (const auto* name : {"home.yaml", "lan.yaml", "carry.yaml"}) {
     const auto checked = check(name, "no");
     EXPECT_EQ(checked.code, 0) << name << "\n" << checked.errors;
@@ -84,20 +83,19 @@ TEST_F(Upgrade, ConfigurationsMeanWhatTheyMeantWithoutTrust) {
   }
 }
 
-TEST_F(Upgrade, WithTrustAWarningNamesWhatMeansNothingNow) {
-  const TrustRealm realm(folder_ / "trust", {OwnerId{1}, OwnerId{2}, OwnerId{3}});
-  const auto trust = realm.folder().string();
-  EXPECT_EQ(check("home.yaml", trust).code, 0);
-  const auto lan = check("lan.yaml", trust), carry = check("carry.yaml", trust);
-  EXPECT_EQ(lan.code, 0) << lan.errors;
-  EXPECT_THAT(lan.errors, HasSubstr("lan.yaml:3:30: tuples.trust_lan: means nothing: "));
-  EXPECT_EQ(carry.code, 0) << carry.errors;
-  EXPECT_THAT(carry.errors, HasSubstr("carry.yaml:3:38: tuples.peis.carry: carry and trust do not work together"));
+/// tests/ecology has islands on a LAN, and looks at their sockets.
+TEST_F(Upgrade, WhereThereWereCertificatesForDdsACheckSaysWhatToChoose) {
+  for (const auto* name : {"home.yaml", "lan.yaml", "carry.yaml"}) {
+    const auto checked = check(name, folder_ / "trust");
+    EXPECT_EQ(checked.code, 0) << name << "\n" << checked.errors;
+    EXPECT_THAT(checked.errors, AllOf(HasSubstr("warning: RUBICON_TRUST: this island had certificates for DDS"),
+                                      HasSubstr("warning: choose: a broker with a realm")))
+        << name;
+  }
 }
 
-TEST_F(Upgrade, WithTrustThePageWithoutTokensStaysClosedAndAWarningSaysSo) {
-  const TrustRealm realm(folder_ / "trust", {OwnerId{1}});
-  Process island(with(realm.folder().string(), {"run", folder_ / "home.yaml", "--shell"}));
+TEST_F(Upgrade, WhereThereWereCertificatesThePageWithoutTokensStaysClosedAndAWarningSaysSo) {
+  Process island(with(folder_ / "trust", {"run", folder_ / "home.yaml", "--shell"}));
   EXPECT_TRUE(says(island, "inbox", R"("count":1,"ignored":1)"));
   island.write("quit\n");
   EXPECT_EQ(island.exit_code(), 0);

@@ -288,13 +288,37 @@ TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("anybody on this host may read and command island 6541"));
   options.interfaces = {"eth0"};
   EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` only prevents mistakes"));
-  EXPECT_THAT(check_access(island(), options).fix, HasSubstr("sudo rubicon trust dds init"));
+  EXPECT_THAT(check_access(island(), options).fix, HasSubstr("what `lan` may do"));
   auto seen = island();
   EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
             "whoever may enter /run/rubicon may read and command island 6541");
   seen.numbers = {{"rights-refused", 0}};
   EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
             "island 6541 asks its rights who of this host may do what");
+  EXPECT_THAT(check_access(seen, options).what, HasSubstr("is `lan`, and its rights say what that may do"));
+}
+
+TEST(IslandFindings, AnIslandThatHadCertificatesForDdsIsAProblemWithTwoWaysOut) {
+  auto seen = island();
+  EXPECT_THAT(check_held_back(seen), IsEmpty());
+  seen.properties["dds-held-back"] = "tuples.trust";
+  const auto found = check_held_back(seen);
+  ASSERT_THAT(found, testing::SizeIs(1));
+  EXPECT_EQ(found[0].grade, Finding::Grade::kProblem);
+  EXPECT_THAT(found[0].what, HasSubstr("had certificates for DDS (tuples.trust), which this release does not have"));
+  EXPECT_THAT(found[0].fix, testing::AllOf(HasSubstr("sites.md"), HasSubstr("`tuples: {trust: no}`")));
+}
+
+TEST(IslandFindings, WhatRightsRefusedIsNamed) {
+  auto seen = island();
+  EXPECT_THAT(check_rights(seen), IsEmpty());
+  seen.numbers = {{"rights-refused", 3}};
+  EXPECT_THAT(check_rights(seen).at(0).what, HasSubstr("refused 3 requests by its rights"));
+}
+
+TEST(Findings, ParticipantsThatShowNoComponentAreCounted) {
+  EXPECT_THAT(check_silent_participants(0, 3), IsEmpty());
+  EXPECT_THAT(check_silent_participants(1, 3).at(0).what, HasSubstr("1 participant of domain 3 shows no component"));
 }
 
 /// As GitHub makes it of a heading.

@@ -1,10 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+#include <sys/stat.h>
+
 #include <chrono>
+#include <fstream>
+#include <sstream>
 #include <thread>
 
-#include "apps/rubicon/trust_commands.h"
+#include "apps/rubicon/live_island.h"
 #include "support/host_group.h"
 #include "support/mosquitto.h"
 #include "support/process.h"
@@ -21,6 +26,18 @@ using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+std::string mode_of(const std::string& path) {
+  struct stat about {};
+  if (::stat(path.c_str(), &about) != 0) return "absent";
+  return fmt::format("{:o}", about.st_mode & 07777U);
+}
+
+std::string text_in(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
 
 /// Whether a program says so on standard error within a minute.
 bool says(Process& program, const std::string& text) {
@@ -140,32 +157,14 @@ TEST_F(SiteCommands, WhatIsWrongIsNamed) {
   EXPECT_EQ(site({"broker", "mosquitto", "--out", folder_.file("b"), "--broker", "http://x"}).code, 2);
 }
 
-TEST_F(SiteCommands, WhoMeansTheTrustOverDdsIsToldSo) {
-  for (const auto& words : std::vector<std::vector<std::string>>{
-           {"trust", "request", "robot"}, {"trust", "sign", "robot.csr", "--out", "x"}, {"trust", "export", "desk"}}) {
-    const auto told = rubicon(words);
-    EXPECT_EQ(told.code, 2);
-    EXPECT_THAT(told.errors, HasSubstr("is `rubicon trust dds " + words[1] + "` now"));
-  }
+TEST_F(SiteCommands, WhoMeansTheCertificatesOfEarlierReleasesIsToldSo) {
   const auto named = rubicon({"trust", "init", "--realm", "Hall"});
   EXPECT_EQ(named.code, 2);
-  EXPECT_THAT(named.errors, HasSubstr("`rubicon trust dds init --realm Hall`"));
-  EXPECT_THAT(rubicon({"trust", "init", "--for", "home.yaml"}).errors, HasSubstr("rubicon trust dds init --for"));
-  for (const auto* command : {"init", "show"}) {
-    const auto folder = rubicon({"trust", command, "--trust", folder_.file("trust")});
-    EXPECT_EQ(folder.code, 2);
-    EXPECT_THAT(folder.errors, HasSubstr("--trust names the folder of the trust over DDS"));
-  }
-  ASSERT_EQ(rubicon({"trust", "dds", "init", "--trust", folder_.file("trust")}).code, 0);
-  EXPECT_THAT(in(folder_.file("trust"), {"show"}).errors, HasSubstr("one of DDS (`rubicon trust dds`)"));
-  const auto file = folder_.file("old.trust"), phrase = folder_.file("old.phrase");
-  ASSERT_EQ(
-      rubicon({"trust", "dds", "add", "desk", "--out", file, "--phrase-file", phrase, "--trust", folder_.file("trust")})
-          .code,
-      0);
-  EXPECT_THAT(in(folder_.file("there"), {"join", file, "--yes"}).errors,
-              HasSubstr("`rubicon trust dds join` takes it"));
-  EXPECT_THAT(rubicon({"trust", "--help"}).output, Not(HasSubstr("Moved to")));
+  EXPECT_THAT(named.errors, HasSubstr("`init --name Hall` names a realm"));
+  const auto unit = rubicon({"trust", "init", "--for", "home.yaml"});
+  EXPECT_EQ(unit.code, 2);
+  EXPECT_THAT(unit.errors, HasSubstr("this release does not have: rubicon-trust@.service"));
+  EXPECT_THAT(rubicon({"trust", "--help"}).output, Not(HasSubstr("Was for")));
 }
 
 TEST_F(SiteCommands, RolesOfTheRealmCountForTheQuestionWhatSomebodyMay) {
@@ -174,8 +173,8 @@ TEST_F(SiteCommands, RolesOfTheRealmCountForTheQuestionWhatSomebodyMay) {
   const auto file =
       folder_.write("home.yaml", "island: {id: 1}\nrights:\n  - {who: ops, may: set, keys: [proxy.**]}\n");
   const auto may = [&](const std::string& name) {
-    return support::run_to_end({"env", "RUBICON_REALM=" + realm(), "RUBICON_TRUST=" + folder_.file("none"), kProgram,
-                                "trust", "may", name, "set", "proxy.a.b.actuator.lamp-1.command", "--config", file})
+    return support::run_to_end({"env", "RUBICON_REALM=" + realm(), kProgram, "trust", "may", name, "set",
+                                "proxy.a.b.actuator.lamp-1.command", "--config", file})
         .code;
   };
   EXPECT_EQ(may("hall"), 0);

@@ -92,15 +92,17 @@ TEST_F(TrustAudit, FollowGoesOnWithNewLinesAlsoInTheNextFile) {
 }
 
 TEST_F(TrustAudit, NamesTheLogsOfSeveralIslands) {
-  const auto words = std::vector<std::string>{"trust", "audit", "--trust", folder_.file("trust")};
-  const auto none = rubicon(words);
+  const auto asked = [this] {
+    return support::run_to_end({"env", "RUBICON_REALM=" + folder_.file("realm"), kProgram, "trust", "audit"});
+  };
+  const auto none = asked();
   EXPECT_EQ(none.code, 2);
   EXPECT_THAT(none.errors, HasSubstr("expected --file FILE or --config FILE"));
   folder_.write("home.yaml",
                 small_island(1, "{engine: dds}") + "state: {file: home.state}\naudit: {file: home.audit}\n");
-  EXPECT_THAT(rubicon(words).output, HasSubstr("desk set proxy.a = on: accepted")) << "that of the only island";
+  EXPECT_THAT(asked().output, HasSubstr("desk set proxy.a = on: accepted")) << "that of the only island";
   folder_.write("lab.yaml", small_island(2, "{engine: dds}") + "state: {file: lab.state}\n");
-  const auto several = rubicon(words);
+  const auto several = asked();
   EXPECT_EQ(several.code, 2);
   EXPECT_THAT(several.errors, AllOf(HasSubstr(audit_), HasSubstr(folder_.file("lab.state.audit"))));
 }

@@ -26,14 +26,16 @@ class TrustMay : public testing::Test {
                                        "  - {who: robot, may: set, keys: [\"proxy.*.*.actuator.*.command\"], "
                                        "not: [\"proxy.*.*.actuator.lock-*.command\"]}\n"
                                        "  - {who: robot, may: send, keys: [dummy-1.den, \"island:7\"]}\n"
-                                       "  - {who: panel, may: approve, keys: [\"proxy.inbox.**\"]}\n");
+                                       "  - {who: panel, may: approve, keys: [\"proxy.inbox.**\"]}\n"
+                                       "  - {who: lan, may: read, keys: [\"proxy.**\"]}\n");
   }
-  std::string trust() const { return folder_.file("trust"); }
+  std::string realm() const { return folder_.file("realm"); }
   Outcome may(std::vector<std::string> words, const std::vector<std::string>& more = {}) const {
     words.insert(words.begin(), {"trust", "may"});
     words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(), {"--config", configuration_, "--trust", trust()});
-    return rubicon(std::move(words));
+    words.insert(words.begin(), {"env", "RUBICON_REALM=" + realm(), kProgram});
+    words.insert(words.end(), {"--config", configuration_});
+    return support::run_to_end(std::move(words));
   }
 
   PrivateNetwork alone_;
@@ -76,16 +78,27 @@ TEST_F(TrustMay, AnswersForTheInboxAndForMessages) {
   EXPECT_EQ(may({"robot", "send", "own"}).code, 3);
 }
 
-TEST_F(TrustMay, TakesTheRolesOfTheFolderOrOfTheCommandLine) {
+TEST_F(TrustMay, TakesTheRolesOfTheRealmOrOfTheCommandLine) {
   const auto unknown = may({"desk", "read", kLamp});
   EXPECT_EQ(unknown.code, 3);
-  EXPECT_THAT(unknown.errors, IsEmpty()) << "no folder, no word about who is not in it";
+  EXPECT_THAT(unknown.errors, HasSubstr("desk: no member of the realm in " + realm()));
   EXPECT_EQ(may({"desk", "read", kLamp, "--role", "admin"}).code, 0);
-  ASSERT_EQ(rubicon({"trust", "dds", "init", "--trust", trust()}).code, 0);
-  const auto local = may({"local", "read", kLamp});
-  EXPECT_EQ(local.code, 0) << "the folder says that it is an admin";
-  EXPECT_THAT(local.errors, IsEmpty());
-  EXPECT_THAT(may({"desk", "read", kLamp}).errors, HasSubstr("desk: not a member in " + trust()));
+  EXPECT_THAT(may({"user:ann", "read", kLamp}).errors, IsEmpty()) << "of the host";
+  ASSERT_EQ(rubicon({"trust", "init", "--broker", "b.test", "--realm", realm()}).code, 0);
+  ASSERT_EQ(rubicon({"trust", "add", "desk", "--role", "admin", "--realm", realm(), "--out", folder_.file("b"),
+                     "--phrase-file", folder_.file("p")})
+                .code,
+            0);
+  const auto desk = may({"desk", "read", kLamp});
+  EXPECT_EQ(desk.code, 0) << "the realm says that it is an admin";
+  EXPECT_THAT(desk.errors, IsEmpty());
+}
+
+TEST_F(TrustMay, WhoIsMetByDdsHasOneName) {
+  const auto lan = may({"lan", "read", kLamp});
+  EXPECT_EQ(lan.code, 0) << lan.output;
+  EXPECT_THAT(lan.errors, IsEmpty());
+  EXPECT_EQ(may({"lan", "set", kLamp}).code, 3);
 }
 
 TEST_F(TrustMay, WhatIsNoQuestionIsAnError) {

@@ -322,7 +322,7 @@ TEST_F(KnxTools, AMemberCannotWriteWhatCommandsAnActuator) {
     "1/0/1": {"dpt": "1.001", "kind": "actuator", "state": "1/0/2", "listen": ["0/0/1"]},
     "1/4/6": {"dpt": "5.001", "device": "living", "instance": "ceiling", "kind": "actuator"},
     "1/2/7": {"dpt": "9.001"}}})");
-  const model::Sender robot{.name = "robot", .serial = "02"};
+  const model::Sender robot{.name = "robot"};
   const auto why = [&](const char* address, const char* type) {
     const auto answer = ask({{"do", "write"}, {"address", address}, {"dpt", type}, {"value", "1"}}, robot).at(0);
     return answer["ok"] == true ? "written" : answer["why"].get<std::string>();

@@ -61,8 +61,8 @@ class AuditFileTest : public ::testing::Test {
   support::CollectingLog log, wishes;
   AuditOptions options{file};
   std::unique_ptr<AuditFile> audit_;
-  const tuples::Member robot{"robot", {"panel"}, {}, "0A1F", {}};
-  const tuples::Member desk{"desk", {}, {}, "0B", {}};
+  const tuples::Member robot{"robot", {"panel"}};
+  const tuples::Member desk{"desk"};
 };
 
 TEST_F(AuditFileTest, AWishIsALineThatSaysWhoAskedForWhatAndHowItEnded) {
@@ -72,7 +72,6 @@ TEST_F(AuditFileTest, AWishIsALineThatSaysWhoAskedForWhatAndHowItEnded) {
   const auto found = lines();
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0]["who"], "robot");
-  EXPECT_EQ(found[0]["serial"], "0A1F");
   EXPECT_EQ(found[0]["id"], 70001);
   EXPECT_EQ(found[0]["host"], "desk.lan");
   EXPECT_EQ(found[0]["verb"], "set");
@@ -109,13 +108,13 @@ TEST_F(AuditFileTest, AValueIsCutAfter64BytesAtACharacter) {
 
 TEST_F(AuditFileTest, NoTextOfALineIsLongerThanItsLimit) {
   const std::string huge(1'000'000, 'x');
-  tuples::Member who{huge, {}, {}, huge, {}};
+  tuples::Member who{huge};
   who.through = huge;
   for (int i = 0; i < 50; ++i) audit().write({who, OwnerId{70001}, huge, huge, huge, huge, false, huge, "refused"});
   time.run_ready();
   ASSERT_EQ(lines().size(), 50U);
   const auto line = lines().front();
-  for (const auto* text : {"who", "serial", "through", "host", "verb", "key"})
+  for (const auto* text : {"who", "through", "host", "verb", "key"})
     EXPECT_EQ(line[text].get<std::string>().size(), AuditFile::kTextBytes) << text;
   EXPECT_EQ(line["value"].get<std::string>().size(), AuditFile::kValueBytes);
   EXPECT_EQ(line["why"].get<std::string>().size(), AuditFile::kWhyBytes);
@@ -289,7 +288,7 @@ TEST_F(AuditFileTest, TheLogHasNoReasonThatQuotesAValue) {
 
 TEST_F(AuditFileTest, AnIslandThatNamesManySendersHasTheLimitOfOneMember) {
   for (int i = 0; i < 500; ++i) {
-    tuples::Member claimed{fmt::format("name{}", i), {}, {}, {}, {}};
+    tuples::Member claimed{fmt::format("name{}", i)};
     claimed.through = "island-2";
     refused(claimed);
   }

@@ -12,7 +12,6 @@
 #include "support/mosquitto.h"
 #include "support/private_network.h"
 #include "support/process.h"
-#include "support/trust_realm.h"
 #include "transport/mqtt_client.h"
 #include "transport/worlds.h"
 #include "trust/site/realm_fixture.h"
@@ -40,7 +39,7 @@ class LiveBroker : public testing::Test {
     if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
     ASSERT_TRUE(init(home_, {"Rubicon", {"broker.test", "127.0.0.1"}}, now()));
   }
-  static WallTime now() { return support::wall_clock(); }
+  static WallTime now() { return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()); }
   static std::string user() { return ::geteuid() == 0 && service_user("mosquitto") ? "mosquitto" : ""; }
 
   void set_up(bool passwords = false) const {

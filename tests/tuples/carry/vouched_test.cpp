@@ -19,8 +19,8 @@ struct Vouched : testing::Test {
   void judge_by(std::vector<trust::rights::Rule> of_owner, std::vector<trust::rights::Rule> of_carrier) {
     near.judge(kLamp, support::judge_of(std::move(of_owner), audit));
     far.judge(kLamp, support::judge_of(std::move(of_carrier), nullptr));
-    for (const auto id : {1, 8, 9}) near.certify(OwnerId(id), {.name = "hall", .serial = "1"});
-    far.certify(OwnerId(8), {.name = "desk", .serial = "2"});
+    for (const auto id : {1, 8, 9}) near.certify(OwnerId(id), {.name = "hall"});
+    far.certify(OwnerId(8), {.name = "desk"});
     far.certify(OwnerId(9), {.name = "user:bob"});
     time.run_for(1s);
     carrier = std::make_unique<Carrier>(OwnerId(1), rules_of({"7"}),

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tuples/dds/early_frames.h"
+#include "tuples/dds/early.h"
 #include "tuples/dds/interests.h"
 #include "tuples/host_policy.h"
 

@@ -23,9 +23,9 @@ using testing::IsEmpty;
 
 /// The lines of the log of what Cyclone says.
 struct CycloneLogTest : testing::Test {
-  std::unique_ptr<CycloneLog> make(bool has_trust) {
+  std::unique_ptr<CycloneLog> make() {
     return std::make_unique<CycloneLog>(
-        time, [this](std::function<void()> call) { time.post(std::move(call)); }, sink, has_trust);
+        time, [this](std::function<void()> call) { time.post(std::move(call)); }, sink);
   }
   static void says(std::uint32_t category, const std::string& text) {
     ::dds_log(category, __FILE__, __LINE__, "test", "%s\n", text.c_str());
@@ -41,18 +41,18 @@ struct CycloneLogTest : testing::Test {
 };
 
 TEST_F(CycloneLogTest, SaysWhatAMessageMeansBeforeTheWordsOfCyclone) {
-  const auto log = make(false);
+  const auto log = make();
   warns("malformed packet received from vendor 1.16 state parse:info_dst");
   EXPECT_THAT(said(), ElementsAre(HasSubstr("a packet that is not valid was dropped (Cyclone DDS: malformed packet "
                                             "received from vendor 1.16 state parse:info_dst)")));
-  warns("ddsi_udp_conn_write to udp/192.0.2.1:7400 failed with retcode -1.");
-  EXPECT_THAT(said(), ElementsAre(HasSubstr("a packet could not be sent (Cyclone DDS: ddsi_udp_conn_write to")));
+  warns("udp_conn_write to udp/192.0.2.1:7400 failed with retcode -1.");
+  EXPECT_THAT(said(), ElementsAre(HasSubstr("a packet could not be sent (Cyclone DDS: udp_conn_write to")));
   says(DDS_LC_ERROR, "something that nobody knows");
   EXPECT_THAT(said(), ElementsAre(HasSubstr("Cyclone DDS says: something that nobody knows")));
 }
 
 TEST_F(CycloneLogTest, SaysEachKindOnceAMinute) {
-  const auto log = make(false);
+  const auto log = make();
   for (int i = 0; i < 3; ++i) warns("malformed packet " + std::to_string(i));
   warns("tcp write failed");
   EXPECT_THAT(said(), ElementsAre(HasSubstr("malformed packet 0"), HasSubstr("tcp write failed")));
@@ -61,19 +61,8 @@ TEST_F(CycloneLogTest, SaysEachKindOnceAMinute) {
   EXPECT_THAT(said(), ElementsAre(HasSubstr("malformed packet 3")));
 }
 
-TEST_F(CycloneLogTest, LeavesOutWhatEachPairWithTrustSays) {
-  const std::string text = "Remote secure participant not allowed";
-  auto log = make(true);
-  warns(text);
-  EXPECT_THAT(said(), IsEmpty());
-  log.reset();
-  log = make(false);
-  warns(text);
-  EXPECT_THAT(said(), ElementsAre(HasSubstr("Cyclone DDS says: Remote secure participant")));
-}
-
 TEST_F(CycloneLogTest, ACaptureTakesTheWordsAlone) {
-  const auto log = make(false);
+  const auto log = make();
   {
     const CycloneLog::Capture capture;
     warns("malformed packet");

@@ -4,8 +4,6 @@
 
 #include "base/virtual_scheduler.h"
 #include "transport/host_name.h"
-#include "tuples/dds/dds_trust.h"
-#include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
 namespace {
@@ -59,26 +57,6 @@ TEST(DdsOptions, OfAHostWithoutAPortTheFirstProcessesAreLookedFor) {
   EXPECT_EQ(domain_of_port(65'148), kMaxDomain);
   for (const auto port : {7400U, 7408U, 7411U, 65'150U}) EXPECT_EQ(domain_of_port(port), std::nullopt) << port;
   EXPECT_EQ(port_of(kMaxDomain, kMaxProcessesPerHost - 1), 65'148U) << "there are no ports behind 65535";
-}
-
-struct AnyTrust final : DdsTrust {
-  Result<Documents> documents() override { return Documents{}; }
-  std::string guard_library() const override { return {}; }
-  const Member& own() const override { return member; }
-  std::optional<Member> who(const GuidPrefix&) const override { return {}; }
-  bool take_revoked(std::string_view, std::string_view) override { return false; }
-  std::string revoked() const override { return {}; }
-  Member member;
-};
-
-TEST(DdsOptions, LargeFragmentsAreForTrustOnLoopback) {
-  auto options = on({"lo"});
-  EXPECT_THAT(domain_xml(options), Not(HasSubstr("FragmentSize")));
-  options.trust = std::make_shared<AnyTrust>();
-  EXPECT_THAT(domain_xml(options), HasSubstr("<FragmentSize>40000 B</FragmentSize>"));
-  options.interfaces = {"eth0"};
-  EXPECT_THAT(domain_xml(options), Not(HasSubstr("FragmentSize")))
-      << "a datagram that a LAN cuts up is lost as a whole";
 }
 
 TEST(DdsOptions, WhatUsersWriteStaysText) {

@@ -20,11 +20,11 @@ namespace rubicon::tuples::dds {
 /// process alone where it may have one. Nobody else's: each has a tag of its own.
 class DdsTestEcology {
  public:
-  explicit DdsTestEcology(VirtualScheduler& time) : time_(time) {
+  explicit DdsTestEcology(VirtualScheduler& time, DdsOptions options = {}) : time_(time) {
     static const support::PrivateNetwork alone;
     static int count = 0;
-    DdsOptions options;
     options.tag = "test-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
+    options_ = options;
     auto opened = DdsEcology::open(
         options, time, [this](std::function<void()> call) { post(std::move(call)); }, log_,
         [this] { return time_.now().time_since_epoch(); });
@@ -46,6 +46,9 @@ class DdsTestEcology {
   std::vector<OwnerId> displaced;
   const support::CollectingLog& log() const { return log_; }
   std::vector<ComponentStart> component_starts() const { return ecology_->component_starts(); }
+  const DdsOptions& options() const { return options_; }
+  /// As after a change of an address.
+  void enter_again() { ecology_->enter_again(); }
   bool expects_components() const { return ecology_->expects_components(); }
 
   void cut(OwnerId a, OwnerId b) {
@@ -82,6 +85,7 @@ class DdsTestEcology {
   }
 
   VirtualScheduler& time_;
+  DdsOptions options_;
   support::CollectingLog log_;
   std::mutex mutex_;
   std::condition_variable came_;

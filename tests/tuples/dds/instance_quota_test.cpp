@@ -1,4 +1,4 @@
-#include "tuples/dds/guarded_store.h"
+#include "tuples/dds/instance_quota.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,6 +7,7 @@
 
 #include "support/private_network.h"
 #include "tuples/dds/dds_options.h"
+#include "tuples/dds/entity.h"
 #include "tuples/dds/writers.h"
 #include "wire.h"
 
@@ -22,7 +23,8 @@ struct Quota : testing::Test {
     for (auto* participant : {&here, &there}) *participant = Entity(dds_create_participant(0, nullptr, nullptr));
     topic_here = topic(here);
     topic_there = topic(there);
-    reader = Entity(store.make_reader(here.get(), topic_here.get(), make_kept_qos().get(), nullptr));
+    EXPECT_TRUE(bound_interests(topic_here.get(), quota));
+    reader = Entity(dds_create_reader(here.get(), topic_here.get(), make_kept_qos().get(), nullptr));
     writer = new_writer();
   }
   static Entity topic(const Entity& participant) {
@@ -66,7 +68,7 @@ struct Quota : testing::Test {
     const auto one = interest(slot);
     dds_unregister_instance(writer.get(), &one);
   }
-  /// Takes one; what ended is released. False: there is none.
+  /// Takes one. False: there is none.
   bool take_one(std::optional<std::uint32_t>& slot) {
     void* samples[1] = {};
     dds_sample_info_t infos[1];
@@ -74,7 +76,7 @@ struct Quota : testing::Test {
     quota.taken(infos[0].publication_handle, infos[0].instance_handle);
     if (infos[0].valid_data) slot = static_cast<const rubicon_wire_Interest*>(samples[0])->slot;
     dds_return_loan(reader.get(), samples, 1);
-    if (infos[0].instance_state != DDS_IST_ALIVE) quota.release(infos[0].publication_handle, infos[0].instance_handle);
+    if (infos[0].instance_state != DDS_IST_ALIVE) quota.ended(infos[0].publication_handle, infos[0].instance_handle);
     return true;
   }
   /// The slot of the next valid sample.
@@ -103,7 +105,6 @@ struct Quota : testing::Test {
 
   DdsOptions options;
   InstanceQuota quota{3};
-  GuardedStore store{quota};
   Entity domain, here, there, topic_here, topic_there, reader, writer;
 };
 
@@ -124,13 +125,12 @@ TEST_F(Quota, IsNotUsedUpByWhatEnded) {
   }
 }
 
-TEST_F(Quota, IsOfAllWritersOfAParticipant) {
+TEST_F(Quota, IsOfEachWriter) {
   const auto other = new_writer();
-  for (const std::uint32_t slot : {1U, 2U}) write(slot);
-  for (const std::uint32_t slot : {1U, 2U}) EXPECT_EQ(next(), slot);
-  for (const std::uint32_t slot : {3U, 4U, 5U}) write(other, slot);
-  EXPECT_EQ(next(), 3U);
-  EXPECT_EQ(next(), std::nullopt);
+  for (const std::uint32_t slot : {1U, 2U, 3U, 4U}) write(slot);
+  for (const std::uint32_t slot : {1U, 2U, 3U}) EXPECT_EQ(next(), slot);
+  write(other, 5);
+  EXPECT_EQ(next(), 5U) << "of one that does not know how many the other has";
 }
 
 TEST_F(Quota, CountsBytesUntilTheyAreTaken) {
@@ -146,19 +146,16 @@ TEST_F(Quota, CountsBytesUntilTheyAreTaken) {
 
 TEST(InstanceQuota, AValueThatWaitsIsReplacedByOneOfEqualSize) {
   InstanceQuota bytes(3);
-  const InstanceQuota::Source source{1, {}};
-  EXPECT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
-  EXPECT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
-  EXPECT_FALSE(bytes.add(source, 8, 1));
+  EXPECT_TRUE(bytes.add(1, 7, InstanceQuota::kMaxWaitingBytes));
+  EXPECT_TRUE(bytes.add(1, 7, InstanceQuota::kMaxWaitingBytes));
+  EXPECT_FALSE(bytes.add(1, 8, 1));
 }
 
 TEST(InstanceQuota, WhatEndsFreesTheBytesOfItsValue) {
   InstanceQuota bytes(3);
-  const InstanceQuota::Source source{1, {}};
-  ASSERT_TRUE(bytes.add(source, 7, InstanceQuota::kMaxWaitingBytes));
-  bytes.release(1, 7);
-  bytes.unregistered(1, 7);
-  EXPECT_TRUE(bytes.add(source, 8, InstanceQuota::kMaxWaitingBytes));
+  ASSERT_TRUE(bytes.add(1, 7, InstanceQuota::kMaxWaitingBytes));
+  bytes.ended(1, 7);
+  EXPECT_TRUE(bytes.add(1, 8, InstanceQuota::kMaxWaitingBytes));
 }
 
 TEST_F(Quota, KeepsNothingOfWhatIsOnlyDisposed) {
@@ -168,35 +165,16 @@ TEST_F(Quota, KeepsNothingOfWhatIsOnlyDisposed) {
   EXPECT_EQ(kept(20), 0);
 }
 
-TEST_F(Quota, CountsWhatIsDisposedUntilItsWriterGoes) {
-  for (std::uint32_t slot = 0; slot < 20; ++slot) {
-    write(slot);
-    dispose(slot);
-    if (slot < 3) {
-      EXPECT_EQ(next(), slot);
-    }
-  }
-  EXPECT_EQ(next(), std::nullopt);
-  EXPECT_EQ(kept(20), 3) << "Cyclone frees none of them before";
-  writer.reset();
-  EXPECT_TRUE(until([&] { return kept(20) == 0; }));
-  EXPECT_EQ(quota.writers(), 0U);
-}
-
-TEST_F(Quota, ForgetsWritersThatComeAndGoBeforeAnybodyLooks) {
-  for (std::uint32_t slot = 0; slot < 3; ++slot) {
-    writer = new_writer();
-    write(slot);
-    EXPECT_TRUE(until([&] { return kept(slot + 1) == static_cast<int>(slot) + 1; }));
-  }
+TEST_F(Quota, ForgetsWritersThatAreGone) {
+  write(1);
+  EXPECT_EQ(next(), 1U);
+  EXPECT_EQ(quota.writers(), 1U);
+  quota.keep_only(matched_writers({reader.get()}));
+  EXPECT_EQ(quota.writers(), 1U);
   writer.reset();
   EXPECT_TRUE(until([&] { return matched_writers({reader.get()}).empty(); }));
-  EXPECT_TRUE(until([&] {
-    std::optional<std::uint32_t> slot;
-    while (take_one(slot)) {
-    }
-    return quota.writers() == 0;
-  }));
+  quota.keep_only(matched_writers({reader.get()}));
+  EXPECT_EQ(quota.writers(), 0U);
 }
 
 TEST_F(Quota, TakesNothingOfABannedWriter) {

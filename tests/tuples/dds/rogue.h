@@ -47,6 +47,17 @@ class Rogue {
     dds_write(writer_.get(), &presence);
   }
 
+  /// Says that this one, or another one, is gone.
+  void end(std::uint32_t id, std::uint64_t incarnation) {
+    std::string empty;
+    rubicon_wire_Presence presence{};
+    presence.id = id;
+    presence.incarnation = incarnation;
+    presence.host = presence.summary = empty.data();
+    dds_dispose(writer_.get(), &presence);
+    dds_unregister_instance(writer_.get(), &presence);
+  }
+
   /// A writer of presence that has none to write.
   Entity silent_writer() const {
     return Entity(dds_create_writer(participant_.get(), topic_.get(), make_kept_qos().get(), nullptr));
@@ -109,6 +120,15 @@ class Rogue {
     one.content._length = one.content._maximum = static_cast<std::uint32_t>(content.size());
     one.content._buffer = const_cast<std::uint8_t*>(content.data());
     dds_write(interests_.get(), &one);
+  }
+
+  /// Ends a subscription of another one.
+  void end_interest_of(std::uint32_t id, std::uint64_t incarnation, std::uint32_t slot) {
+    rubicon_wire_Interest one{};
+    one.subscriber = id;
+    one.incarnation = incarnation;
+    one.slot = slot;
+    dds_dispose(interests_.get(), &one);
   }
 
   /// Whether a subscription of a component arrives within ten seconds. Takes all that are there.

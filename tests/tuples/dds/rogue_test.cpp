@@ -218,6 +218,48 @@ TEST_F(Rogues, SubscribeForNobodyElse) {
   EXPECT_TRUE(until([&] { return !wanted.empty(); })) << "in its own name it may";
 }
 
+TEST_F(Rogues, EndNobodyElseAndNoSubscriptionOfAnother) {
+  const auto robots = rogue.incarnation_of(number(kRobot));
+  std::vector<std::string> wanted;
+  ASSERT_TRUE(island->space.set("mine", "1"));
+  const auto watch =
+      island->space.watch_demand(pattern("mine"), [&](const Demand& demand) { wanted.emplace_back(demand.key); });
+  const auto copy = robot->space.subscribe(pattern("1:mine"), {}, [](const Event&) {});
+  ASSERT_TRUE(until([&] { return !wanted.empty(); }));
+  rogue.interest(99, {});  // so that it has a writer
+  for (std::uint32_t slot = 0; slot < 10; ++slot) rogue.end_interest_of(number(kRobot), robots, slot);
+  rogue.end(number(kRobot), robots);
+  rogue.end(number(kIsland), island_incarnation);
+  rogue.arrive();
+  let_pass();
+  EXPECT_THAT(island->space.peers(), Contains(kRobot));
+  EXPECT_EQ(wanted.size(), 1U) << "nothing ended";
+  ASSERT_TRUE(island->space.set("mine", "2"));
+  EXPECT_TRUE(until([&] { return robot->space.get(kIsland, "mine")->value == "2"; }));
+  expect_the_others_work();
+}
+
+/// As after an address changed: a component enters with a new participant, and others have not noticed yet that the
+/// former one is gone.
+TEST_F(Rogues, AStartThatASecondParticipantShowsCountsWhenTheFirstIsGone) {
+  auto first = std::make_unique<dds::Rogue>(kRogue + 1);
+  const auto is_there = [&] {
+    const auto peers = island->space.peers();
+    return std::count(peers.begin(), peers.end(), OwnerId(kRogue + 1)) == 1;
+  };
+  ASSERT_TRUE(until(is_there));
+  const auto start = first->incarnation();
+  auto second = std::make_unique<dds::Rogue>(kRogue + 2);
+  second->show(kRogue + 1, start);
+  second->arrive();
+  let_pass();
+  first.reset();
+  EXPECT_TRUE(until([&] { return ecology.log().contains("the same start: ignored while the first one is there"); }));
+  EXPECT_TRUE(until(is_there));
+  second.reset();
+  EXPECT_TRUE(until([&] { return !is_there(); }));
+}
+
 TEST_F(Rogues, RubbishIsDropped) {
   std::mt19937 dice(7);
   for (int i = 0; i < 500; ++i) {

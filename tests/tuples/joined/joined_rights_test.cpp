@@ -168,7 +168,7 @@ struct WithAStranger : JoinedRights {
     return who ? who->name : "none";
   }
 
-  const Member two{.name = "two", .ids = {{2, 2}}, .serial = "06"};
+  const Member two{.name = "two", .ids = {{2, 2}}};
   Liar witness, liar;
   std::unique_ptr<Link> witness_link = *own.join(kWitness), owner_link, liar_link;
   std::optional<TupleSpace> owner;

@@ -71,9 +71,9 @@ TEST_F(OnThisHost, WhoIsOnBothLivesInTheFolder) {
 PeerIdentity by_word(std::uint64_t start) {
   return {kRobot, start, kThere};
 }
-PeerIdentity by_certificate(std::uint64_t start) {
+PeerIdentity by_user(std::uint64_t start) {
   auto one = by_word(start);
-  one.member = std::make_shared<const tuples::Member>(tuples::Member{.name = "robot", .serial = "1"});
+  one.member = std::make_shared<const tuples::Member>(tuples::Member{.name = "robot"});
   return one;
 }
 PeerIdentity by_kernel(std::uint64_t start) {
@@ -87,7 +87,7 @@ constexpr std::size_t kOnHost = 0, kOnDds = 1, kOnPeis = 2;
 TEST(ProofOfAWire, ABetterOneTakesOverAndALowerOneNeverDoes) {
   MetPeer peer(3);
   EXPECT_EQ(peer.meet(kOnPeis, by_word(7)).up, kOnPeis);
-  EXPECT_EQ(peer.meet(kOnDds, by_certificate(5)).up, kOnDds);
+  EXPECT_EQ(peer.meet(kOnDds, by_user(5)).up, kOnDds);
   const auto moved = peer.meet(kOnHost, by_kernel(3));
   EXPECT_EQ(moved.up, kOnHost);
   EXPECT_EQ(moved.down->incarnation, 5U);
@@ -103,7 +103,7 @@ TEST(ProofOfAWire, WhenTheBestIsGoneTheNextBestCounts) {
   MetPeer peer(3);
   peer.meet(kOnHost, by_kernel(3));
   peer.meet(kOnPeis, by_word(3));
-  peer.meet(kOnDds, by_certificate(9));
+  peer.meet(kOnDds, by_user(9));
   EXPECT_EQ(peer.part(kOnHost, PeerEvent::kLost).up, kOnDds);
   EXPECT_EQ(peer.part(kOnDds, PeerEvent::kLost).up, kOnPeis);
 }

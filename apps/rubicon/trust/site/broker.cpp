@@ -114,7 +114,7 @@ void put_set_up(Output& out, const sites::BrokerFolder& broker) {
 }
 
 int set_up_broker(const Settings& settings, const MosquittoOptions& options) {
-  const auto folder = realm_folder(settings, options.realm);
+  const auto folder = realm_folder(options.realm);
   if (!folder) return failed(folder.error());
   const auto there = sites::contents_of(*folder, now());
   if (!there) return failed_at(*folder, there.error());

@@ -13,6 +13,7 @@
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/text.h"
 #include "model/json_members.h"
+#include "trust/member_names.h"
 #include "trust/site/site_folder.h"
 
 namespace rubicon::cli::trust::site {
@@ -76,7 +77,7 @@ Result<bool> is_member_meant(const std::filesystem::path& folder, const RevokedM
 }
 
 int revoke_member(const Settings& settings, const RevokedMember& options) {
-  const auto folder = realm_folder(settings, options.folder);
+  const auto folder = realm_folder(options.folder);
   if (!folder) return failed(folder.error());
   const auto meant = is_member_meant(*folder, options);
   if (!meant) return failed(meant.error());
@@ -93,7 +94,7 @@ int revoke_member(const Settings& settings, const RevokedMember& options) {
 }
 
 int change_member(const Settings& settings, const ChangedMember& options) {
-  const auto folder = realm_folder(settings, options.folder);
+  const auto folder = realm_folder(options.folder);
   if (!folder) return failed(folder.error());
   std::optional<std::vector<std::string>> roles;
   std::optional<std::vector<OwnerId>> islands;

@@ -17,21 +17,7 @@ namespace fs = std::filesystem;
 
 std::string_view realm_variable() {
   const char* value = std::getenv("RUBICON_REALM");
-  return value == nullptr || value == std::string_view(client::kNoTrust) ? std::string_view() : value;
-}
-
-/// Who typed it wants the folder of DDS; the environment may be for both.
-bool has_typed_trust(const Settings& settings) {
-  const char* value = std::getenv("RUBICON_TRUST");
-  return !settings.options.trust.empty() && settings.config.empty() &&
-         (value == nullptr || settings.options.trust != value);
-}
-
-int moved(const std::string& command) {
-  return failed({ErrorCode::kInvalid,
-                 fmt::format("`rubicon trust {0}` is `rubicon trust dds {0}` now: it is of the trust over DDS; without "
-                             "`dds` rubicon trust is about MQTT brokers (docs/sites.md)",
-                             command)});
+  return value == nullptr || value == std::string_view("no") ? std::string_view() : value;
 }
 
 std::string islands_text(const std::vector<OwnerId>& islands) {
@@ -49,16 +35,6 @@ void add_site(Cli& cli, CLI::App* parent) {
   add_changes(cli, parent);
   add_show(cli, parent);
   add_broker(cli, parent);
-  add_former(cli, parent);
-}
-
-void add_former(Cli& cli, CLI::App* parent) {
-  for (const std::string name : {"request", "sign", "export"}) {
-    auto* app = cli.command({name, "Moved to `rubicon trust dds " + name + "`", "", parent},
-                            [name](const Settings&) { return moved(name); });
-    app->allow_extras()->fallthrough(false);
-    app->group("");
-  }
 }
 
 void add_realm_option(CLI::App* app, std::string& folder) {
@@ -66,15 +42,11 @@ void add_realm_option(CLI::App* app, std::string& folder) {
       ->type_name("FOLDER");
 }
 
-Result<fs::path> realm_folder(const Settings& settings, const std::string& named) {
-  if (has_typed_trust(settings))
-    return fail(ErrorCode::kInvalid,
-                "--trust names the folder of the trust over DDS, for `rubicon trust dds`; for MQTT brokers: --realm "
-                "FOLDER");
+Result<fs::path> realm_folder(const std::string& named) {
   if (!named.empty() && named.find('/') == named.npos)
     return fail(ErrorCode::kInvalid,
                 fmt::format("--realm {0}: is no folder, expected one with a /, such as ./{0}; `init --name {0}` names "
-                            "a realm of brokers, `rubicon trust dds init --realm {0}` one of DDS",
+                            "a realm",
                             named));
   if (!named.empty()) return fs::path(named);
   const auto variable = realm_variable();
@@ -90,8 +62,8 @@ fs::path folder_to_show(const std::string& named) {
   return !fs::exists(host, error) && !own.empty() && fs::exists(own, error) ? own : host;
 }
 
-Result<fs::path> joined_folder(const Settings& settings, const std::string& named) {
-  auto folder = realm_folder(settings, named);
+Result<fs::path> joined_folder(const std::string& named) {
+  auto folder = realm_folder(named);
   if (!folder || !named.empty() || !realm_variable().empty() || ::geteuid() == 0) return folder;
   if (auto own = rubicon::trust::site::own_site_folder(); !own.empty()) return own;
   return fail(ErrorCode::kNotFound, "HOME is not set, expected --realm FOLDER");

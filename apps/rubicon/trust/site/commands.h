@@ -20,17 +20,15 @@ void add_join(Cli& cli, CLI::App* parent);
 void add_changes(Cli& cli, CLI::App* parent);
 void add_show(Cli& cli, CLI::App* parent);
 void add_broker(Cli& cli, CLI::App* parent);
-/// Words that were commands for DDS before there was `rubicon trust dds`.
-void add_former(Cli& cli, CLI::App* parent);
 
 /// --realm FOLDER.
 void add_realm_option(CLI::App* app, std::string& folder);
-/// That of --realm, else of RUBICON_REALM, else of the host. kInvalid: what was typed is meant for DDS.
-Result<std::filesystem::path> realm_folder(const Settings& settings, const std::string& named);
+/// That of --realm, else of RUBICON_REALM, else of the host. kInvalid: it is no folder.
+Result<std::filesystem::path> realm_folder(const std::string& named);
 /// The same, but that of the person where neither names one, and the host has none.
 std::filesystem::path folder_to_show(const std::string& named);
 /// The folder that a person writes: that of the host for root, else the one in the home directory.
-Result<std::filesystem::path> joined_folder(const Settings& settings, const std::string& named);
+Result<std::filesystem::path> joined_folder(const std::string& named);
 
 /// name, roles, islands, until
 Line as_json(const ListedSiteMember& member);

@@ -81,7 +81,7 @@ Result<bool> is_fingerprint_right(const JoinedMember& options) {
 }
 
 int join_realm(const Settings& settings, const JoinedMember& options) {
-  const auto folder = joined_folder(settings, options.folder);
+  const auto folder = joined_folder(options.folder);
   if (!folder) return failed(folder.error());
   const auto text = read_text(options.file);
   if (!text) return failed(text.error());
@@ -102,9 +102,9 @@ int join_realm(const Settings& settings, const JoinedMember& options) {
     phrase = std::move(*typed);
   }
   const auto whole = std::filesystem::absolute(*folder).lexically_normal();
-  const auto joined =
-      sites::join_site(whole, *text, phrase.view(), now(),
-                       options.older ? rubicon::trust::Older::kTake : rubicon::trust::Older::kRefuse, *readers);
+  const auto joined = sites::join_site(
+      whole, *text, phrase.view(), now(),
+      options.older ? rubicon::trust::site::Older::kTake : rubicon::trust::site::Older::kRefuse, *readers);
   if (!joined) return failed_at(*folder, joined.error());
   put_joined(settings, out, *joined, whole, options.file);
   return ended(out, kGood);

@@ -98,7 +98,7 @@ int add_member_with_password(const Settings& settings, const NewMember& options,
 }
 
 int add_member(const Settings& settings, const NewMember& options) {
-  const auto folder = realm_folder(settings, options.folder);
+  const auto folder = realm_folder(options.folder);
   if (!folder) return failed(folder.error());
   if (const auto good = sites::check_user_name(options.member.name); !good) return failed(good.error());
   if (options.here) return add_member_here(settings, options, *folder);
@@ -115,7 +115,7 @@ int add_member(const Settings& settings, const NewMember& options) {
 
 struct RenewedMember {
   std::string name, folder, out, reload;
-  int days = rubicon::trust::kMemberDays;
+  int days = rubicon::trust::site::kMemberDays;
   bool new_key = false;
   PhraseOptions phrase;
 };
@@ -136,7 +136,7 @@ int renew_with_new_key(const Settings& settings, const RenewedMember& options, c
 
 /// That of this host in its place, another one by a file without a key.
 int renew_member(const Settings& settings, const RenewedMember& options) {
-  const auto folder = realm_folder(settings, options.folder);
+  const auto folder = realm_folder(options.folder);
   if (!folder) return failed(folder.error());
   if (const auto good = sites::check_user_name(options.name); !good) return failed(good.error());
   if (options.new_key) return renew_with_new_key(settings, options, *folder);
@@ -169,7 +169,7 @@ int renew_member(const Settings& settings, const RenewedMember& options) {
 void add_days_option(CLI::App* app, int& days) {
   app->add_option("--days", days, "life of the certificate")
       ->type_name("N")
-      ->check(CLI::Range(1, rubicon::trust::kMaxMemberDays).description(""))
+      ->check(CLI::Range(1, rubicon::trust::site::kMaxMemberDays).description(""))
       ->capture_default_str();
 }
 

@@ -21,9 +21,9 @@ struct RealmInit {
 int init_realm(const Settings& settings, const RealmInit& asked) {
   if (!asked.former.empty())
     return failed({ErrorCode::kInvalid,
-                   "`rubicon trust init --for` is `rubicon trust dds init --for` now: a unit of an older release runs "
-                   "it; replace the unit"});
-  const auto folder = realm_folder(settings, asked.folder);
+                   "--for made certificates for DDS, which this release does not have: rubicon-trust@.service of an "
+                   "earlier release runs it, remove that unit (docs/trust.md)"});
+  const auto folder = realm_folder(asked.folder);
   if (!folder) return failed(folder.error());
   const auto made = sites::init(*folder, asked.init, now());
   if (!made) return failed_at(*folder, made.error());
@@ -83,7 +83,7 @@ Line json_of_realm(const sites::SiteContents& there, const std::filesystem::path
 }
 
 int show_realm(const Settings& settings, const std::string& named) {
-  if (const auto meant = realm_folder(settings, named); !meant) return failed(meant.error());
+  if (const auto meant = realm_folder(named); !meant) return failed(meant.error());
   const auto folder = folder_to_show(named);
   const auto there = sites::contents_of(folder, now());
   if (!there) return failed_at(folder, there.error());
@@ -116,7 +116,7 @@ void add_init(Cli& cli, CLI::App* parent) {
                   "how members reach the broker, HOST or HOST:PORT (may be repeated)")
       ->allow_extra_args(false);
   add_realm_option(app, options->folder);
-  app->add_option("--for", options->former, "moved to `rubicon trust dds init`")->group("");
+  app->add_option("--for", options->former, "of an earlier release")->group("");
 }
 
 void add_show(Cli& cli, CLI::App* parent) {
