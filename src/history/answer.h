@@ -59,9 +59,10 @@ struct Question {
 struct Bucket {
   WallTime time{};          ///< of the only value; otherwise the start of the bucket
   std::uint32_t count = 0;  ///< values, 1 or more
+  double first = 0;
   double minimum = 0, maximum = 0;
-  double mean = 0;  ///< of the stored values; how long each was in force does not count
-  double last = 0;  ///< the latest value of the bucket
+  double mean = 0;  ///< weighted by the time of the bucket in which each value was in force, that from before included
+  double last = 0;
 
   friend bool operator==(const Bucket&, const Bucket&) = default;
 };

@@ -43,6 +43,7 @@ void append_buckets(const SeriesAnswer& series, std::string& out) {
   append_list("t", all, out, [&](const Bucket& one) { append_seconds(one.time, out); });
   const bool single = std::all_of(all.begin(), all.end(), [](const Bucket& one) { return one.count == 1; });
   if (single) return append_list("v", all, out, [&](const Bucket& one) { append_number(one.last, out); });
+  append_list("first", all, out, [&](const Bucket& one) { append_number(one.first, out); });
   append_list("min", all, out, [&](const Bucket& one) { append_number(one.minimum, out); });
   append_list("max", all, out, [&](const Bucket& one) { append_number(one.maximum, out); });
   append_list("mean", all, out, [&](const Bucket& one) { append_number(one.mean, out); });
@@ -107,10 +108,11 @@ void append_cells(const SeriesAnswer& series, const Bucket& bucket, std::string&
   append_seconds(bucket.time, out);
   base::append(out, ",{},{},", to_string(series.name), bucket.count);
   if (series.kind == SeriesKind::kWords) {
-    out += ",,,";
+    recording::append_csv_cell(word_of(series.words, bucket.first), out);
+    out += ",,,,";
     recording::append_csv_cell(word_of(series.words, bucket.last), out);
   } else {
-    base::append(out, "{},{},{},{}", bucket.minimum, bucket.maximum, bucket.mean, bucket.last);
+    base::append(out, "{},{},{},{},{}", bucket.first, bucket.minimum, bucket.maximum, bucket.mean, bucket.last);
   }
   out += '\n';
 }
@@ -166,12 +168,12 @@ std::string to_json(const std::vector<SeriesEntry>& series) {
 }
 
 std::string to_csv(const Answer& answer) {
-  std::string out = "time,key,count,minimum,maximum,mean,last\n";
+  std::string out = "time,key,count,first,minimum,maximum,mean,last\n";
   for (const auto& series : answer.series) {
     for (const auto& bucket : series.buckets) append_cells(series, bucket, out);
     for (const auto& text : series.texts) {
       append_seconds(text.time, out);
-      base::append(out, ",{},1,,,,", to_string(series.name));
+      base::append(out, ",{},1,,,,,", to_string(series.name));
       recording::append_csv_cell(text.text, out);
       out += '\n';
     }

@@ -60,8 +60,8 @@ Grid grid_of(std::int64_t from, std::int64_t to, std::size_t buckets) {
 
 void Summed::add(std::int64_t time, double value) {
   if (count == 0) {
-    *this = {time, time, 1, value, value, value, value};
-    return;
+    start = time;
+    first = minimum = maximum = value;
   }
   end = time;
   ++count;
@@ -73,9 +73,11 @@ void Summed::add(std::int64_t time, double value) {
 
 void Summed::add(const Summed& later) {
   if (later.count == 0) return;
+  area += later.area;
+  held += later.held;
   if (count == 0) {
-    *this = later;
-    return;
+    start = later.start;
+    first = later.first, minimum = later.minimum, maximum = later.maximum;
   }
   end = later.end;
   count += later.count;
@@ -90,6 +92,7 @@ Collector::Collector(const Grid& grid, std::optional<Point> before, std::int64_t
   if (before && !before->gap() && grid.from - before->time <= kSilence) before_ = before;
   in_gap_ = !before_;
   since_ = before_ ? before_->time : grid.from;
+  value_ = before_ ? before_->value : 0;
 }
 
 void Collector::add(const Point& point) {
@@ -97,6 +100,7 @@ void Collector::add(const Point& point) {
   if (!point.gap()) {
     observed(point.time, point.time);
     sums_[grid_.place(point.time)].add(point.time, point.value);
+    value_ = point.value;
   } else if (!in_gap_) {
     observed(point.time, point.time);
     in_gap_ = true;
@@ -107,10 +111,27 @@ void Collector::add(const Summed& sum) {
   if (sum.count == 0 || !grid_.contains(sum.start)) return;
   observed(sum.start, sum.end);
   sums_[grid_.place(sum.start)].add(sum);
+  value_ = sum.last;
+}
+
+/// The value of the last point, in all buckets of the time since then.
+void Collector::hold_until(std::int64_t time) {
+  auto from = std::max(since_, grid_.from);
+  time = std::min(time, grid_.to);
+  while (from < time) {
+    const auto place = grid_.place(from);
+    const auto end = std::min(time, grid_.from + static_cast<std::int64_t>(place + 1) * grid_.width);
+    sums_[place].hold(value_, end - from);
+    from = end;
+  }
 }
 
 void Collector::observed(std::int64_t from, std::int64_t to) {
-  if (in_gap_ || from - since_ > kSilence) add_gap(since_, from);
+  if (in_gap_ || from - since_ > kSilence) {
+    add_gap(since_, from);
+  } else {
+    hold_until(from);
+  }
   in_gap_ = false;
   since_ = std::max({since_, from, to});  // what a damaged file has out of order begins no gap within another
 }
@@ -124,15 +145,19 @@ void Collector::add_gap(std::int64_t from, std::int64_t to) {
 
 void Collector::finish(SeriesAnswer& answer) {
   const auto end = std::min(grid_.to, std::max(alive_, since_));
-  if (in_gap_ || end - since_ > kSilence) add_gap(since_, end);
+  if (in_gap_ || end - since_ > kSilence) {
+    add_gap(since_, end);
+  } else {
+    hold_until(end);
+  }
   if (before_) answer.before = NumberValue{from_milliseconds(before_->time), before_->value};
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     const auto& sum = sums_[i];
     if (sum.count == 0) continue;
     const auto start = grid_.from + static_cast<std::int64_t>(i) * grid_.width;
     const bool single = sum.count == 1 && width_of(sum) == 0;
-    answer.buckets.push_back({from_milliseconds(single ? sum.start : start), sum.count, sum.minimum, sum.maximum,
-                              sum.sum / sum.count, sum.last});
+    answer.buckets.push_back({from_milliseconds(single ? sum.start : start), sum.count, sum.first, sum.minimum,
+                              sum.maximum, sum.mean(), sum.last});
   }
   answer.gaps = std::move(gaps_);
 }

@@ -33,12 +33,27 @@ Grid grid_of(std::int64_t from, std::int64_t to, std::size_t buckets);
 struct Summed {
   std::int64_t start = 0, end = 0;  ///< of the first and the last point
   std::uint32_t count = 0;          ///< without gaps
-  double minimum = 0, maximum = 0, sum = 0, last = 0;
+  double first = 0, minimum = 0, maximum = 0, sum = 0, last = 0;
+  double area = 0;        ///< values times the milliseconds in which each was in force
+  std::int64_t held = 0;  ///< these milliseconds together
 
   /// Adds a value; `time` not before the others.
   void add(std::int64_t time, double value);
   void add(const Summed& later);
+  /// That value was in force for so long.
+  void hold(double value, std::int64_t time) { area += value * static_cast<double>(time), held += time; }
+  /// Weighted by the time in which each value was in force, if any of it is known.
+  double mean() const { return held > 0 ? area / static_cast<double>(held) : sum / count; }
 };
+
+/// Calls `visit(value, from, until)` for each value that was in force between two of these points, which are in order.
+template <class Visit>
+void each_hold(const Points& points, Visit visit) {
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto &one = points[i - 1], &next = points[i];
+    if (!one.gap() && next.time > one.time && next.time - one.time <= kSilence) visit(one.value, one.time, next.time);
+  }
+}
 
 /// Makes the buckets and the gaps of one series. Everything is added in order of time.
 class Collector {
@@ -56,6 +71,7 @@ class Collector {
 
  private:
   void observed(std::int64_t from, std::int64_t to);
+  void hold_until(std::int64_t time);
   void add_gap(std::int64_t from, std::int64_t to);
 
   Grid grid_;
@@ -65,6 +81,7 @@ class Collector {
   std::vector<Gap> gaps_;
   bool in_gap_ = false;
   std::int64_t since_ = 0;  ///< of the gap, or the last point
+  double value_ = 0;        ///< of the last point
 };
 
 }  // namespace rubicon::history

@@ -16,7 +16,7 @@ namespace {
 
 using sqlite::Database;
 
-constexpr std::array<const char*, 1> kSteps{R"sql(
+constexpr std::array<const char*, 2> kSteps{R"sql(
 CREATE TABLE meta(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE series(id INTEGER PRIMARY KEY, owner INTEGER NOT NULL, key TEXT NOT NULL, kind INTEGER NOT NULL,
   unit TEXT NOT NULL, words TEXT NOT NULL, UNIQUE(owner,key));
@@ -28,6 +28,14 @@ CREATE TABLE hour(series INTEGER NOT NULL, start INTEGER NOT NULL, until INTEGER
   minimum REAL, maximum REAL, sum REAL, last REAL, PRIMARY KEY(series,start)) WITHOUT ROWID;
 CREATE TABLE text(series INTEGER NOT NULL, time INTEGER NOT NULL, value TEXT NOT NULL,
   PRIMARY KEY(series,time)) WITHOUT ROWID;
+)sql",
+                                            R"sql(
+ALTER TABLE block ADD COLUMN first REAL;
+ALTER TABLE block ADD COLUMN area REAL;
+ALTER TABLE block ADD COLUMN held INTEGER;
+ALTER TABLE hour ADD COLUMN first REAL;
+ALTER TABLE hour ADD COLUMN area REAL;
+ALTER TABLE hour ADD COLUMN held INTEGER;
 )sql"};
 
 sqlite::Format format() {

@@ -75,6 +75,10 @@ Overlapping::Block block_at(const Query& query) {
   block.sum.maximum = query.real_at(5);
   block.sum.sum = query.real_at(6);
   block.sum.last = query.real_at(7);
+  block.sum.first = query.real_at(9);
+  block.sum.area = query.real_at(10);
+  // Within its bounds also in a damaged file; less than 0 = unknown.
+  block.sum.held = std::clamp<std::int64_t>(query.integer_at(11), -1, kLongestBlock);
   const auto data = query.blob_at(8);
   block.data.assign(data.begin(), data.end());
   return block;
@@ -84,9 +88,10 @@ Overlapping::Block block_at(const Query& query) {
 Result<void> each_group(Store& store, SeriesRow row, std::int64_t from, std::int64_t to,
                         const std::function<bool(const Overlapping&)>& flush) {
   auto statement = store.database().prepare(
-      "SELECT start,until,count,gaps,minimum,maximum,sum,last,data FROM block WHERE series=? AND start>=? AND start<? "
-      "AND "
-      "until>=? ORDER BY start,part",
+      fmt::format("SELECT start,until,count,gaps,minimum,maximum,sum,last,data,{} FROM block WHERE series=? AND "
+                  "start>=? AND start<? AND until>=? ORDER BY start,part",
+                  store.has_areas() ? "first,area,coalesce(held,-1)" : "0,0,-1")
+          .c_str(),
       kReading);
   if (!statement) return fail(statement.error());
   Query query(*statement);
@@ -148,9 +153,14 @@ Result<std::optional<Point>> point_before(Store& store, SeriesRow row, std::int6
 
 /// Hours of which only the summary is left.
 Result<void> collect_hours(Store& store, SeriesRow row, const Grid& grid, Collector& collector) {
+  // What earlier releases did not keep: the mean stands for it.
   auto statement = store.database().prepare(
-      "SELECT start,until,count,minimum,maximum,sum,last FROM hour WHERE series=? AND start>=? AND start<? ORDER BY "
-      "start",
+      fmt::format("SELECT start,until,count,minimum,maximum,sum,last,{} FROM hour WHERE series=? AND start>=? AND "
+                  "start<? ORDER BY start",
+                  store.has_areas() ? "coalesce(first,sum/count),coalesce(area,sum/count*(until-start)),"
+                                      "coalesce(held,until-start)"
+                                    : "sum/count,sum/count*(until-start),until-start")
+          .c_str(),
       kReading);
   if (!statement) return fail(statement.error());
   Query query(*statement);
@@ -161,14 +171,16 @@ Result<void> collect_hours(Store& store, SeriesRow row, const Grid& grid, Collec
     if (!*there) return {};
     const auto start = query.integer_at(0);
     const auto end = std::clamp(query.integer_at(1), start, start + kHour);  // also of a damaged file
-    collector.add(Summed{start, end, static_cast<std::uint32_t>(query.integer_at(2)), query.real_at(3),
-                         query.real_at(4), query.real_at(5), query.real_at(6)});
+    collector.add(Summed{start, end, static_cast<std::uint32_t>(query.integer_at(2)), query.real_at(7),
+                         query.real_at(3), query.real_at(4), query.real_at(5), query.real_at(6), query.real_at(8),
+                         std::clamp<std::int64_t>(query.integer_at(9), 0, kHour)});
   }
 }
 
-/// A block that lies in one bucket and has no gap, not even an unmarked one, need not be unpacked.
+/// A block that lies in one bucket and has no gap, not even an unmarked one, need not be unpacked, unless an earlier
+/// release wrote it.
 bool as_one(const Overlapping& group, const Grid& grid) {
-  if (group.blocks().size() != 1 || group.blocks()[0].gaps != 0) return false;
+  if (group.blocks().size() != 1 || group.blocks()[0].gaps != 0 || group.blocks()[0].sum.held < 0) return false;
   const auto& sum = group.blocks()[0].sum;
   if (!grid.contains(sum.start) || !grid.contains(sum.end) || sum.end - sum.start > kSilence) return false;
   return sum.count > 0 && grid.place(sum.start) == grid.place(sum.end);

@@ -164,6 +164,7 @@ Result<bool> Retention::slice_of(SeriesRow row) {
       "SELECT start,part,data FROM block WHERE series=? AND start<? AND until<? ORDER BY start,part LIMIT ?", kDoing);
   if (!blocks) return fail(blocks.error());
   std::vector<std::pair<std::int64_t, std::int64_t>> gone;
+  Points all;  // of several blocks, so that it is known how long the last of each was in force
   {
     Query query(*blocks);
     query.integer(row).integer(blocks_before_).integer(blocks_before_).integer(kBlocksAtOnce);
@@ -172,14 +173,14 @@ Result<bool> Retention::slice_of(SeriesRow row) {
       if (!there) return fail(there.error());
       if (!*there) break;
       gone.emplace_back(query.integer_at(0), query.integer_at(1));
-      const auto points = store_.codec().decode(query.blob_at(2));
-      if (!points) {
+      if (const auto points = store_.codec().decode(query.blob_at(2))) {
+        all.insert(all.end(), points->begin(), points->end());
+      } else {
         store_.count_damage();
-      } else if (auto done = keep_hours(row, *points); !done) {
-        return fail(done.error());
       }
     }
   }
+  if (auto done = keep_hours(row, std::move(all)); !done) return fail(done.error());
   auto remove = database.prepare("DELETE FROM block WHERE series=? AND start=? AND part=?", kDoing);
   if (!remove) return fail(remove.error());
   for (const auto& [start, part] : gone) {
@@ -195,23 +196,30 @@ Result<bool> Retention::slice_of(SeriesRow row) {
   return false;
 }
 
-Result<void> Retention::keep_hours(SeriesRow row, const Points& points) {
+Result<void> Retention::keep_hours(SeriesRow row, Points points) {
   std::map<std::int64_t, Summed> hours;
-  auto sorted = points;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Point& a, const Point& b) { return a.time < b.time; });
-  for (const auto& point : sorted) {
+  std::stable_sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.time < b.time; });
+  for (const auto& point : points) {
     const auto hour = floor_to(point.time, kHour);
     if (!point.gap() && hour >= hours_before_) hours[hour].add(point.time, point.value);
   }
+  each_hold(points, [&](double value, std::int64_t from, std::int64_t until) {
+    const auto hour =
+        hours.find(floor_to(from, kHour));  // what goes on into the next hour is known from both summaries
+    if (hour != hours.end() && until <= hour->second.end) hour->second.hold(value, until - from);
+  });
+  // Columns without a value are those of an earlier release.
   auto put = store_.database().prepare(
-      "INSERT INTO hour VALUES(?1,?2,?3,?4,?5,?6,?7,?8) ON CONFLICT DO UPDATE SET until=max(until,?3),count=count+?4,"
-      "minimum=min(minimum,?5),maximum=max(maximum,?6),sum=sum+?7,last=CASE WHEN ?3>=until THEN ?8 ELSE last END",
+      "INSERT INTO hour VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11) ON CONFLICT DO UPDATE SET until=max(until,?3),"
+      "count=count+?4,minimum=min(minimum,?5),maximum=max(maximum,?6),sum=sum+?7,"
+      "last=CASE WHEN ?3>=until THEN ?8 ELSE last END,area=area+?10,held=held+?11",
       "summing up an hour");
   if (!put) return fail(put.error());
   for (const auto& [hour, sum] : hours) {
     Query query(*put);
     query.integer(row).integer(hour).integer(sum.end).integer(sum.count);
     query.real(sum.minimum).real(sum.maximum).real(sum.sum).real(sum.last);
+    query.real(sum.first).real(sum.area).integer(sum.held);
     if (auto done = query.run(); !done) return done;
   }
   return {};

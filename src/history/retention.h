@@ -39,7 +39,7 @@ class Retention {
   Result<std::string> shrink(const std::string& why);
   Result<void> slice();
   Result<bool> slice_of(SeriesRow row);
-  Result<void> keep_hours(SeriesRow row, const Points& points);
+  Result<void> keep_hours(SeriesRow row, Points points);
   /// The first of the times that `sql` finds for each series.
   Result<std::optional<std::int64_t>> oldest(const char* sql);
 

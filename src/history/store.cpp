@@ -67,7 +67,10 @@ Result<void> Store::prepare() {
   if (read_only()) {
     if (auto done = file_.database.run("BEGIN", "opening"); !done) return done;
   }
-  if (auto done = prepare_statements(file_.database, sql_); !done) return done;
+  const auto version = file_.database.number("PRAGMA user_version", "opening");
+  if (!version) return fail(version.error());
+  has_areas_ = *version >= kAreasSince;
+  if (auto done = prepare_statements(file_.database, sql_, has_areas_); !done) return done;
   const auto alive = meta("alive");
   if (!alive) return fail(alive.error());
   alive_ = alive->value_or(0);
@@ -314,6 +317,7 @@ Result<void> Store::insert_block(SeriesRow row, const Points& points) {
       sum.add(point.time, point.value);
     }
   }
+  each_hold(points, [&](double value, std::int64_t from, std::int64_t until) { sum.hold(value, until - from); });
   Query part(sql_.next_part);
   if (const auto there = part.integer(row).integer(start).next(); !there) return fail(there.error());
   const auto data = codec_.encode(points);
@@ -325,6 +329,7 @@ Result<void> Store::insert_block(SeriesRow row, const Points& points) {
       .integer(sum.count)
       .integer(gaps);
   query.real(sum.minimum).real(sum.maximum).real(sum.sum).real(sum.last).blob(data);
+  query.real(sum.first).real(sum.area).integer(sum.held);
   return query.run();
 }
 

@@ -68,6 +68,8 @@ class Store {
   BlockCodec& codec() { return codec_; }
   const std::string& path() const { return file_.path; }
   bool read_only() const { return file_.read_only; }
+  /// Blocks and hours say how long each value was in force: not in a file of an earlier release that is only read.
+  bool has_areas() const { return has_areas_; }
   std::uint64_t damaged() const { return damaged_; }  ///< rows that could not be read
   void count_damage() { ++damaged_; }
 
@@ -111,6 +113,7 @@ class Store {
   std::vector<SlotState> slots_;
   std::vector<std::pair<SeriesRow, Point>> marks_;  ///< of gaps, for the next batch
   std::int64_t alive_ = 0;
+  bool has_areas_ = false;
   std::int64_t next_journal_ = 1;
   SeriesRow next_aged_ = 0;  ///< where the search for old open points continues
   unsigned writes_ = 0;

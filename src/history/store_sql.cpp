@@ -11,7 +11,7 @@ namespace rubicon::history {
 using sqlite::Query;
 using sqlite::Statement;
 
-Result<void> prepare_statements(sqlite::Database& database, StoreStatements& statements) {
+Result<void> prepare_statements(sqlite::Database& database, StoreStatements& statements, bool has_areas) {
   struct Text {
     Statement StoreStatements::*statement;
     const char *sql, *doing;
@@ -30,7 +30,10 @@ Result<void> prepare_statements(sqlite::Database& database, StoreStatements& sta
                 kBlocks},
            Text{&StoreStatements::next_part, "SELECT coalesce(max(part)+1,0) FROM block WHERE series=? AND start=?",
                 kBlocks},
-           Text{&StoreStatements::insert_block, "INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?)", kBlocks},
+           Text{&StoreStatements::insert_block,
+                has_areas ? "INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
+                          : "INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?)",
+                kBlocks},
            Text{&StoreStatements::delete_block, "DELETE FROM block WHERE series=? AND start=? AND part=?", kBlocks},
            Text{&StoreStatements::insert_text, "INSERT OR REPLACE INTO text VALUES(?,?,?)", "writing a text"},
            Text{&StoreStatements::put_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)", "writing its times"},

@@ -4,6 +4,6 @@
 
 namespace rubicon::history {
 
-Result<void> prepare_statements(sqlite::Database& database, StoreStatements& statements);
+Result<void> prepare_statements(sqlite::Database& database, StoreStatements& statements, bool has_areas);
 
 }  // namespace rubicon::history

@@ -103,6 +103,7 @@ class World {
       if (points.back().gap()) ++gaps;
       if (!points.back().gap()) sum.add(time, points.back().value);
     }
+    each_hold(points, [&](double value, std::int64_t from, std::int64_t until) { sum.hold(value, until - from); });
     put_block(series, points.front().time, time, sum, gaps, store_->codec().encode(points));
   }
   /// One that a damaged file may have.
@@ -112,6 +113,8 @@ class World {
     sum.count = numbers.next<std::uint32_t>();
     sum.minimum = numbers.next<float>();
     sum.sum = numbers.next<float>();
+    sum.area = numbers.next<float>();
+    sum.held = numbers.time();
     const auto gaps = numbers.next<std::int8_t>();
     put_block(series, start, end, sum, gaps, numbers.bytes(100));
   }
@@ -120,13 +123,15 @@ class World {
     sqlite::Query query(block_);
     query.integer(series).integer(start).integer(++part_).integer(end).integer(sum.count).integer(gaps);
     query.real(sum.minimum).real(sum.maximum).real(sum.sum).real(sum.last).blob(data);
+    query.real(sum.first).real(sum.area).integer(sum.held);
     holds(query.run().has_value());
   }
   void put_hour(int series, Numbers& numbers) {
     const auto start = numbers.time(), end = numbers.time();
     sqlite::Query query(hour_);
     query.integer(series).integer(start).integer(end).integer(numbers.next<std::int32_t>());
-    for (int i = 0; i < 4; ++i) query.real(numbers.next<float>());
+    for (int i = 0; i < 6; ++i) query.real(numbers.next<float>());
+    query.integer(numbers.time());
     holds(query.run().has_value());
   }
   void put_text(int series, Numbers& numbers) {
@@ -141,8 +146,8 @@ class World {
 
   PlaceOfHistory place_;
   std::unique_ptr<Store> store_ = std::move(*Store::open(place_.path / "h", sqlite::FileUse::kOwn, false));
-  sqlite::Statement block_ = prepared("INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?)");
-  sqlite::Statement hour_ = prepared("INSERT OR REPLACE INTO hour VALUES(?,?,?,?,?,?,?,?)");
+  sqlite::Statement block_ = prepared("INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  sqlite::Statement hour_ = prepared("INSERT OR REPLACE INTO hour VALUES(?,?,?,?,?,?,?,?,?,?,?)");
   sqlite::Statement text_ = prepared("INSERT OR REPLACE INTO text VALUES(?,?,?)");
   std::int64_t part_ = 0;
 };

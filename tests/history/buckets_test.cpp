@@ -49,11 +49,29 @@ Gap gap(std::int64_t from, std::int64_t to) {
 TEST(Collector, AddsUpTheValuesOfABucket) {
   const auto answer = collected(Point{-kSecond, 7}, {{0, 2}, {10, 4}, {kMinute - 1, 3}, {kMinute, 9}}, kMinute);
   ASSERT_EQ(answer.buckets.size(), 2U);
-  EXPECT_EQ(answer.buckets[0], (Bucket{wall(0), 3, 2, 4, 3, 3}));
-  EXPECT_EQ(answer.buckets[1], (Bucket{wall(kMinute), 1, 9, 9, 9, 9}));
+  EXPECT_EQ(answer.buckets[0], (Bucket{wall(0), 3, 2, 2, 4, (10 * 2 + 59'989 * 4 + 1 * 3) / 60'000.0, 3}));
+  EXPECT_EQ(answer.buckets[1], (Bucket{wall(kMinute), 1, 9, 9, 9, 9, 9}));
   ASSERT_TRUE(answer.before);
   EXPECT_EQ(answer.before->value, 7);
   EXPECT_TRUE(answer.gaps.empty());
+}
+
+/// A light that was at 320 lx for 50 s of the first minute, and at 40 lx since then.
+TEST(Collector, WeighsTheMeanByTheTimeInForce) {
+  const auto answer =
+      collected(Point{-kSecond, 320}, {{50 * kSecond, 40}, {3 * kMinute + 30 * kSecond, 100}}, 10 * kMinute);
+  ASSERT_EQ(answer.buckets.size(), 2U);
+  EXPECT_DOUBLE_EQ(answer.buckets[0].mean, (50 * 320 + 10 * 40) / 60.0);
+  EXPECT_DOUBLE_EQ(answer.buckets[1].mean, (30 * 40 + 30 * 100) / 60.0);
+}
+
+TEST(Collector, WhatIsUnknownHasNoWeight) {
+  const auto answer = collected({}, {{30 * kSecond, 10}, {40 * kSecond, 20}, {50 * kSecond, kGap}}, kHour);
+  ASSERT_EQ(answer.buckets.size(), 1U);
+  EXPECT_DOUBLE_EQ(answer.buckets[0].mean, 15);
+  // Silence is a gap, too.
+  const auto silent = collected(Point{-kSecond, 1000}, {{30 * kMinute, 4}}, 30 * kMinute + 1);
+  EXPECT_DOUBLE_EQ(silent.buckets.at(0).mean, 4);
 }
 
 TEST(Collector, OfABucketWithOneValueNamesItsTime) {
@@ -94,12 +112,13 @@ TEST(Collector, KnowsNothingOfTheTimeAfterTheLastBatch) {
 
 TEST(Collector, TakesABlockAsOne) {
   Collector collector({0, kHour, 30 * kMinute}, {}, kHour);
-  collector.add(Summed{kMinute, 20 * kMinute, 100, -1, 1, 50, 0.5});
+  collector.add(Summed{kMinute, 20 * kMinute, 100, 0.25, -1, 1, 50, 0.5, 0.75 * 19 * kMinute, 19 * kMinute});
   collector.add(Point{21 * kMinute, 3});
+  collector.add(Point{25 * kMinute, kGap});
   SeriesAnswer answer;
   collector.finish(answer);
   ASSERT_EQ(answer.buckets.size(), 1U);
-  EXPECT_EQ(answer.buckets[0], (Bucket{wall(0), 101, -1, 3, 53.0 / 101, 3}));
+  EXPECT_EQ(answer.buckets[0], (Bucket{wall(0), 101, 0.25, -1, 3, (0.75 * 19 + 0.5 * 1 + 3 * 4) / 24, 3}));
 }
 
 }  // namespace

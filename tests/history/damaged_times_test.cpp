@@ -20,7 +20,9 @@ TEST(DamagedTimes, ListsASeriesWithImpossibleTimes) {
   const auto store = opened(folder / "h");
   ASSERT_TRUE(store->write(batch_of(number_series(kDamagedKey), {{kBegin, 1}}, kBegin)));
   ASSERT_TRUE(
-      store->database().run("INSERT INTO hour VALUES(1,-9223372036854775808,9223372036854775807,1,1,1,1,1)", "test"));
+      store->database().run("INSERT INTO hour(series,start,until,count,minimum,maximum,sum,last) "
+                            "VALUES(1,-9223372036854775808,9223372036854775807,1,1,1,1,1)",
+                            "test"));
   const auto listed = list_series(*store, {std::nullopt, "**"});
   ASSERT_TRUE(listed);
   EXPECT_EQ(listed->at(0).first, wall(-kFurthest));

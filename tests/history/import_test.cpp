@@ -97,13 +97,12 @@ TEST_F(ImportTest, AnswersAsJsonAndCsv) {
   ASSERT_TRUE(import({}));
   const auto got = answer(*store_, {{{OwnerId(6541), kLamp + ".value"}}, wall(kBegin), wall(kBegin + 2 * kMinute), 2});
   ASSERT_TRUE(got);
-  EXPECT_EQ(
-      to_json(*got),
-      "{\"from\":1767225600,\"to\":1767225720,\"bucket\":60,\"series\":[{\"key\":\"6541:" + kLamp +
-          ".value\",\"kind\":\"number\",\"unit\":\"lx\",\"t\":[1767225600,1767225660],\"min\":[0,7],\"max\":[59,59],"
-          "\"mean\":[29.5,33],\"last\":[59,7],\"n\":[60,2],\"gaps\":[]}]}");
-  EXPECT_EQ(to_csv(*got), "time,key,count,minimum,maximum,mean,last\n1767225600,6541:" + kLamp +
-                              ".value,60,0,59,29.5,59\n1767225660,6541:" + kLamp + ".value,2,7,59,33,7\n");
+  EXPECT_EQ(to_json(*got), "{\"from\":1767225600,\"to\":1767225720,\"bucket\":60,\"series\":[{\"key\":\"6541:" + kLamp +
+                               ".value\",\"kind\":\"number\",\"unit\":\"lx\",\"t\":[1767225600,1767225660],\"first\":["
+                               "0,59],\"min\":[0,7],\"max\":[59,59],"
+                               "\"mean\":[29.5,7],\"last\":[59,7],\"n\":[60,2],\"gaps\":[]}]}");
+  EXPECT_EQ(to_csv(*got), "time,key,count,first,minimum,maximum,mean,last\n1767225600,6541:" + kLamp +
+                              ".value,60,0,0,59,29.5,59\n1767225660,6541:" + kLamp + ".value,2,59,7,59,7,7\n");
 }
 
 }  // namespace

@@ -26,6 +26,17 @@ async function sorts({ page, open, island }) {
   assert.deepEqual(await names(page), [...up].reverse());
 }
 
+/** Points come after the list of devices. */
+async function ofAType({ page, open }) {
+  await open("devices?type=temperature");
+  await page.locator(".row", { hasText: "Bedroom" }).waitFor();
+  const fresh = await names(page);
+  assert.ok(fresh.length > 0 && fresh.length < 5, String(fresh));
+  await page.reload();
+  await page.locator(".row", { hasText: "Bedroom" }).waitFor();
+  assert.deepEqual(await names(page), fresh);
+}
+
 async function groups({ page, open }) {
   await open("devices");
   await page.getByLabel("Group").selectOption("place");
@@ -84,6 +95,7 @@ export const tests = () => [
   { name: "devices: other tuples of their shape are none", body: otherTuples },
   { name: "devices: the list comes before the values", body: listComesFirst },
   { name: "devices: filtered to nothing", body: filteredToNothing },
+  { name: "devices: of a type, from an address", body: ofAType },
   { name: "devices: sorted, by an address that can be sent", body: sorts },
   { name: "devices: grouped", body: groups },
   { name: "devices: chosen ones are compared", body: compares },

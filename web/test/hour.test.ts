@@ -5,16 +5,17 @@ import { addLive, numberIn, pairsOf, sinceTime } from "../src/core/hour";
 const asIs = (word: string) => numberIn([], word);
 
 test("a series gives its values in order of time, and gaps", () => {
-  assert.deepEqual(pairsOf({ key: "7:a", t: [10, 30], v: [1, 2], gaps: [[20, 25]] }, asIs), [
+  assert.deepEqual(pairsOf({ key: "7:a", t: [10, 30], v: [1, 2], gaps: [[20, 25]] }, 60, asIs), [
     [10, 1],
     [20, Number.NaN],
     [30, 2],
   ]);
-  assert.deepEqual(pairsOf({ key: "7:a", t: [10], mean: [1.5], last: [2], before: [5, null] }, asIs), [
+  assert.deepEqual(pairsOf({ key: "7:a", t: [10], first: [1], last: [2], before: [5, null] }, 60, asIs), [
     [5, Number.NaN],
-    [10, 1.5],
+    [10, 1],
+    [69.94, 2],
   ]);
-  assert.deepEqual(pairsOf({ key: "7:a" }, asIs), []);
+  assert.deepEqual(pairsOf({ key: "7:a" }, 60, asIs), []);
 });
 
 test("live values are added, and a gap where nothing is known, though the value stays", () => {
@@ -36,9 +37,9 @@ test("live values are added, and a gap where nothing is known, though the value 
 });
 
 test("words of the history count as those of the point", () => {
-  const series = { key: "7:a", t: [10, 20], last: [0, 1], words: ["open", "closed"] };
+  const series = { key: "7:a", t: [10, 20], v: [0, 1], words: ["open", "closed"] };
   assert.deepEqual(
-    pairsOf(series, (word) => numberIn(["closed", "open"], word)),
+    pairsOf(series, 10, (word) => numberIn(["closed", "open"], word)),
     [
       [10, 1],
       [20, 0],

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { csvOf } from "../src/core/csv";
 import { boundsOf, moved, rangeQuery, readRange, timeLabels, zoomed } from "../src/core/plot_time";
-import { Track } from "../src/core/track";
+import { slow, Track } from "../src/core/track";
 
 const numbers = () => new Track("number");
 
@@ -14,10 +14,10 @@ test("history and live values are one curve, none twice", () => {
   track.add(95, "5");
   track.add(102, "8");
   assert.deepEqual(track.curve(0, 200, 110), {
-    t: [10, 20, 95, 101, 102, 110],
-    value: [1, 2, 5, 7, 8, 8],
-    low: [1, 2, 5, 7, 8, 8],
-    high: [1, 2, 5, 7, 8, 8],
+    t: [10, 20, 95, 95.0001, 101, 102, 110],
+    value: [1, 2, 2, 5, 7, 8, 8],
+    low: [1, 2, 2, 5, 7, 8, 8],
+    high: [1, 2, 2, 5, 7, 8, 8],
   });
 });
 
@@ -56,7 +56,7 @@ test("a long series of live values keeps its beginning", () => {
   for (let second = 0; second < 20_000; second++) track.add(second, String(second % 100));
   const curve = track.curve(0, 20_000, 20_000);
   assert.equal(curve.t[0], 0);
-  assert.ok(curve.t.length <= 6001);
+  assert.ok(curve.t.length <= 3 * 6001); // three points a bucket: first, last, end of its band
   assert.equal(Math.min(...curve.low.map(Number)), 0);
   assert.equal(Math.max(...curve.high.map(Number)), 99);
 });
@@ -95,7 +95,7 @@ test("a lost line leaves no gap where the history knows better", () => {
 
 test("values within a bucket are drawn as one with a band", () => {
   const track = numbers();
-  track.fill({ key: "1:a", t: [0], min: [1], max: [3], mean: [2] }, 10, 10);
+  track.fill({ key: "1:a", t: [0], first: [1.5], min: [1], max: [3], mean: [2], last: [2.5], n: [4] }, 10, 10);
   for (const [t, value] of [
     [11, "4"],
     [13, "8"],
@@ -103,7 +103,52 @@ test("values within a bucket are drawn as one with a band", () => {
     [21, "5"],
   ] as const)
     track.add(t, value);
-  assert.deepEqual(track.curve(0, 21, 21), { t: [0, 11, 21], value: [2, 6, 5], low: [1, 4, 5], high: [3, 8, 5] });
+  assert.deepEqual(track.curve(0, 21, 21), {
+    t: [0, 10, 10.0001, 11, 19, 19.0001, 21],
+    value: [1.5, 2.5, 2.5, 4, 6, 6, 5],
+    low: [1, 1, 2.5, 4, 4, 6, 5],
+    high: [3, 3, 2.5, 8, 8, 6, 5],
+  });
+  const live = track.at(20);
+  assert.equal(live?.mean, (4 * 2 + 8 * 6) / 8, "weighted by the time in force");
+  const [head, line] = csvOf([{ name: "a", track }], 0, 5).split("\n");
+  assert.equal(head, "time,a last,a first,a minimum,a maximum,a mean");
+  assert.equal(line, "1970-01-01T00:00:00.000Z,2.5,1.5,1,3,2");
+});
+
+/** A lamp that holds the light of a room at 320 or 40 lx for minutes. */
+test("a value that was held is a step, and no value is drawn that never was", () => {
+  const lux = [320, 40, 320, 40, 320];
+  const live = numbers();
+  lux.forEach((value, index) => live.add(index * 210, String(value)));
+  const fine = numbers();
+  fine.fill({ key: "1:a", t: lux.map((_, index) => index * 210), v: lux }, 1000, 1);
+  const coarse = numbers(); // each bucket of ten minutes has several values
+  coarse.fill(
+    { key: "1:a", t: [0, 600], first: [320, 40], min: [40, 40], max: [320, 320], mean: [222, 200], last: [320, 320], n: [3, 2] },
+    1200,
+    600,
+  );
+  for (const track of [live, fine, coarse]) {
+    const { t, value } = track.curve(0, 1200, 1200);
+    assert.ok(
+      value.every((one) => one === 320 || one === 40),
+      `drawn: ${value}`,
+    );
+    if (track === coarse) continue;
+    for (let index = 1; index < t.length; index++) {
+      const slope = value[index] !== value[index - 1];
+      assert.ok(!slope || (t[index] ?? 0) - (t[index - 1] ?? 0) < 0.01, `at ${t[index]} a slope from ${t[index - 1]}`);
+    }
+  }
+});
+
+test("between two measurements that follow soon is a line", () => {
+  const track = numbers();
+  track.add(0, "20");
+  track.add(slow, "21");
+  track.add(2 * slow + 1, "22");
+  assert.deepEqual(track.curve(0, 200, 130).value, [20, 21, 21, 22, 22]);
 });
 
 test("states are spans of words; equal ones are joined, gaps stay", () => {
@@ -146,7 +191,21 @@ test("commands of the past and new ones", () => {
 
 test("a file has a line for each time, bands where there are some", () => {
   const one = numbers();
-  one.fill({ key: "1:a", t: [0, 10], min: [0.1, 1], max: [0.3, 1], mean: [0.1 + 0.2, 1], gaps: [[20, 30]] }, 30, 10);
+  one.fill(
+    {
+      key: "1:a",
+      t: [0, 10],
+      first: [0.1, 1],
+      min: [0.1, 1],
+      max: [0.3, 1],
+      mean: [0.2, 1],
+      last: [0.1 + 0.2, 1],
+      n: [2, 1],
+      gaps: [[20, 30]],
+    },
+    30,
+    10,
+  );
   const two = new Track("state");
   two.add(10, 'say "hi", twice');
   assert.equal(
@@ -158,8 +217,8 @@ test("a file has a line for each time, bands where there are some", () => {
       0,
       100,
     ),
-    "time,one,one minimum,one maximum,two\n1970-01-01T00:00:00.000Z,0.3,0.1,0.3,\n" +
-      '1970-01-01T00:00:10.000Z,1,1,1,"say ""hi"", twice"\n1970-01-01T00:00:20.000Z,gap,,,\n',
+    "time,one last,one first,one minimum,one maximum,one mean,two\n1970-01-01T00:00:00.000Z,0.3,0.1,0.1,0.3,0.2,\n" +
+      '1970-01-01T00:00:10.000Z,1,1,1,1,1,"say ""hi"", twice"\n1970-01-01T00:00:20.000Z,gap,,,,,\n',
   );
 });
 

@@ -128,7 +128,7 @@ TEST_F(DemoHistory, QueryShowsBucketsInEachForm) {
   EXPECT_GT(buckets, 5);
   const auto csv =
       ask({"query", kTemperatures, "--from", "2026-02-01T11:00:00Z", "--to", kEnd, "--buckets", "10", "--csv"});
-  EXPECT_THAT(csv.output, testing::StartsWith("time,key,count,minimum,maximum,mean,last\n"));
+  EXPECT_THAT(csv.output, testing::StartsWith("time,key,count,first,minimum,maximum,mean,last\n"));
   EXPECT_EQ(lines_in(csv.output), 1 + buckets);
   const auto table = ask({"query", kTemperatures, "--from", "2026-02-01T11:00:00Z", "--to", kEnd});
   EXPECT_THAT(table.output, HasSubstr("MEAN"));

@@ -19,7 +19,7 @@ history::Answer light() {
   series.name = {OwnerId(1), "proxy.a.b.sensor.light-1.value"};
   series.unit = "lx";
   series.before = history::NumberValue{Histories::at(90), 5};
-  series.buckets = {{Histories::at(100), 2, 1, 3, 2, 3}, {Histories::at(110), 1, 4, 4, 4, 4}};
+  series.buckets = {{Histories::at(100), 2, 1, 1, 3, 2, 3}, {Histories::at(110), 1, 4, 4, 4, 4, 4}};
   series.gaps = {{Histories::at(120), Histories::at(130)}};
   history::Answer answer;
   answer.bucket = 10s;
@@ -32,7 +32,7 @@ TEST_F(Histories, ThePastComesInListsOfTheBuckets) {
   const auto answer = get("/api/v1/history?key=1:proxy.a.b.sensor.light-1.value&from=100&to=200.5&buckets=10");
   EXPECT_EQ(answer, Json::parse(R"({"from":100,"to":200.5,"bucket":10,"series":[
       {"key":"1:proxy.a.b.sensor.light-1.value","kind":"number","unit":"lx","before":[90,5],"t":[100,110],
-       "min":[1,4],"max":[3,4],"mean":[2,4],"last":[3,4],"n":[2,1],"gaps":[[120,130]]}]})"));
+       "first":[1,4],"min":[1,4],"max":[3,4],"mean":[2,4],"last":[3,4],"n":[2,1],"gaps":[[120,130]]}]})"));
   ASSERT_EQ(history.questions.size(), 1U);
   EXPECT_EQ(history.questions[0].buckets, 10U);
   EXPECT_EQ(history.questions[0].from, at(100));
@@ -69,10 +69,10 @@ TEST_F(Histories, ATableHasALineForEachValue) {
   const auto response = ask("GET", "/api/v1/history?key=1:a", "", {{"accept", "text/csv"}});
   EXPECT_EQ(response.content_type, "text/csv");
   EXPECT_EQ(response.body,
-            "time,key,count,minimum,maximum,mean,last\n"
-            "100,1:proxy.a.b.sensor.light-1.value,2,1,3,2,3\n"
-            "110,1:proxy.a.b.sensor.light-1.value,1,4,4,4,4\n"
-            "105,1:note,1,,,,\"say \"\"hi\"\",\nnow\"\n");
+            "time,key,count,first,minimum,maximum,mean,last\n"
+            "100,1:proxy.a.b.sensor.light-1.value,2,1,1,3,2,3\n"
+            "110,1:proxy.a.b.sensor.light-1.value,1,4,4,4,4,4\n"
+            "105,1:note,1,,,,,\"say \"\"hi\"\",\nnow\"\n");
 }
 
 TEST_F(Histories, SeriesComeInPages) {

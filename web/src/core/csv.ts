@@ -15,7 +15,13 @@ export function csvLine(cells: string[]): string {
   return `${cells.map(cell).join(",")}\n`;
 }
 
-/** Values of several points, a line for each time at which one of them has one (RFC 4180). A gap is the word `gap`. */
+/** Of points with times in which several values are drawn as one. */
+const columns = ["last", "first", "minimum", "maximum", "mean"];
+
+/**
+ * Values of several points, a line for each time at which one of them has one (RFC 4180). A gap is the word `gap`. The last
+ * value of a bucket stands at its beginning, as all of it.
+ */
 export function csvOf(points: { name: string; track: Track }[], from: number, to: number): string {
   const lines = new Map<number, string[]>();
   const head = ["time"];
@@ -23,16 +29,15 @@ export function csvOf(points: { name: string; track: Track }[], from: number, to
     const samples = track.within(from, to);
     const banded = samples.some(({ low, high }) => high > low);
     const at = head.length;
-    head.push(name, ...(banded ? [`${name} minimum`, `${name} maximum`] : []));
-    for (const { t: time, gap, text, value, low, high } of samples) {
+    head.push(...(banded ? columns.map((column) => `${name} ${column}`) : [name]));
+    for (const { t: time, gap, text, value, first, low, high, mean } of samples) {
       // A gap may begin at the time of the value before it.
       const t = gap && lines.get(time)?.[at] ? time + 0.001 : time;
       const line = lines.get(t) ?? [];
       lines.set(t, line);
       line[at] = gap ? "gap" : track.kind === "state" ? word(text) : numberText(value);
       if (!banded || gap) continue;
-      line[at + 1] = numberText(low);
-      line[at + 2] = numberText(high);
+      [first, low, high, mean].forEach((one, place) => (line[at + 1 + place] = numberText(one)));
     }
   }
   const times = [...lines.keys()].sort((a, b) => a - b);

@@ -5,22 +5,28 @@ export interface Series {
   key: string;
   t?: number[];
   v?: (number | null)[];
-  mean?: (number | null)[];
+  first?: (number | null)[];
   last?: (number | null)[];
   words?: string[];
   before?: [number, number | string | null];
   gaps?: [number, number][];
 }
 
-/** [time, value] in order of time, NaN where a gap begins. `numberOf` says what a word counts as. */
-export function pairsOf(series: Series, numberOf: (word: string) => number): [number, number][] {
-  const { t = [], v, mean, last, words = [], before, gaps = [] } = series;
-  const values = v ?? (words.length > 0 ? last : mean) ?? [];
+/** [time, value] in order of time, NaN where a gap begins: the first and the last of each bucket. `numberOf` says what a word counts as. */
+export function pairsOf(series: Series, width: number, numberOf: (word: string) => number): [number, number][] {
+  const { t = [], v, first = [], last = [], words = [], before, gaps = [] } = series;
   const read = (value: number | null | undefined) => {
     if (value === null || value === undefined) return Number.NaN;
     return words.length > 0 ? numberOf(words[value] ?? "") : value;
   };
-  const pairs = t.map((time, index): [number, number] => [time, read(values[index])]);
+  const pairs = t.flatMap((time, index): [number, number][] =>
+    v
+      ? [[time, read(v[index])]]
+      : [
+          [time, read(first[index])],
+          [time + width * 0.999, read(last[index])],
+        ],
+  );
   if (before && typeof before[1] !== "string") pairs.push([before[0], read(before[1])]);
   for (const [from] of gaps) pairs.push([from, Number.NaN]);
   return pairs.sort((a, b) => a[0] - b[0]);

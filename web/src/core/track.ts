@@ -9,10 +9,12 @@ export interface PastSeries {
   before?: [number, number | string];
   t?: number[];
   v?: (number | null)[];
+  first?: (number | null)[];
   min?: (number | null)[];
   max?: (number | null)[];
   mean?: (number | null)[];
   last?: (number | null)[];
+  n?: number[];
   texts?: [number, string][];
   gaps?: [number, number][];
 }
@@ -20,10 +22,13 @@ export interface PastSeries {
 /** A value, or those of one bucket. In a gap, nothing is known until the next sample. */
 export interface Sample {
   t: number; // seconds
+  until: number; // end of a bucket; `t` of one value
   gap: boolean;
-  value: number; // NaN where it is no number
+  value: number; // the last one, which holds after it; NaN where it is no number
+  first: number;
   low: number;
   high: number;
+  mean: number; // by the time in which each value was in force
   text: string; // of states
   count: number;
 }
@@ -48,13 +53,16 @@ export interface Tick {
   text: string;
 }
 
-function gapAt(t: number): Sample {
-  return { t, gap: true, value: Number.NaN, low: Number.NaN, high: Number.NaN, text: "", count: 0 };
+function sampleAt(t: number, text: string, value = text === "" ? Number.NaN : Number(text)): Sample {
+  return { t, until: t, gap: false, value, first: value, low: value, high: value, mean: value, text, count: 1 };
 }
 
-function sampleAt(t: number, text: string, value = text === "" ? Number.NaN : Number(text)): Sample {
-  return { t, gap: false, value, low: value, high: value, text, count: 1 };
+function gapAt(t: number): Sample {
+  return { ...sampleAt(t, ""), gap: true, count: 0 };
 }
+
+/** Seconds after which a measured value counts as held until the next one, and not as on its way to it. */
+export const slow = 60;
 
 /** The history keeps times in milliseconds, so that a value that arrived live is there under a time that is a little different. */
 const resolution = 0.001;
@@ -168,10 +176,16 @@ export class Track {
       drawn.low.push(sample ? sample.low : null);
       drawn.high.push(sample ? sample.high : null);
     };
+    const putSample = (sample: Sample) => {
+      if (before && !before.gap && sample.t - before.until > slow) put(sample.t, flat(before));
+      if (sample.until > sample.t) put(sample.t, { ...sample, value: sample.first });
+      put(sample.until, sample);
+      if (sample.high > sample.low) put(sample.until, flat(sample)); // the band ends with the bucket
+    };
     let before: Sample | undefined;
     for (const sample of this.#shown(from, to)) {
       if (!sample.gap) {
-        if (!Number.isNaN(sample.value)) put(sample.t, sample);
+        if (!Number.isNaN(sample.value)) putSample(sample);
       } else {
         if (before && !before.gap) put(sample.t, flat(before));
         put(sample.t, null);
@@ -222,11 +236,13 @@ function flat(sample: Sample): Sample {
 }
 
 function fold(into: Sample, next: Sample): void {
-  const count = into.count + next.count;
-  into.value = (into.value * into.count + next.value * next.count) / count;
+  const area = into.mean * (into.until - into.t) + into.value * (next.t - into.until) + next.mean * (next.until - next.t);
+  if (next.until > into.t) into.mean = area / (next.until - into.t);
+  into.count += next.count;
+  into.value = next.value;
+  into.until = next.until;
   into.low = Math.min(into.low, next.low);
   into.high = Math.max(into.high, next.high);
-  into.count = count;
 }
 
 function sampleBefore([t, value]: [number, number | string], wordOf: (value: number) => string): Sample {
@@ -236,8 +252,8 @@ function sampleBefore([t, value]: [number, number | string], wordOf: (value: num
 /** A bucket in which a state had several words shows them all; after it, the last one holds. */
 function samplesOf(past: PastSeries, width: number): Sample[] {
   const samples: Sample[] = [];
-  const { t = [], min = [], max = [], words } = past;
-  const values = past.v ?? (words ? past.last : past.mean) ?? [];
+  const { t = [], first = [], min = [], max = [], mean = [], n = [], words } = past;
+  const values = past.v ?? past.last ?? [];
   const wordOf = (value: number) => words?.[value] ?? String(value);
   if (past.before) samples.push(sampleBefore(past.before, wordOf));
   t.forEach((time, index) => {
@@ -247,7 +263,9 @@ function samplesOf(past: PastSeries, width: number): Sample[] {
     const high = max[index] ?? value;
     const mixed = words !== undefined && low !== high;
     const text = mixed ? `${wordOf(low)} … ${wordOf(high)}` : wordOf(value);
-    samples.push({ ...sampleAt(time, text, value), low, high, count: past.v ? 1 : 2 });
+    const count = n[index] ?? 1;
+    const until = count > 1 ? time + width : time;
+    samples.push({ ...sampleAt(time, text, value), until, first: first[index] ?? value, low, high, mean: mean[index] ?? value, count });
     if (mixed) samples.push(sampleAt(time + width, wordOf(value), value));
   });
   for (const [time, text] of past.texts ?? []) samples.push(sampleAt(time, text));

@@ -76,8 +76,8 @@ function useListed(): boolean {
   return listed.current;
 }
 
-/** All points' values; states and descriptions of as many as are needed. */
-function usePoints(filters: Filters, shown: Device[]) {
+/** All points' values; states and descriptions of as many as are needed. True once it is known which points there are. */
+function usePoints(filters: Filters, shown: Device[]): boolean {
   const owner = ownerPattern();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
   // How many devices there are is known when the lists of all islands have come.
@@ -91,8 +91,11 @@ function usePoints(filters: Filters, shown: Device[]) {
     : shown
         .slice(0, mostRows)
         .map(({ owner, prefix, network, id }) => ({ pattern: `${owner}:${prefix}.${network}.${id}.*.*.*`, min: 500, brief: true }));
-  useFeeds(useListed() ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
+  const listed = useListed();
+  const values = useFeeds(listed ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
   useFeeds(states);
+  const owners = islands.value.map(({ id }) => id);
+  return listed && values.every((feed) => feed.complete(owners));
 }
 
 function DeviceList({ route }: { route: Route }) {
@@ -102,7 +105,7 @@ function DeviceList({ route }: { route: Route }) {
   const chosen = chosenDevices.value;
   const island = chosenIsland();
   const [window, setWindow] = useState<Device[]>([]);
-  usePoints(filters, window);
+  const known = usePoints(filters, window);
   const toggle = (device: Device) => {
     const next = new Set(chosen);
     if (!next.delete(device.path)) next.add(device.path);
@@ -116,7 +119,7 @@ function DeviceList({ route }: { route: Route }) {
     keep: keeps(filters, island),
     compare: compareBy(columns, filters.sort, byName),
     live,
-    complete: state === "ready",
+    complete: state === "ready" && (filters.type === "" || known),
   };
   const order = useOrder(() => catalog.devices.values(), catalog.structure, spec);
   const pins = pinnedDevices.value;

@@ -4,6 +4,7 @@ import { type Device, list, type Point } from "../core/catalog";
 import { addLive, numberIn, pairsOf, type Series, sinceTime } from "../core/hour";
 import { askJson } from "../core/rest";
 import { serverNow } from "../core/server_time";
+import { slow } from "../core/track";
 
 const seconds = 3600;
 const width = 120;
@@ -30,10 +31,15 @@ export function useHourOf(device: Device, points: Point[]): Hour {
     const to = serverNow();
     const query = keys.slice(0, mostAsked).map((key) => `key=${encodeURIComponent(key)}`);
     const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
-    askJson<{ series: Series[] }>(path, { signal: cancel.signal }).then(
+    askJson<{ bucket: number; series: Series[] }>(path, { signal: cancel.signal }).then(
       (answer) =>
         setHour(
-          new Map(answer.series.map((series) => [series.key, pairsOf(series, (word) => numberIn(wordsOf(pointOf(series.key)), word))])),
+          new Map(
+            answer.series.map((series) => [
+              series.key,
+              pairsOf(series, answer.bucket, (word) => numberIn(wordsOf(pointOf(series.key)), word)),
+            ]),
+          ),
         ),
       () => undefined, // the curve starts now
     );
@@ -71,10 +77,13 @@ export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
   const steps = point.description?.json.data_type !== "real";
   let path = "";
   let before = Number.NaN;
+  let since = 0;
   for (const [time, value] of pairs) {
+    const held = steps || time - since > slow;
     if (!Number.isNaN(value))
-      path += Number.isNaN(before) ? `M${x(time)} ${y(value)}` : `${steps ? `H${x(time)}` : ""}L${x(time)} ${y(value)}`;
+      path += Number.isNaN(before) ? `M${x(time)} ${y(value)}` : `${held ? `H${x(time)}` : ""}L${x(time)} ${y(value)}`;
     before = value;
+    since = time;
   }
   if (!Number.isNaN(before)) path += `H${width}`;
   return (
