@@ -20,6 +20,7 @@
 #include "apps/rubicon-proxy/displaced.h"
 #include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/host_place.h"
+#include "apps/rubicon-proxy/interfaces_part.h"
 #include "apps/rubicon-proxy/old_trust.h"
 #include "apps/rubicon-proxy/service_notice.h"
 #include "apps/rubicon-proxy/web_part.h"
@@ -34,6 +35,7 @@
 #include "island/spare_memory.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_scheduler.h"
+#include "transport/asio_watch.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
 #include "trust/site/live_realm.h"
@@ -119,6 +121,7 @@ class Session {
     if (realm_)  // behind the engine, which knows the new members then
       realm_changes_ = realm_->watch([this] { tuples::SpaceRights::rejudge(island_->space()); });
     if (const auto& why = island_->config().engine.held_back; !why.empty()) island_->show_held_back(why);
+    if (engines_ && engines_->dds()) show_interfaces(*island_, *engines_->dds());
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
     past_ = std::make_unique<HistoryPart>(
@@ -209,7 +212,9 @@ class Session {
     if (options.peis) options.peis->judge = judge_;
     options.carrier = config.id;
     options.carry = engine.carry;
-    auto engines = tuples::engines::Engines::open(options, {loop_.scheduler(), post, transports_, sink});
+    auto engines = tuples::engines::Engines::open(
+        options,
+        {loop_.scheduler(), post, transports_, sink, transport::netlink_interfaces(transport::asio_watch(loop_))});
     if (!engines) return fail(engines.error());
     (*engines)->watch_displaced(displaced);
     engines_ = engines->get();

@@ -13,6 +13,7 @@
 #include "model/json_members.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_signals.h"
+#include "transport/asio_watch.h"
 #include "transport/host_name.h"
 #include "transport/local_transports.h"
 #include "tuples/engines/engines.h"
@@ -64,7 +65,9 @@ class WebProgram {
     if (!realm) return fail(realm.error());
     if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto ecology = tuples::engines::Engines::open(*engines, {loop_.scheduler(), post, transports_, log_});
+    auto ecology = tuples::engines::Engines::open(
+        *engines,
+        {loop_.scheduler(), post, transports_, log_, transport::netlink_interfaces(transport::asio_watch(loop_))});
     if (!ecology) return fail(ecology.error());
     ecology_ = std::move(*ecology);
     auto link = ecology_->join(id);

@@ -212,6 +212,7 @@ class Doctor {
     add(check_unusable(seen));
     add(check_settings(seen));
     add(check_brokers(seen));
+    add(check_interfaces_of(seen));
     add(check_held_back(seen));
     add(check_rights(seen));
     if (!is_distant()) return add({check_access_of_host(seen, folder_)});

@@ -11,6 +11,7 @@
 #include "apps/rubicon/secure_findings.h"
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/local_time.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
 
@@ -362,6 +363,28 @@ Findings check_rights(const IslandSeen& seen) {
                        counted(refused->second, "request")),
            "on its host: `rubicon trust audit` lists them, `rubicon trust may NAME RIGHT KEY` names the rule; " +
                page("rights.md")}};
+}
+
+Findings check_interfaces_of(const IslandSeen& seen) {
+  const auto text = seen.properties.find("dds-interfaces");
+  if (text == seen.properties.end()) return {};
+  Findings all;
+  const auto news = model::object_of(text->second);
+  for (const auto& one : news.value("interfaces", nlohmann::json::array())) {
+    const auto name = model::text_of(one, "name"), lack = model::text_of(one, "lack");
+    if (lack.empty()) continue;
+    all.push_back(
+        {"interface", Grade::kProblem,
+         fmt::format("interface {} of island {} {}: nobody is reached there", name, name_of(seen.island), lack),
+         fmt::format("look at its cable or Wi-Fi, and at DHCP: `ip address show dev {}`", name)});
+  }
+  const auto changes = model::count_of(news, "changes");
+  if (changes > 0)
+    all.push_back({"interface", Grade::kNote,
+                   fmt::format("the addresses of island {} changed {} times since its start, at last at {}",
+                               name_of(seen.island), changes, base::local_text(model::time_of(news, "changed"))),
+                   "others lose it for some seconds each time: an address that DHCP reserves stays"});
+  return all;
 }
 
 Finding check_access(const IslandSeen& seen, const client::Options& options) {

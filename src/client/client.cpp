@@ -69,7 +69,8 @@ struct Client::Impl {
     if (!realm) return fail(std::move(realm.error()));
     if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
     if (engines->host) host_space = engines->host->space;
-    auto opened = tuples::engines::Engines::open(*engines, {*loop, post, sockets, log});
+    auto opened = tuples::engines::Engines::open(
+        *engines, {*loop, post, sockets, log, transport::netlink_interfaces(transport::poll_watch(*loop))});
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;

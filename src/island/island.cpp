@@ -243,6 +243,12 @@ void Island::show_held_back(std::string why) {
       [why = std::move(why)](const IslandMetrics::Publish& publish) { publish.word("dds-held-back", why); });
 }
 
+void Island::show_word(std::string name, std::function<std::string()> text) {
+  impl_->metrics.add([name = std::move(name), text = std::move(text)](const IslandMetrics::Publish& publish) {
+    if (auto now = text(); !now.empty()) publish.word(name, std::move(now));
+  });
+}
+
 void Island::start() {
   impl_->own_tuples.start();
   impl_->settings.start();

@@ -39,6 +39,8 @@ class Island {
   void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands);
   /// Shows that the island does not take part by DDS, and why, as `<prefix>.property.dds-held-back.value`.
   void show_held_back(std::string why);
+  /// Shows what `text` says each time as `<prefix>.property.<name>.value`; empty = nothing. `name`: `[a-z-]+`.
+  void show_word(std::string name, std::function<std::string()> text);
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 

@@ -1,7 +1,10 @@
 #include "transport/asio_watch.h"
 
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <utility>
+
+#include "transport/asio_scheduler.h"
 
 namespace rubicon::transport {
 
@@ -49,6 +52,10 @@ WatchDescriptor asio_watch(asio::any_io_executor executor) {
   return [executor = std::move(executor)](int descriptor, DescriptorCalls calls) {
     return std::make_unique<AsioWatch>(executor, descriptor, std::move(calls));
   };
+}
+
+WatchDescriptor asio_watch(Loop& loop) {
+  return asio_watch(loop.context().get_executor());
 }
 
 }  // namespace rubicon::transport

@@ -29,7 +29,8 @@ std::vector<Interface> listed() {
   std::vector<Interface> all;
   for (const auto* entry = list; entry != nullptr; entry = entry->ifa_next) {
     all.push_back({entry->ifa_name, ipv4_text(entry->ifa_addr), (entry->ifa_flags & IFF_UP) != 0,
-                   (entry->ifa_flags & IFF_MULTICAST) != 0, (entry->ifa_flags & IFF_LOOPBACK) != 0});
+                   (entry->ifa_flags & IFF_MULTICAST) != 0, (entry->ifa_flags & IFF_LOOPBACK) != 0,
+                   (entry->ifa_flags & IFF_RUNNING) != 0, ::if_nametoindex(entry->ifa_name)});
   }
   return all;
 }

@@ -12,6 +12,8 @@ struct Interface {
   bool is_up = false;
   bool has_multicast = false;
   bool is_loopback = false;
+  bool has_link = false;  ///< a cable, or a Wi-Fi that it has joined
+  unsigned index = 0;     ///< of this appearance of the interface: one that was unplugged comes back with another one
 
   friend bool operator==(const Interface&, const Interface&) = default;
 };

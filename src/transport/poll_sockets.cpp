@@ -50,11 +50,11 @@ class LoopExecutor {
   std::shared_ptr<Waiter> waiter_;
 };
 
+}  // namespace
+
 WatchDescriptor poll_watch(PollLoop& loop) {
   return [&loop](int descriptor, DescriptorCalls calls) { return loop.watch(descriptor, std::move(calls)); };
 }
-
-}  // namespace
 
 /// What the sockets of IP need.
 struct PollSockets::Threaded {

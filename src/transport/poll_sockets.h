@@ -9,6 +9,9 @@ namespace rubicon::transport {
 
 class MosquittoLines;
 
+/// PollLoop::watch(). The loop must outlive what it makes.
+WatchDescriptor poll_watch(PollLoop& loop);
+
 /// Sockets, names and MQTT lines of the machine for a PollLoop; files are not supported. All calls run on the loop. A
 /// thread, which the first socket of IP and the first name start, waits for these and moves their bytes; local sockets
 /// need none.

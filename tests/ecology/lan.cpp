@@ -152,10 +152,10 @@ void Lan::interface_up(int number) const {
   ip(std::string("link set ") + kCable + " up");
 }
 
-void Lan::change_address(int number) const {
+void Lan::change_address(int number, const std::string& from, const std::string& to) const {
   const Host::Visit visit(host(number));
-  ip("addr del " + address(number) + "/24 dev " + kCable);
-  ip("addr add " + address(number + 100) + "/24 dev " + kCable);
+  if (!from.empty()) ip("addr del " + from + "/24 dev " + kCable);
+  if (!to.empty()) ip("addr add " + to + "/24 dev " + kCable);
 }
 
 void Lan::interface_without_multicast(int number) const {

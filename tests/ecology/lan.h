@@ -64,8 +64,8 @@ class Lan {
   void interface_down(int host) const;
   void interface_up(int host) const;
   void interface_without_multicast(int host) const;
-  /// As DHCP or a roaming robot does: the former address is gone.
-  void change_address(int host) const;
+  /// As DHCP or a roaming robot does: the former address is gone. Empty: there is none.
+  void change_address(int host, const std::string& from, const std::string& to) const;
 
  private:
   bool connect();

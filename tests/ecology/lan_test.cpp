@@ -292,7 +292,7 @@ TEST_F(OnALan, ProgramsEndAfterTheAddressOfTheInterfaceChanged) {
   const Host::Visit visit(lan_->host(0));
   Process watch({RUBICON_BINARY_DIR "/bin/rubicon", "watch", "--interfaces", "cable", "1:**"});
   ASSERT_TRUE(watch.line());
-  lan_->change_address(0);
+  lan_->change_address(0, Lan::address(0), Lan::address(100));
   watch.signal(SIGINT);
   here->signal(SIGTERM);
   EXPECT_THAT(watch.exit_code(), AnyOf(0, 128 + SIGINT));

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "networks/salad/salad_options.h"
@@ -34,7 +35,9 @@ class SaladLine {
   bool ready() const { return ready_; }
   /// Looks up the host again, as SALAD may have moved. Keeps the known addresses if that fails.
   void refresh();
-  /// kUnreachable before ready().
+  /// Ends the line as failed() says.
+  void give_up(Error why) { fail_line(std::move(why)); }
+  /// kUnreachable before ready(), kIo if the system cannot send to SALAD.
   Result<void> send(std::string_view datagram);
 
   /// Of the receiving socket; 0 while closed.

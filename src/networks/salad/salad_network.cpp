@@ -63,6 +63,7 @@ class SaladNetwork final : public network::Network {
   void deliver(const Item& item);
   void unknown_id(DeviceId id);
   void join(DeviceId id);
+  Result<void> put(std::string_view datagram);
   Result<void> actuate(DeviceId id, const model::Actuate& command);
   void set_line(LineState state, std::string reason);
   model::State state();
@@ -82,6 +83,7 @@ class SaladNetwork final : public network::Network {
   std::set<DeviceId> logged_ids_;  ///< unknown ones
   base::LimitedLog log_;
   base::Deadline silence_;
+  Timer send_failure_;
   network::StateReporter reporter_;
 };
 
@@ -122,7 +124,7 @@ void SaladNetwork::lost(Error why) {
 void SaladNetwork::start() {
   ++starts_;
   undelivered_before_ = line_.counters().undelivered;
-  if (auto sent = line_.send(kStartUpdates); !sent) log_.warning("send", sent.error().text);
+  if (auto sent = put(kStartUpdates); !sent) log_.warning("send", sent.error().text);
   restart_silence();
 }
 
@@ -194,6 +196,15 @@ Result<void> SaladNetwork::send(const Message& message) {
   return fail(ErrorCode::kUnsupported, fmt::format("SALAD takes no {}", to_string(message.kind())));
 }
 
+/// Where the system cannot send to SALAD (no route, no address), nothing comes from there either: the line ends, in a
+/// turn of its own, and the supervisor opens it again.
+Result<void> SaladNetwork::put(std::string_view datagram) {
+  auto sent = line_.send(datagram);
+  if (!sent && sent.error().code == ErrorCode::kIo)
+    send_failure_ = host_.scheduler().after(Duration(0), [this, why = sent.error()] { line_.give_up(why); });
+  return sent;
+}
+
 Result<void> SaladNetwork::actuate(DeviceId id, const model::Actuate& command) {
   const auto& device = options_.devices.at(id);
   const auto value = command_of(device, *types_.find(device.type_id), command);
@@ -203,7 +214,7 @@ Result<void> SaladNetwork::actuate(DeviceId id, const model::Actuate& command) {
     return fail(value.error());
   }
   reporter_.counters_changed();
-  if (auto sent = line_.send(salad::actuate(device.actuator, *value)); !sent) return sent;
+  if (auto sent = put(salad::actuate(device.actuator, *value)); !sent) return sent;
   ++commands_;
   host_.deliver(std::to_string(id), model::Acknowledge{command.request, model::Outcome::kSent, {}});
   return {};

@@ -39,6 +39,7 @@ class Channel {
   /// now.
   State flush(SteadyTime now, const Times& times = {});
 
+  dds_entity_t writer() const { return writer_.get(); }
   /// Approximate number of bytes that wait.
   std::size_t waiting() const { return waiting_; }
 

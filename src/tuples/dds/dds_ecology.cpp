@@ -12,6 +12,7 @@
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
+#include "tuples/dds/moves.h"
 #include "tuples/host_policy.h"
 
 namespace rubicon::tuples::dds {
@@ -27,6 +28,9 @@ struct DdsEcology::Impl {
   Result<void> enter();
   Result<Entity> make_participant(OwnerId id);
   void leave();
+  FormerDomain::Remains leave_behind();
+  /// Of the domain in this process: a former one with the same number may not be deleted yet.
+  dds_domainid_t number_here() const { return shared.options.domain + 256 * generation; }
   Result<void> bring_back(DdsLink& link);
   Result<void> come_back();
   void retry();
@@ -40,6 +44,12 @@ struct DdsEcology::Impl {
   base::LimitedLog limited_log;
   std::unique_ptr<CycloneLog> cyclone_log;  // outlives the domain, which may log when it is deleted
   Entity domain;
+  dds_domainid_t generation = 0;
+  Moves moves{shared.options.interfaces,
+              shared.scheduler,
+              shared.post,
+              log,
+              {[this] { return leave_behind(); }, [this] { return come_back(); }}};
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
   Timer retry_timer, again_timer, clock_timer;
 };
@@ -70,10 +80,11 @@ Error with_reason(Error error, const std::string& messages) {
   return error;
 }
 
-Result<Entity> make_domain(const DdsOptions& options, Log log) {
+/// `number`: that of the domain in this process.
+Result<Entity> make_domain(const DdsOptions& options, dds_domainid_t number, Log log) {
   const auto xml = domain_xml(options);
   const CycloneLog::Capture capture;
-  const auto code = dds_create_domain(options.domain, xml.c_str());
+  const auto code = dds_create_domain(number, xml.c_str());
   if (code > 0 && !capture.text.empty()) log.warning(capture.text);
   if (code > 0) return Entity(code);
   return fail(cannot_open(options, code, capture.text));
@@ -85,8 +96,11 @@ constexpr Duration kRetryPause = std::chrono::seconds(5);
 
 /// With the interfaces that the host has now.
 Result<void> DdsEcology::Impl::enter() {
-  if (auto good = check_interfaces(shared.options, transport::interfaces()); !good) return good;
-  auto made_domain = make_domain(shared.options, log);
+  auto here = shared.options;
+  here.interfaces = moves.take(transport::interfaces());
+  if (here.interfaces.empty())
+    return fail(ErrorCode::kIo, "DDS: no interface of tuples.interfaces can be used: none is up with an IPv4 address");
+  auto made_domain = make_domain(here, number_here(), log);
   if (!made_domain) return fail(std::move(made_domain.error()));
   domain = std::move(*made_domain);
   return {};
@@ -94,7 +108,7 @@ Result<void> DdsEcology::Impl::enter() {
 
 Result<Entity> DdsEcology::Impl::make_participant(OwnerId id) {
   const CycloneLog::Capture capture;
-  auto participant = made(dds_create_participant(shared.options.domain, nullptr, nullptr),
+  auto participant = made(dds_create_participant(number_here(), nullptr, nullptr),
                           fmt::format("participant of component {}", number(id)));
   if (!participant) return fail(with_reason(std::move(participant.error()), capture.text));
   return participant;
@@ -111,6 +125,15 @@ void DdsEcology::Impl::each_link(Call call) {
 void DdsEcology::Impl::leave() {
   each_link([](DdsLink& link) { link.suspend(); });
   domain.reset();
+}
+
+FormerDomain::Remains DdsEcology::Impl::leave_behind() {
+  for (auto* timer : {&retry_timer, &again_timer}) timer->cancel();
+  FormerDomain::Remains remains;
+  if (domain) each_link([&](DdsLink& link) { link.leave_behind(remains); });
+  remains.domain = std::move(domain);
+  ++generation;
+  return remains;
 }
 
 Result<void> DdsEcology::Impl::bring_back(DdsLink& link) {
@@ -166,6 +189,7 @@ DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
                                                      base::LogSink& log, std::function<Duration()> since_boot) {
+  if (auto good = check_interfaces(options, transport::interfaces()); !good) return fail(std::move(good.error()));
   auto cyclone_log = std::make_unique<CycloneLog>(scheduler, post, log);
   std::vector<std::string> unknown;
   options.peers = with_addresses(std::move(options.peers), scheduler, kResolveTimeout, unknown);
@@ -191,8 +215,9 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
 
 Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
   if (!HostPolicy::check_clock(impl_->shared.scheduler.wall_now())) impl_->watch_clock();
-  if (!impl_->domain) return fail(ErrorCode::kIo, "DDS: this process is outside of the ecology at the moment");
-  auto participant = impl_->make_participant(who.id);
+  if (!impl_->domain && !impl_->moves.under_way())
+    return fail(ErrorCode::kIo, "DDS: this process is outside of the ecology at the moment");
+  auto participant = impl_->domain ? impl_->make_participant(who.id) : Entity();
   if (!participant) return fail(std::move(participant.error()));
   const CycloneLog::Capture capture;
   auto link = DdsLink::make(std::move(who), std::move(*participant), impl_->shared);
@@ -202,6 +227,14 @@ Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
 
 void DdsEcology::enter_again() {
   impl_->enter_again(Duration(0));
+}
+
+void DdsEcology::follow(const transport::WatchInterfaces& watch) {
+  if (!is_loopback_only(impl_->shared.options)) impl_->moves.follow(watch);
+}
+
+const InterfaceNews& DdsEcology::interfaces() const {
+  return impl_->moves.news();
 }
 
 bool DdsEcology::expects_components() const {

@@ -6,8 +6,10 @@
 #include "base/boot_time.h"
 #include "base/log.h"
 #include "base/scheduler.h"
+#include "transport/interface_watch.h"
 #include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
+#include "tuples/dds/interface_news.h"
 #include "tuples/stand_in.h"
 
 namespace rubicon::tuples::dds {
@@ -38,6 +40,13 @@ class DdsEcology final : public StandInEcology {
   /// participants, in a later turn. Own tuples and subscriptions stay; others are lost until they are met again. If the
   /// domain cannot be opened, the links are outside, and it is tried again every few seconds.
   void enter_again();
+
+  /// From now on the interfaces of the options are followed: when their addresses changed, all links leave the domain,
+  /// it is made again on those that can be used, and the links enter it. Tuples and subscriptions stay; the others are
+  /// lost and met again. Nothing happens with loopback alone.
+  void follow(const transport::WatchInterfaces& watch);
+  /// Empty before follow().
+  const InterfaceNews& interfaces() const;
 
   /// Whether components were found whose presence has not arrived yet.
   bool expects_components() const;

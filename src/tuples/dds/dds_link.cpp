@@ -109,8 +109,8 @@ Result<void> DdsLink::make_topics() {
   auto done = make_one(presence_topic_, &rubicon_wire_Presence_desc, "rubicon_presence");
   if (done) done = make_one(interest_topic_, &rubicon_wire_Interest_desc, "rubicon_interests");
   if (done) done = make_one(frame_topic_, &rubicon_wire_Frame_desc, "rubicon_frames");
-  if (done && (!bound_presences(presence_topic_.get(), presence_quota_) ||
-               !bound_interests(interest_topic_.get(), interest_quota_)))
+  if (done && (!bound_presences(presence_topic_.get(), stores_->presence_quota) ||
+               !bound_interests(interest_topic_.get(), stores_->interest_quota)))
     return fail(ErrorCode::kIo, "DDS does not bound what it keeps of others");
   return done;
 }
@@ -209,6 +209,7 @@ void DdsLink::leave() {
   presence.summary = summary_.data();
   dds_dispose(presence_writer_.get(), &presence);
   dds_unregister_instance(presence_writer_.get(), &presence);
+  await_receivers();
   forget_others();
   peers_.clear();
   gone_.clear();

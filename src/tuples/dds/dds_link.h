@@ -10,10 +10,13 @@
 #include "base/paced_call.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/dds/early.h"
+#include "tuples/dds/former_domain.h"
 #include "tuples/dds/id_conflicts.h"
 #include "tuples/dds/instance_quota.h"
 #include "tuples/dds/interests.h"
+#include "tuples/dds/patience.h"
 #include "tuples/dds/peer.h"
+#include "tuples/dds/reader_stores.h"
 #include "tuples/dds/signal.h"
 #include "tuples/peer_policy.h"
 
@@ -32,6 +35,7 @@ class DdsLink final : public Link, private distant::FrameReader {
     std::function<Duration()> since_boot = base::since_boot;
     std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
     std::set<DdsLink*> links = {};  ///< all of them
+    Patience patience = {};         ///< of links that leave
   };
 
   /// Makes its DDS entities; kIo names the one that cannot be made. `displaced` is called if another process uses the
@@ -45,6 +49,10 @@ class DdsLink final : public Link, private distant::FrameReader {
   /// Those that have a component as far as this link sees, its own one too.
   std::set<Participant> participants_with_components() const;
   dds_entity_t participant() const { return participant_.get(); }
+
+  // -- other addresses (dds_link_moves.cpp)
+  /// Leaves the domain as suspend() does, but only takes out what is to be deleted with it.
+  void leave_behind(FormerDomain::Remains& remains);
 
   // -- another participant for the same component (dds_link_renewal.cpp)
   OwnerId id() const { return self_; }
@@ -129,6 +137,10 @@ class DdsLink final : public Link, private distant::FrameReader {
   void drop_expired_frames();
   void deliver(OwnerId id, ByteView content);
 
+  // -- other addresses (dds_link_moves.cpp)
+  void drop_interests_of_gone();
+  void await_receivers();
+
   // -- remote sets of others (dds_link_sets.cpp)
   void take_set(Peer& peer, EarlySets::One&& one);
   bool is_early(const Peer& peer, const EarlySets::One& one);
@@ -168,8 +180,7 @@ class DdsLink final : public Link, private distant::FrameReader {
   std::string summary_;
   bool presence_unwritten_ = false;
   Signal signal_;
-  InstanceQuota presence_quota_{2 * Participants::kMaxComponents};  // these outlive the topics
-  InstanceQuota interest_quota_{Interests::kMaxOfOne};
+  std::shared_ptr<ReaderStores> stores_ = std::make_shared<ReaderStores>();
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity all_subscriber_, presence_reader_, interest_reader_, frame_subscriber_, frame_reader_;
   Entity presence_publisher_, presence_writer_, interest_publisher_, interest_writer_;

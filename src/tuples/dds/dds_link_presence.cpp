@@ -25,7 +25,7 @@ bool DdsLink::take_presences() {
   std::vector<PresenceNews> news;
   const auto count =
       take<rubicon_wire_Presence>(presence_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
-        presence_quota_.taken(info.publication_handle, info.instance_handle);
+        stores_->presence_quota.taken(info.publication_handle, info.instance_handle);
         PresenceNews one;
         one.who = {OwnerId(sample.id), sample.incarnation};
         one.start.publication = info.publication_handle;
@@ -41,7 +41,7 @@ bool DdsLink::take_presences() {
           one.start.summary = text_of(sample.summary, kMaxSummary + 1);
           if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
         } else {
-          presence_quota_.ended(info.publication_handle, info.instance_handle);
+          stores_->presence_quota.ended(info.publication_handle, info.instance_handle);
         }
         news.push_back(std::move(one));
       });
@@ -75,7 +75,7 @@ bool DdsLink::may_end(const PresenceNews& news) const {
 bool DdsLink::accepts(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   if (news.there && participants_.is_banned(news.start.participant)) {
-    presence_quota_.ban(news.start.publication);
+    stores_->presence_quota.ban(news.start.publication);
     return false;
   }
   if (!news.there && !may_end(news)) return false;
@@ -201,6 +201,7 @@ void DdsLink::end_unmatched() {
     starts_->note({one.who.first, one.who.second, 0, false, {}});
     on_absence(one);
   }
+  if (listener_) drop_interests_of_gone();
 }
 
 /// Ignores the participant and all its components for as long as it is present.
@@ -300,7 +301,7 @@ void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
 void DdsLink::drop_gone_writers() {
   const auto there = matched_writers({presence_reader_.get(), interest_reader_.get(), frame_reader_.get()});
   participants_.keep_only(writers_.keep_only(there));
-  for (auto* quota : {&presence_quota_, &interest_quota_}) quota->keep_only(there);
+  for (auto* quota : {&stores_->presence_quota, &stores_->interest_quota}) quota->keep_only(there);
 }
 
 std::set<Participant> DdsLink::participants_with_components() const {

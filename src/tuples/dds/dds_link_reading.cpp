@@ -32,15 +32,15 @@ bool DdsLink::take_interests() {
   std::vector<News> news;
   const auto count =
       take<rubicon_wire_Interest>(interest_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
-        interest_quota_.taken(info.publication_handle, info.instance_handle);
+        stores_->interest_quota.taken(info.publication_handle, info.instance_handle);
         News one{{OwnerId(sample.subscriber), sample.incarnation, sample.slot}, {}, {}};
         const auto* writer = writers_.find(interest_reader_.get(), info.publication_handle);
         if (writer) one.participant = writer->participant;
         if (info.instance_state != DDS_IST_ALIVE) {
-          interest_quota_.ended(info.publication_handle, info.instance_handle);
+          stores_->interest_quota.ended(info.publication_handle, info.instance_handle);
         } else {
           if (!writer || !info.valid_data) return;
-          if (participants_.is_banned(writer->participant)) return interest_quota_.ban(info.publication_handle);
+          if (participants_.is_banned(writer->participant)) return stores_->interest_quota.ban(info.publication_handle);
           const auto content = view(sample.content);
           auto spec = distant::read_subscription(content);
           if (!spec) {
@@ -57,23 +57,15 @@ bool DdsLink::take_interests() {
   return count >= kSamples;
 }
 
-/// The end of one whose writer is gone has no participant.
+/// The end of one whose writer is gone has no participant, and ends with that one.
 void DdsLink::on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec) {
   const auto id = key.subscriber;
-  const auto* before = interests_.find(key);
-  const auto owner = before ? before->participant : who;
-  if (owner != who && (spec || who != Participant{})) {
-    return warn(fmt::format("forged interest {}", number(id)),
-                fmt::format("another DDS participant subscribes, or ends a subscription, as component {}: ignored",
-                            number(id)));
-  }
   const auto* peer = find_up(id);
-  const bool counts = peer && peer->incarnation == key.incarnation && peer->participant == owner;
-  if (before && counts) listener_->on_unsubscribe(id, before->spec.id);
+  const bool counts = peer && peer->incarnation == key.incarnation && peer->participant == who;
+  if (const auto* before = counts ? interests_.find(key, who) : nullptr) listener_->on_unsubscribe(id, before->id);
   if (!listener_) return;
-  if (!spec) return interests_.erase(key);
-  if (!interests_.put(key, {who, *spec})) {
-    interests_.erase(key);
+  if (!spec) return interests_.erase(key, who);
+  if (!interests_.put(key, who, *spec)) {
     return warn(fmt::format("interests {}", number(id)),
                 fmt::format("component {} has too many or too long subscriptions: one is ignored", number(id)));
   }
@@ -112,10 +104,7 @@ void DdsLink::on_frame(const EarlyFrames::Sender& sender, ByteView content) {
   if (!peer || sender.incarnation > peer->incarnation) return buffer(sender, content);
   if (sender.incarnation < peer->incarnation) return;
   if (sender.participant == peer->participant) return deliver(sender.id, content);
-  const auto& heir = peer->alive.at(peer->incarnation).heir;
-  if (heir && heir->participant == sender.participant) return buffer(sender, content);
-  warn(fmt::format("forged {}", number(sender.id)),
-       fmt::format("frames in the name of component {} come from another DDS participant: dropped", number(sender.id)));
+  buffer(sender, content);  // it may be the component, whose former participant is not lost here yet
 }
 
 void DdsLink::buffer(const EarlyFrames::Sender& sender, ByteView content) {

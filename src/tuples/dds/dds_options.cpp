@@ -80,8 +80,15 @@ std::string tag_of(const DdsOptions& options) {
 }
 
 /// The longest frame is that of a value of 1 MiB. Cyclone's own bound is 2 GiB, for strangers too: it collects the
-/// fragments of a sample before anybody is asked who sent them.
-constexpr const char* kBounds = "<Internal><MaxSampleSize>4 MiB</MaxSampleSize></Internal>";
+/// fragments of a sample before anybody is asked who sent them. The deletion of a writer would wait a second for
+/// receivers that are cut off; DdsLink::leave() waits for all of them together. With several threads that receive, the
+/// end of a domain wakes each by a datagram to the own address: where that is gone, they do not end (0.10.2). That of
+/// loopback stays, and there a single thread costs up to 20 us a message.
+std::string internal(const DdsOptions& options) {
+  return fmt::format(
+      "<Internal><MaxSampleSize>4 MiB</MaxSampleSize><WriterLingerDuration>0 s</WriterLingerDuration>{}</Internal>",
+      is_loopback_only(options) ? "" : "<MultipleReceiveThreads>false</MultipleReceiveThreads>");
+}
 
 std::string discovery(const DdsOptions& options) {
   const auto tag = tag_of(options);
@@ -93,10 +100,11 @@ std::string discovery(const DdsOptions& options) {
                 "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
                 kMaxProcessesPerHost);
   return fmt::format(
-      "<Discovery>{}{}<Peers>{}</Peers><LeaseDuration>{} ms</LeaseDuration><SPDPInterval>{} "
+      "<Discovery><ExternalDomainId>{}</ExternalDomainId>{}{}<Peers>{}</Peers><LeaseDuration>{} "
+      "ms</LeaseDuration><SPDPInterval>{} "
       "ms</SPDPInterval></Discovery>",
-      tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)), index, peer_elements(options), lease,
-      kAnnounceMs);
+      options.domain, tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)), index,
+      peer_elements(options), lease, kAnnounceMs);
 }
 
 std::string names_of(const std::vector<transport::Interface>& all) {
@@ -142,7 +150,7 @@ std::string domain_xml(const DdsOptions& options) {
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
       "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>{}{}{}</Domain></"
       "CycloneDDS>",
-      names, allowed, transport, tcp, kBounds, discovery(options));
+      names, allowed, transport, tcp, internal(options), discovery(options));
 }
 
 Result<void> check_interfaces(const DdsOptions& options, const std::vector<transport::Interface>& present) {

@@ -1,36 +1,40 @@
 #include "tuples/dds/interests.h"
 
+#include <utility>
+
 namespace rubicon::tuples::dds {
 
+namespace {
+
 /// With the node of the map.
-std::size_t Interests::cost(const Interest& interest) {
-  return sizeof(Interest) + 64 + interest.spec.pattern.key.size();
+std::size_t cost(const SubscriptionSpec& spec) {
+  return sizeof(SubscriptionSpec) + sizeof(Participant) + 64 + spec.pattern.key.size();
 }
 
-const Interests::Interest* Interests::find(const InterestKey& key) const {
-  const auto slots = all_.find({key.subscriber, key.incarnation});
+}  // namespace
+
+const SubscriptionSpec* Interests::find(const InterestKey& key, const Participant& who) const {
+  const auto slots = all_.find(start_of(key, who));
   if (slots == all_.end()) return nullptr;
   const auto found = slots->second.find(key.slot);
   return found == slots->second.end() ? nullptr : &found->second;
 }
 
-bool Interests::put(const InterestKey& key, Interest interest) {
-  const auto* before = find(key);
-  if (before && before->participant != interest.participant) return false;
-  if (before) erase(key);
-  const auto slots = all_.find({key.subscriber, key.incarnation});
+bool Interests::put(const InterestKey& key, const Participant& who, SubscriptionSpec spec) {
+  erase(key, who);
+  const auto slots = all_.find(start_of(key, who));
   if (slots != all_.end() && slots->second.size() >= kMaxOfOne) return false;
-  if (!participants_.add_interest(interest.participant, cost(interest))) return false;
-  all_[{key.subscriber, key.incarnation}].insert_or_assign(key.slot, std::move(interest));
+  if (!participants_.add_interest(who, cost(spec))) return false;
+  all_[start_of(key, who)].insert_or_assign(key.slot, std::move(spec));
   return true;
 }
 
-void Interests::erase(const InterestKey& key) {
-  const auto slots = all_.find({key.subscriber, key.incarnation});
+void Interests::erase(const InterestKey& key, const Participant& who) {
+  const auto slots = all_.find(start_of(key, who));
   if (slots == all_.end()) return;
   const auto found = slots->second.find(key.slot);
   if (found == slots->second.end()) return;
-  participants_.remove_interest(found->second.participant, cost(found->second));
+  participants_.remove_interest(who, cost(found->second));
   slots->second.erase(found);
   if (slots->second.empty()) all_.erase(slots);
 }
@@ -38,22 +42,26 @@ void Interests::erase(const InterestKey& key) {
 std::vector<SubscriptionSpec> Interests::of(OwnerId subscriber, std::uint64_t incarnation,
                                             const Participant& who) const {
   std::vector<SubscriptionSpec> specs;
-  const auto slots = all_.find({subscriber, incarnation});
+  const auto slots = all_.find({subscriber, incarnation, who});
   if (slots == all_.end()) return specs;
-  for (const auto& [slot, interest] : slots->second) {
-    if (interest.participant == who) specs.push_back(interest.spec);
-  }
+  for (const auto& [slot, spec] : slots->second) specs.push_back(spec);
   return specs;
 }
 
 void Interests::erase_all(const Participant& who) {
   std::vector<InterestKey> gone;
   for (const auto& [start, slots] : all_) {
-    for (const auto& [slot, interest] : slots) {
-      if (interest.participant == who) gone.push_back({start.first, start.second, slot});
-    }
+    const auto& [subscriber, incarnation, participant] = start;
+    if (participant != who) continue;
+    for (const auto& [slot, spec] : slots) gone.push_back({subscriber, incarnation, slot});
   }
-  for (const auto& key : gone) erase(key);
+  for (const auto& key : gone) erase(key, who);
+}
+
+std::set<Participant> Interests::participants() const {
+  std::set<Participant> all;
+  for (const auto& [start, slots] : all_) all.insert(std::get<Participant>(start));
+  return all;
 }
 
 }  // namespace rubicon::tuples::dds

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <map>
+#include <set>
+#include <tuple>
+#include <vector>
 
 #include "tuples/dds/participants.h"
 #include "tuples/link.h"
@@ -21,30 +24,30 @@ class Interests {
  public:
   static constexpr std::size_t kMaxOfOne = 10'000;
 
-  struct Interest {
-    Participant participant{};
-    SubscriptionSpec spec;
-  };
-
   explicit Interests(Participants& participants) : participants_(participants) {}
 
-  const Interest* find(const InterestKey& key) const;
-  /// Replaces what the same participant had in the slot. False: a bound is reached, or another participant has the
-  /// slot.
-  bool put(const InterestKey& key, Interest interest);
-  void erase(const InterestKey& key);
-  /// The subscriptions of one start of a component, by slot; only those that its own participant wrote.
+  const SubscriptionSpec* find(const InterestKey& key, const Participant& who) const;
+  /// Replaces what the participant had in the slot; what another one has there stays, and counts if that one is the
+  /// component. False: a bound is reached.
+  bool put(const InterestKey& key, const Participant& who, SubscriptionSpec spec);
+  void erase(const InterestKey& key, const Participant& who);
+  /// The subscriptions of one start of a component, by slot, that this participant wrote.
   std::vector<SubscriptionSpec> of(OwnerId subscriber, std::uint64_t incarnation, const Participant& who) const;
   /// Removes those of a participant that is gone or banned.
   void erase_all(const Participant& who);
+  /// Whose there are any.
+  std::set<Participant> participants() const;
   void clear() { all_.clear(); }
 
  private:
-  using Slots = std::map<std::uint32_t, Interest>;
-  static std::size_t cost(const Interest& interest);
+  using Start = std::tuple<OwnerId, std::uint64_t, Participant>;
+  using Slots = std::map<std::uint32_t, SubscriptionSpec>;
+  static Start start_of(const InterestKey& key, const Participant& who) {
+    return {key.subscriber, key.incarnation, who};
+  }
 
   Participants& participants_;
-  std::map<std::pair<OwnerId, std::uint64_t>, Slots> all_;
+  std::map<Start, Slots> all_;
 };
 
 }  // namespace rubicon::tuples::dds

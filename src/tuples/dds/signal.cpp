@@ -58,4 +58,8 @@ void Signal::raise(Source source) {
   shared_->raise(source);
 }
 
+std::shared_ptr<const void> Signal::used() const {
+  return shared_;
+}
+
 }  // namespace rubicon::tuples::dds

@@ -24,6 +24,8 @@ class Signal {
   /// For entities that are deleted before the signal.
   const dds_listener_t* listener(Source source) const;
   void raise(Source source);
+  /// What the listeners use, for entities that are deleted after the signal.
+  std::shared_ptr<const void> used() const;
 
  private:
   struct Shared;

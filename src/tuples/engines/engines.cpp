@@ -35,6 +35,7 @@ Result<void> Engines::open_distant(const EngineOptions& options, const Host& hos
     auto opened = dds::DdsEcology::open(*options.dds, host.scheduler, host.post, host.log);
     if (!opened) return fail(std::move(opened.error()));
     dds_ = std::move(*opened);
+    dds_->follow(host.watch_interfaces);
   }
   if (options.mqtt) {
     auto opened = mqtt::MqttEcology::open(*options.mqtt, host.scheduler, host.transports, host.log);

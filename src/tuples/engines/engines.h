@@ -42,6 +42,7 @@ class Engines final : public Ecology {
     dds::DdsEcology::Post post;
     transport::Transports& transports;
     base::LogSink& log;
+    transport::WatchInterfaces watch_interfaces;
   };
   /// As open_disk_folder(), DdsEcology::open(), MqttEcology::open() and PeisEcology::open(). kInvalid: no engine.
   static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);

@@ -365,6 +365,24 @@ TEST(IslandFindings, PointToPagesAndHeadingsThatExistAndAreInstalled) {
   }
 }
 
+TEST(IslandFindings, AnInterfaceWithoutAnAddressIsAProblemAndAChangedOneANote) {
+  auto seen = island();
+  EXPECT_THAT(check_interfaces_of(seen), IsEmpty());
+  seen.properties["dds-interfaces"] =
+      R"({"interfaces":[{"name":"eth0","address":"","lack":"has no IPv4 address"},)"
+      R"({"name":"wlan0","address":"10.0.0.2","lack":""}],"changes":2,"changed":1767225600})";
+  const auto found = check_interfaces_of(seen);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].grade, Grade::kProblem);
+  EXPECT_EQ(found[0].what, "interface eth0 of island 6541 home has no IPv4 address: nobody is reached there");
+  EXPECT_EQ(found[1].grade, Grade::kNote);
+  EXPECT_THAT(found[1].what, HasSubstr("changed 2 times since its start, at last at 2026-01-01"));
+  for (const auto* rubbish : {"", "5", R"({"interfaces":7})", R"({"interfaces":[7,null,{"lack":3}],"changes":"x"})"}) {
+    seen.properties["dds-interfaces"] = rubbish;
+    EXPECT_THAT(check_interfaces_of(seen), IsEmpty()) << rubbish;
+  }
+}
+
 TEST(Losses, AreKnownByTheWordsOfTheirNames) {
   for (const auto* name : {"dropped-readings", "state-failures", "recorder-all-dropped", "refused-busy", "bad-frames",
                            "telegrams-lost", "undeliverable", "not-acknowledged", "unknown-devices", "secure-replays",

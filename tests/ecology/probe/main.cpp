@@ -14,6 +14,8 @@
 #include "console/shell.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
+#include "transport/asio_watch.h"
+#include "transport/interface_watch.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/link.h"
 
@@ -79,6 +81,7 @@ int run(OwnerId id, const std::string& text) {
   const auto post = [&loop](std::function<void()> call) { loop.scheduler().post(std::move(call)); };
   auto ecology = tuples::dds::DdsEcology::open(engine.options, loop.scheduler(), post, log);
   if (!ecology) return fmt::print(stderr, "{}\n", ecology.error().text), 1;
+  (*ecology)->follow(transport::netlink_interfaces(transport::asio_watch(loop)));
   const Probe probe(id, **ecology, loop);
   loop.run();
   return 0;

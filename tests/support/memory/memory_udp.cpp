@@ -46,6 +46,10 @@ class MemoryUdp final : public UdpSocket {
                   fmt::format("UDP {}: the socket sends to {} only", to_string(to), to_string(*port_->options.remote)));
     if (bytes.size() > 65507)
       return fail(ErrorCode::kOutOfRange, fmt::format("UDP {}: {} bytes do not fit", to_string(to), bytes.size()));
+    if (!net_.no_way.empty()) {
+      ++dropped_;
+      return fail(ErrorCode::kIo, fmt::format("UDP {}: cannot send: {}", to_string(to), net_.no_way));
+    }
     if (net_.refuses > 0) {
       --net_.refuses;
       ++dropped_;

@@ -42,7 +42,8 @@ class MemoryNet {
   bool reports_unreachable = true;                   ///< report datagrams to ports without a socket to their senders
   std::function<bool(const MemoryDatagram&)> loses;  ///< true = drop the datagram; may be empty
   std::set<std::string> gone_interfaces{};           ///< by address: groups cannot be joined on them again
-  std::uint64_t refuses = 0;                         ///< number of next sends that find the line busy
+  std::string no_way;         ///< why the system can send nothing (no route, no address); empty = it can
+  std::uint64_t refuses = 0;  ///< number of next sends that find the line busy
 
   /// All datagrams that were sent, including dropped ones.
   const std::vector<MemoryDatagram>& sent() const { return sent_; }

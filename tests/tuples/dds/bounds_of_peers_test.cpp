@@ -50,7 +50,7 @@ TEST(Interests, AreBoundedInBytesPerParticipantAndInAll) {
   const SubscriptionSpec long_one{1, {std::nullopt, std::string(255, 'k')}, {}};
   const auto fill = [&](const Participant& who, std::uint32_t id) {
     std::uint32_t slot = 0;
-    while (slot < 20'000 && interests.put({OwnerId(id + slot / 9'000), 1, slot}, {who, long_one})) ++slot;
+    while (slot < 20'000 && interests.put({OwnerId(id + slot / 9'000), 1, slot}, who, long_one)) ++slot;
     return slot;
   };
   const auto first = fill(kOne, 70'000);
@@ -63,15 +63,20 @@ TEST(Interests, AreBoundedInBytesPerParticipantAndInAll) {
   EXPECT_EQ(fill(kOne, 70'000), first) << "what ended makes room";
 }
 
-TEST(Interests, OfOneSlotBelongToWhoWasFirst) {
+TEST(Interests, OfOneSlotBelongToTheirParticipants) {
   Participants participants;
   Interests interests(participants);
   const SubscriptionSpec spec{1, {std::nullopt, "a"}, {}}, other{2, {std::nullopt, "b"}, {}};
-  ASSERT_TRUE(interests.put({kRobot, 1, 0}, {kOne, spec}));
-  EXPECT_FALSE(interests.put({kRobot, 1, 0}, {kOther, other}));
-  EXPECT_TRUE(interests.put({kRobot, 1, 0}, {kOne, other}));
-  EXPECT_EQ(interests.of(kRobot, 1, kOne).size(), 1U);
-  EXPECT_TRUE(interests.of(kRobot, 1, kOther).empty());
+  const InterestKey slot{kRobot, 1, 0};
+  ASSERT_TRUE(interests.put(slot, kOne, spec));
+  ASSERT_TRUE(interests.put(slot, kOther, other));
+  ASSERT_EQ(interests.of(kRobot, 1, kOne).size(), 1U);
+  EXPECT_EQ(interests.of(kRobot, 1, kOne).front().id, 1U);
+  EXPECT_EQ(interests.of(kRobot, 1, kOther).front().id, 2U);
+  EXPECT_EQ(interests.participants(), (std::set{kOne, kOther}));
+  interests.erase_all(kOne);
+  EXPECT_TRUE(interests.of(kRobot, 1, kOne).empty());
+  EXPECT_NE(interests.find(slot, kOther), nullptr);
 }
 
 TEST(Participants, WithTooManyComponentsAreIgnoredUntilTheyGo) {

@@ -36,6 +36,11 @@ TEST(DdsOptions, SamplesAreBounded) {
   EXPECT_THAT(domain_xml({}), HasSubstr("<MaxSampleSize>4 MiB</MaxSampleSize>"));
 }
 
+TEST(DdsOptions, WhereTheAddressMayGoADomainEndsWithoutADatagramToIt) {
+  EXPECT_THAT(domain_xml({}), Not(HasSubstr("MultipleReceiveThreads"))) << "that of loopback stays";
+  EXPECT_THAT(domain_xml(on({"eth0"})), HasSubstr("<MultipleReceiveThreads>false</MultipleReceiveThreads>"));
+}
+
 TEST(DdsOptions, MulticastStopsWhereHostsAreNamed) {
   EXPECT_THAT(domain_xml({}), HasSubstr("<AllowMulticast>spdp</AllowMulticast>"));
   EXPECT_THAT(domain_xml(on({"eth0"})), HasSubstr("<AllowMulticast>true</AllowMulticast>"));

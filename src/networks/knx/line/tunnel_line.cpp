@@ -102,7 +102,7 @@ void TunnelLine::begin() {
 
 void TunnelLine::make_session() {
   secure::Session::Callbacks calls;
-  calls.transmit = [this](ByteView frame) { sockets_.send(path_, frame); };
+  calls.transmit = [this](ByteView frame) { put(path_, frame); };
   calls.up = [this] { session_up(); };
   calls.received = [this](ByteView frame) {
     if (tunnel_) tunnel_->receive(frame);
@@ -178,10 +178,18 @@ void TunnelLine::sockets_failed(const Error& error) {
 }
 
 void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
-  if (!session_) return sockets_.send(path, frame);
+  if (!session_) return put(path, frame);
   path_ = path;
   if (session_->up()) session_->send(frame);
   path_ = Tunnel::Path::kControl;
+}
+
+/// Whoever sends may still need the tunnel. It ends in a turn of its own.
+void TunnelLine::put(Tunnel::Path path, ByteView frame) {
+  if (sockets_.send(path, frame) || send_failure_.pending()) return;
+  send_failure_ = scheduler_.after(Duration::zero(), [this] {
+    sockets_failed({ErrorCode::kUnreachable, sockets_.send_error()});
+  });
 }
 
 // Callbacks of the session.
@@ -329,6 +337,7 @@ void TunnelLine::ended(Tunnel::End end) {
 }
 
 void TunnelLine::retire() {
+  send_failure_.cancel();
   retired_ = std::move(tunnel_);
   if (session_) session_->close();
   retired_session_ = std::move(session_);

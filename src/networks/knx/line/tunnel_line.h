@@ -82,6 +82,7 @@ class TunnelLine final : public Line {
   void stranger();
   void sockets_failed(const Error& error);
   void transmit(Tunnel::Path path, ByteView frame);
+  void put(Tunnel::Path path, ByteView frame);
 
   // Callbacks of the session.
   void session_up();
@@ -129,7 +130,7 @@ class TunnelLine final : public Line {
   std::size_t refused_forms_ = 0;                    ///< in this round of attempts
   std::optional<std::uint16_t> max_apdu_;            ///< of the interface, in bytes, if it says so
   bool retires_ = false;                             ///< hand_over() was called
-  Timer retry_timer_;
+  Timer retry_timer_, send_failure_;
   WallTime next_attempt_{};  ///< when retry_timer_ fires
   HoldOff hold_off_;
   SteadyTime up_since_{};

@@ -92,7 +92,7 @@ void TunnelSockets::set_data_endpoint(const wire::Hpai& data) {
   if (!settings_.stream && !data.route_back()) data_ = {address_text(data), data.port};
 }
 
-void TunnelSockets::send(Tunnel::Path path, ByteView frame) {
+bool TunnelSockets::send(Tunnel::Path path, ByteView frame) {
   Result<void> sent;
   if (stream_) {
     sent = stream_->send(frame);
@@ -100,6 +100,7 @@ void TunnelSockets::send(Tunnel::Path path, ByteView frame) {
     sent = socket_->send(path == Tunnel::Path::kData ? data_ : control_, frame);
   }
   if (!sent) send_error_ = sent.error().text;
+  return sent || stream_ || sent.error().code != ErrorCode::kIo;
 }
 
 /// Accepts datagrams of the server, from any port.

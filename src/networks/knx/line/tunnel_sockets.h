@@ -49,8 +49,9 @@ class TunnelSockets {
   void abort();
   bool is_open() const { return socket_ != nullptr || stream_ != nullptr; }
 
-  /// A frame that cannot be sent is treated as lost; send_error() tells why.
-  void send(Tunnel::Path path, ByteView frame);
+  /// A frame that cannot be sent is treated as lost; send_error() tells why. False: the system cannot send a datagram
+  /// to the server (no route, no such address of ours), so that no answer will come.
+  bool send(Tunnel::Path path, ByteView frame);
   /// Route back: that of the control endpoint.
   void set_data_endpoint(const wire::Hpai& data);
   const transport::Endpoint& control_endpoint() const { return control_; }

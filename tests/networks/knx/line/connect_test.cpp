@@ -150,6 +150,33 @@ TEST_F(ConnectTest, AnAnswerFromAnotherAddressNamesIt) {
   EXPECT_NE(failures[0].text.find("(wrong-source)"), std::string::npos);
 }
 
+TEST_F(ConnectTest, ATunnelWithoutARouteEndsAtTheNextDatagramAndComesBack) {
+  connect();
+  const auto reconnects = count("reconnects");
+  net.no_way = "Network is unreachable";
+  send(1);
+  EXPECT_TRUE(failures.empty()) << "not inside of the call";
+  time.run_for(0s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("cannot send: Network is unreachable"), std::string::npos) << failures[0].text;
+  EXPECT_NE(phase(), LineState::Phase::kUp);
+  time.run_for(2s);
+  EXPECT_GE(failures.size(), 3U) << "no attempt waits for an answer";
+  net.no_way.clear();
+  time.run_for(2s);
+  EXPECT_EQ(phase(), LineState::Phase::kUp);
+  EXPECT_EQ(count("reconnects"), reconnects + 1);
+  EXPECT_EQ(sent(1), SendOutcome::kSent) << "it waited for the line";
+}
+
+/// Without commands the heartbeat notices it.
+TEST_F(ConnectTest, ATunnelWithoutARouteThatSendsNothingEndsWithTheNextHeartbeat) {
+  connect();
+  net.no_way = "Network is unreachable";
+  time.run_for(61s);
+  EXPECT_FALSE(failures.empty()) << "not after four heartbeats of ten seconds";
+}
+
 /// A machine without a way to the server.
 class NoRoute final : public transport::Transports {
  public:
