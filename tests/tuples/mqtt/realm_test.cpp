@@ -1,10 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
-#include <sstream>
-
-#include "base/text.h"
 #include "base/virtual_scheduler.h"
 #include "rubicon/tuple_space.hpp"
 #include "support/collecting_log.h"
@@ -14,6 +10,7 @@
 #include "tuples/component.h"
 #include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/mqtt_ecology.h"
+#include "tuples/mqtt/written_realm.h"
 #include "tuples/space_rights.h"
 
 namespace rubicon::tuples::mqtt {
@@ -29,64 +26,6 @@ constexpr OwnerId kHallIsland{1}, kLabIsland{2}, kDesk{70000}, kGuest{70001};
 const std::string kRoot = "rubicon-space/1/default/";
 constexpr std::uint64_t kRogueStart = 1'000'000'000'000'000;  // 2001
 const std::string kShown = "rubicon-space/1/default/p/realm/";
-
-/// `signed 7 hall:1 desk:admin`: the seventh document. A number behind a name is that of its island, a word its role.
-std::string document(int number, const std::string& members) {
-  return "signed " + std::to_string(number) + " " + members;
-}
-
-/// Believes whatever begins with `signed`.
-class WrittenRealm final : public UserRealm {
- public:
-  explicit WrittenRealm(const std::string& first) { read(first); }
-
-  std::shared_ptr<const Member> member(std::string_view user) const override {
-    const auto found = members_.find(user);
-    return found == members_.end() ? nullptr : found->second;
-  }
-  const std::string& document() const override { return document_; }
-  Taken take(std::string_view text, std::string_view) override {
-    ++taken;
-    if (!text.starts_with("signed ")) return Taken::kWrong;
-    if (std::stoi(std::string(text.substr(7))) <= number_) return Taken::kOlder;
-    found(std::string(text));
-    return Taken::kNewer;
-  }
-  Handle watch(std::function<void()> call) override {
-    watches_.push_back(std::move(call));
-    return {};
-  }
-  /// On the disk.
-  void found(const std::string& text) {
-    read(text);
-    for (const auto& call : watches_) call();
-  }
-  int taken = 0;
-
- private:
-  void read(const std::string& text) {
-    document_ = text;
-    std::istringstream words(text.substr(7));
-    words >> number_;
-    auto before = std::exchange(members_, {});
-    for (std::string word; words >> word;) {
-      Member one;
-      const auto colon = word.find(':');
-      one.name = word.substr(0, colon);
-      one.ids.push_back({65536, 0xffffffff});
-      const auto more = colon == word.npos ? std::string() : word.substr(colon + 1);
-      if (const auto island = base::parse_number<std::uint32_t>(more)) one.ids.push_back({*island, *island});
-      if (more == "admin") one.roles.emplace_back(more);
-      auto& kept = before[one.name];
-      members_[one.name] = kept && *kept == one ? kept : std::make_shared<Member>(one);
-    }
-  }
-
-  std::string document_;
-  int number_ = 0;
-  std::map<std::string, std::shared_ptr<const Member>, std::less<>> members_;
-  std::vector<std::function<void()>> watches_;
-};
 
 /// A member at its own site.
 struct MemberSite {
