@@ -3,7 +3,6 @@
 #include <system_error>
 #include <utility>
 
-#include "tuples/dds/take_samples.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
