@@ -62,7 +62,7 @@ class RightsOfTheLan : public IslandOnALan {
   void is_refused(const std::string& value) const {
     const auto refused = other({"set", part_of(kLock, "command"), value});
     EXPECT_EQ(refused.code, 3) << refused.errors << island_->errors();
-    EXPECT_THAT(refused.errors, HasSubstr("lan may not set proxy.dummy-1.den.actuator.switch-2.command"));
+    EXPECT_THAT(refused.output, HasSubstr("lan may not set proxy.dummy-1.den.actuator.switch-2.command"));
   }
 };
 

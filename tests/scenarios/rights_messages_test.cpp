@@ -320,7 +320,7 @@ TEST_F(RightsOfMessages, WhatIsRelayedToOnePlaceDoesNotUseUpTheNumbersOfOthersFo
   const auto relay_by = [&](std::uint32_t island, Message one, const std::string& device) {
     one.hops = 1;
     one.destination.device = device;
-    one.sender = model::Sender{"island-3", {}, OwnerId(3), "13"};
+    one.sender = model::Sender{"island-3", {}, OwnerId(3)};
     post(component(island), 1, one);
   };
   for (auto* genuine : {&message, &command}) {

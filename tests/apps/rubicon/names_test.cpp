@@ -161,25 +161,16 @@ TEST(CliCompletion, AsksTheIslandsOnlyForWhatMayFollow) {
 TEST(CliCompletion, ANameOfAMemberIsNoFile) {
   Cli cli;
   const auto wanted = [&](const std::vector<std::string>& before) { return wanted_at(cli.app(), before).wanted; };
-  for (const auto* command : {"revoke", "renew", "export"})
-    EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kDdsMember) << command;
-  for (const auto* command : {"revoke", "renew", "change"})
+  for (const auto* command : {"revoke", "renew", "change", "may"})
     EXPECT_EQ(wanted({"trust", command}), Wanted::kMember) << command;
-  EXPECT_EQ(wanted({"trust", "may"}), Wanted::kAnyMember);
-  for (const auto* command : {"add", "request"})
-    EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kNoFile) << command;
   EXPECT_EQ(wanted({"trust", "add"}), Wanted::kNoFile);
-  for (const auto* command : {"join", "sign", "show"})
-    EXPECT_EQ(wanted({"trust", "dds", command}), Wanted::kNothing) << command;
-  EXPECT_EQ(wanted({"trust", "join"}), Wanted::kNothing);
-  EXPECT_EQ(wanted({"trust", "dds", "revoke", "desk"}), Wanted::kNoFile);
-  EXPECT_EQ(wanted({"trust", "dds", "export", "--out"}), Wanted::kNothing);
+  EXPECT_EQ(wanted({"trust", "revoke", "desk"}), Wanted::kNoFile);
+  for (const auto* command : {"join", "show"}) EXPECT_EQ(wanted({"trust", command}), Wanted::kNothing) << command;
   EXPECT_EQ(wanted({"trust", "may", "desk", "set"}), Wanted::kTuple);
   EXPECT_THAT(fixed_offers(cli.app(), {"trust", "may", "inbox"}, ""),
               ElementsAre("read", "demand", "set", "approve", "send"));
-  EXPECT_THAT(fixed_offers(cli.app(), {"trust"}, ""), AllOf(Contains("revoke"), Contains("dds")));
-  EXPECT_THAT(fixed_offers(cli.app(), {"trust", "dds"}, ""), Contains("export"));
-  EXPECT_THAT(fixed_offers(cli.app(), {"trust", "dds", "revoke"}, ""), IsEmpty());
+  EXPECT_THAT(fixed_offers(cli.app(), {"trust"}, ""), AllOf(Contains("revoke"), Not(Contains("dds"))));
+  EXPECT_THAT(fixed_offers(cli.app(), {"trust", "revoke"}, ""), IsEmpty());
 }
 
 TEST(CliCompletion, BehindTheTupleThatIsSetStandsAValue) {

@@ -166,8 +166,7 @@ TEST_F(AuditFileTest, AFloodOfHoursDoesNotPushOutWhatWasAccepted) {
 }
 
 TEST_F(AuditFileTest, NamesBeyondTheMostShareOneCount) {
-  for (std::size_t i = 0; i < RefusalLimit::kMostNames + 50; ++i)
-    refused({fmt::format("name{}", i), {}, {}, {}, {}}, 10);
+  for (std::size_t i = 0; i < RefusalLimit::kMostNames + 50; ++i) refused({fmt::format("name{}", i)}, 10);
   time.run_for(2s);
   const auto found = lines();
   EXPECT_EQ(found.size(), RefusalLimit::kMostNames * 10 + RefusalLimit::kPerSecond + 1);
@@ -301,7 +300,7 @@ TEST_F(AuditFileTest, AnIslandThatNamesManySendersHasTheLimitOfOneMember) {
 }
 
 TEST_F(AuditFileTest, AllNamesTogetherHaveALimitPerHour) {
-  for (int i = 0; i < 200; ++i) refused({fmt::format("name{}", i), {}, {}, {}, {}}, 100);
+  for (int i = 0; i < 200; ++i) refused({fmt::format("name{}", i)}, 100);
   time.run_for(2s);
   EXPECT_EQ(lines({.refused_only = true}).size(), RefusalLimit::kAllPerHour);
 }

@@ -61,8 +61,6 @@ TEST_F(SiteCertificates, OnlyAnAuthorityIsOne) {
   EXPECT_FALSE(check_site_authority(member("hall"), kNow, "input"));
   EXPECT_FALSE(check_site_authority(broker_, kNow, "input"));
   EXPECT_EQ(check_site_authority(authority_, WallTime(), "input").error().code, ErrorCode::kExpired);
-  const auto dds = make_authority(AuthorityKind::kIdentities, "Rubicon 5f1c", ends_, key_);
-  EXPECT_FALSE(check_site_authority(*dds, kNow, "input")) << "that of DDS signs no realm of brokers";
 }
 
 TEST_F(SiteCertificates, ARevocationListHoldsForTheLifeOfTheAuthority) {
