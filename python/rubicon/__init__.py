@@ -13,16 +13,16 @@ from __future__ import annotations
 import asyncio
 import os
 from pathlib import Path
-from typing import Any, Coroutine, Optional, TypeVar, Union
+from typing import Any, Coroutine, Dict, Mapping, Optional, Sequence, TypeVar, Union
 
 from ._errors import Error, Refused
 from ._feed import Watch
-from ._space import Messages, Space
-from ._values import Device, Event, Island, LogLine, Message, Outcome, Sample, Value, Waiting
+from ._space import Judge, Messages, Space
+from ._values import Device, Event, Island, LogLine, Message, Outcome, Sample, Value, Waiting, Wish
 
 __version__ = "0.1.0"
-__all__ = ["connect", "run", "Device", "Error", "Event", "Island", "LogLine", "Message", "Messages", "Outcome", "Refused",
-           "Sample", "Space", "Value", "Waiting", "Watch"]
+__all__ = ["connect", "join", "run", "Device", "Error", "Event", "Island", "Judge", "LogLine", "Message", "Messages", "Outcome", "Refused",
+           "Sample", "Space", "Value", "Waiting", "Watch", "Wish"]
 
 _Result = TypeVar("_Result")
 
@@ -39,6 +39,24 @@ def connect(url: str = "", token: Optional[str] = None, *, token_file: Union[str
 
     url = url or os.environ.get("RUBICON_URL") or "http://127.0.0.1:8642"
     return Space(WebDoor(Server.at(url, _token(token, token_file), None if ca is None else str(ca), timeout)))
+
+
+def join(space: str = "", *, name: str = "python", id: int = 0, folder: str = "", interfaces: Sequence[str] = (),
+         trust: str = "", broker: Optional[Mapping[str, Any]] = None) -> Space:
+    """A space in which this process is a component, without a server. It needs the native module
+    (python3-rubicon-native), and acts as the user of this process.
+
+    `space`, `folder`: where the programs of this host meet (docs/host.md); else RUBICON_SPACE and RUBICON_FOLDER.
+    `interfaces`: islands of other hosts too, by DDS. `broker`: of other sites, by MQTT (docs/sites.md): `host`, and
+    `port`, `space`, `user`, `password`, `tls`, `ca_file`, `certificate_file`, `key_file`, `server_name`, `spare`, `all`,
+    `trust`. `id` 0: a random one. `trust`: as in Options::trust of docs/client.md."""
+    from ._component import ComponentDoor
+
+    options: Dict[str, Any] = {"space": space, "name": name, "id": id, "folder": folder, "trust": trust,
+                               "interfaces": list(interfaces)}
+    if broker is not None:
+        options["broker"] = dict(broker)
+    return Space(ComponentDoor(options))
 
 
 def _token(token: Optional[str], file: Union[str, Path, None]) -> str:

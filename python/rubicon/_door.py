@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from abc import ABC, abstractmethod
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional
 
+from ._errors import Error
 from ._feed import Stream
-from ._values import Island, Json, Message, Outcome
+from ._values import Island, Json, Message, Outcome, utc
+
+FINAL = {"confirmed", "assumed", "applied", "refused", "failed", "timed-out", "expired", "superseded", "no-such-owner"}
 
 
 class Door(ABC):
@@ -53,6 +57,50 @@ class Door(ABC):
     async def unlisten(self, kind: str, call: Callable[[Message], None]) -> None: ...
 
     async def history(self, path: str, accept: Optional[str] = None) -> Any:
-        from ._errors import Error
-
         raise Error("unsupported", "a component has no history: ask the island's page for it, with rubicon.connect()")
+
+    def own(self, key: str, value: bytes, media_type: str, lifetime: float) -> int:
+        raise Error("unsupported", "own tuples need a component: rubicon.join()")
+
+    def erase(self, key: str) -> None:
+        raise Error("unsupported", "own tuples need a component: rubicon.join()")
+
+    def judge(self, pattern: str, appends: bool, call: Callable[[Json], Optional[str]]) -> Callable[[], None]:
+        """Until the result is called."""
+        raise Error("unsupported", "own tuples need a component: rubicon.join()")
+
+
+async def follow(answers: asyncio.Queue[Json], wait: float) -> Outcome:
+    """How a command stands after the answers that come within `wait` seconds, the last of which is final."""
+    outcome = Outcome("unknown", "the owner did not answer")
+    end = asyncio.get_running_loop().time() + wait
+    try:
+        while outcome.state not in FINAL and outcome.code != "unreachable":
+            answer = await asyncio.wait_for(answers.get(), max(0.0, end - asyncio.get_running_loop().time()))
+            outcome = _outcome(outcome, answer)
+    except asyncio.TimeoutError:
+        pass
+    return outcome
+
+
+def _outcome(before: Outcome, answer: Json) -> Outcome:
+    request = answer.get("request", before.request)
+    if answer.get("lost"):
+        return Outcome("unknown", "the line to the server was lost", request, before.sequence, "unreachable")
+    if answer.get("ok") is False:
+        error = error_of(answer, "refused")
+        state = {"expired": "expired", "not-found": "no-such-owner"}.get(error.code, "refused")
+        return Outcome(state, error.text, request, code=error.code)
+    if "state" not in answer:
+        return Outcome("queued", "", request, answer.get("sequence", 0))
+    state = str(answer["state"])
+    return Outcome(state, str(answer.get("reason", "")), request, answer.get("sequence", before.sequence),
+                   "refused" if state == "refused" else "", utc(answer.get("until")))
+
+
+def error_of(answer: Mapping[str, Any], otherwise: str) -> Error:
+    """The error of an answer: {"error": {"code", "text"}}."""
+    error = answer.get("error")
+    if not isinstance(error, dict):
+        return Error("io", otherwise)
+    return Error(str(error.get("code", "io")), str(error.get("text", otherwise)))

@@ -67,7 +67,7 @@ class Feed:
         self.ended = False
         self.streams: List[Stream] = []
         self._start = start
-        self._owner = owner or "*"
+        self._owner = owner
         self._query = query
         self._flow = flow
         self._subjects: Dict[str, Subject] = {}

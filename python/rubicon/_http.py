@@ -10,6 +10,7 @@ import ssl
 from typing import Any, Dict, Mapping, NamedTuple, Optional
 from urllib.parse import urlsplit
 
+from ._door import error_of
 from ._errors import Error
 
 BUSY_PAUSE = 1.0  #: seconds before a busy server is asked again
@@ -134,11 +135,3 @@ def _json_or_empty(body: bytes) -> Mapping[str, Any]:
     except ValueError:
         value = {}
     return value if isinstance(value, dict) else {}
-
-
-def error_of(answer: Mapping[str, Any], otherwise: str) -> Error:
-    """The error of an answer: {"error": {"code", "text"}}."""
-    error = answer.get("error")
-    if not isinstance(error, dict):
-        return Error("io", otherwise)
-    return Error(str(error.get("code", "io")), str(error.get("text", otherwise)))

@@ -8,7 +8,7 @@ import time as clock
 from collections import deque
 from datetime import datetime
 from types import TracebackType
-from typing import Any, Deque, Dict, Generator, Iterable, List, Optional, Tuple, Type, Union
+from typing import Any, Callable, Deque, Dict, Generator, Iterable, List, Optional, Tuple, Type, Union
 from urllib.parse import urlencode
 
 from . import _history
@@ -16,7 +16,7 @@ from ._door import Door
 from ._errors import Error, Refused
 from ._feed import Feed, Flow, Stream, Watch
 from ._names import KINDS, Query, ambiguous, has_wildcard, not_found, query_of, split_owner
-from ._values import (Device, Devices, Island, Json, LogLine, Message, Outcome, Span, Subject, Value, Values, Waiting,
+from ._values import (Device, Devices, Island, Json, LogLine, Message, Outcome, Span, Subject, Value, Values, Waiting, Wish,
                       Sample, moment, parsed, seconds_of, text_of, utc)
 
 MAX_ISLAND = 65532  #: other components have higher ids
@@ -149,10 +149,7 @@ class Space:
     async def read(self, pattern: str) -> Values:
         """The present values that match, in natural order of island and key. Wakes no sensor."""
         self._check()
-        owner, key = split_owner(pattern)
-        if not has_wildcard(key):
-            key = (await self._tuple(pattern, "value"))[1] if len(key.split(".")) < 6 else key
-        query, owner = query_of(key), await self._owner(owner) or "*"
+        owner, query = await self._query(pattern)
         parts = query.key.split(".")
         if len(parts) != 6 or parts[5] != "value":
             rows = await self._door.read(f"{owner}:{query.key}")
@@ -183,10 +180,8 @@ class Space:
 
     async def _begin(self, pattern: str, flow: Flow) -> Feed:
         self._check()
-        owner, key = split_owner(pattern)
-        if not has_wildcard(key):
-            owner, key = await self._tuple(pattern, "value")
-        feed = Feed(await self._owner(owner), query_of(key), flow, self._door.subscribe)
+        owner, query = await self._query(pattern)
+        feed = Feed(owner, query, flow, self._door.subscribe)
         feed.begin()
         return feed
 
@@ -200,6 +195,14 @@ class Space:
         for stream in feed.streams:
             self._door.unsubscribe(stream)
         feed.end()
+
+    async def _query(self, pattern: str) -> Tuple[str, Query]:
+        """Owner, or `*`, and what a pattern or a name means."""
+        owner, key = split_owner(pattern)
+        if has_wildcard(key):
+            return await self._owner(owner) or "*", query_of(key)
+        owner, key = await self._tuple(pattern, "value")
+        return owner, Query(key, None)
 
     async def _tuple(self, name: str, leaf: str) -> Tuple[str, str]:
         """Owner and key of a name: a point with this leaf, or a tuple with exactly this key."""
@@ -269,12 +272,12 @@ class Space:
             options["sequence"] = sequence
         if media_type:
             options["media"] = media_type
-        elif not isinstance(value, (str, bytes, bool, int, float, datetime)):
-            options["media"] = "application/json"
+        elif _media(value) != "text/plain":
+            options["media"] = _media(value)
         if time is not None:
             options["user"] = time.timestamp()
         if lifetime is not None:
-            options["expire"] = clock.time() + seconds_of(lifetime, "lifetime")
+            options["lifetime"] = seconds_of(lifetime, "lifetime")
         return await self._write(name, value, options)
 
     async def append(self, name: str, text: Union[str, bytes], *, sequence: Optional[int] = None) -> int:
@@ -291,6 +294,24 @@ class Space:
         if not outcome.good:
             raise Error(outcome.code or "refused", f"{key}: {outcome.reason or outcome.state}")
         return outcome.sequence
+
+    # -- own tuples, of a component (rubicon.join)
+
+    async def own(self, key: str, value: object, *, media_type: str = "", lifetime: Span = 0) -> int:
+        """Creates or changes a tuple of this component, and returns its sequence number. `lifetime` 0 = it stays."""
+        self._check()
+        return self._door.own(key, _bytes(value), media_type or _media(value), seconds_of(lifetime, "lifetime"))
+
+    async def erase(self, key: str) -> None:
+        """Deletes a tuple of this component."""
+        self._check()
+        self._door.erase(key)
+
+    def judge(self, pattern: str, call: Callable[[Wish], Optional[str]], *, appends: bool = False) -> Judge:
+        """Lets `call` decide about sets of own tuples by others, until the result is closed: None accepts, a text
+        refuses and says why. Without a judge such sets are refused. Of several the narrowest pattern decides."""
+        self._check()
+        return Judge(self._door.judge(pattern, appends, lambda row: call(Wish.of(row))))
 
     # -- messages
 
@@ -342,10 +363,7 @@ class Space:
         self._check()
         now = clock.time()
         span = _history.Range.of(moment(since, now, "since"), moment(until, now, "until"), seconds_of(every, "every"))
-        owner, key = split_owner(pattern)
-        if not has_wildcard(key):
-            owner, key = await self._tuple(pattern, "value")
-        query, owner = query_of(key), await self._owner(owner) or "*"
+        owner, query = await self._query(pattern)
         path: Optional[str] = "/api/v1/history/series?" + urlencode({"pattern": f"{owner}:{query.key}"})
         keys: List[str] = []
         while path:
@@ -443,6 +461,24 @@ class Messages:
             self._more.clear()
             await self._more.wait()
         return self._queue.popleft()
+
+
+class Judge:
+    """Ends with close(), or at the end of `with`."""
+
+    def __init__(self, end: Callable[[], None]) -> None:
+        self.close = end
+
+    def __enter__(self) -> Judge:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _media(value: object) -> str:
+    is_text = isinstance(value, (str, bytes, bool, int, float, datetime))
+    return "text/plain" if is_text else "application/json"
 
 
 def _bytes(value: object) -> bytes:

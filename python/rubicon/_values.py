@@ -364,6 +364,27 @@ class Message:
 
 
 @dataclass(frozen=True)
+class Wish:
+    """What another component wants to set of a tuple of this one."""
+
+    sender: int
+    key: str
+    data: bytes
+    media_type: str = "text/plain"
+    append: bool = False  #: to the present value
+    asker: str = ""  #: whose wish it is, as `sender` says: `user:ann`, `token:tablet`; empty = its own
+
+    @property
+    def value(self) -> str:
+        """The data as text; bytes that are none are replaced."""
+        return self.data.decode(errors="replace")
+
+    @classmethod
+    def of(cls, row: Json) -> Wish:
+        return cls(row["from"], row["key"], row["value"], row["media"], row["append"], row["asker"])
+
+
+@dataclass(frozen=True)
 class Waiting:
     """A device in the inbox of an island."""
 

@@ -5,24 +5,24 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
+import time
 from typing import Any, Callable, Dict, List, Optional, Set
 from urllib.parse import urlencode
 
 import websockets
 from websockets.exceptions import WebSocketException
 
-from ._door import Door
+from ._door import Door, error_of, follow
 from ._errors import Error
 from ._feed import Feed, Stream
-from ._http import Server, ask, ask_json, error_of
-from ._values import Island, Json, Message, Outcome, utc
+from ._http import Server, ask, ask_json
+from ._values import Island, Json, Message, Outcome
 
 VERSION = "1"  #: of the API
 SILENCE = 12.0  #: seconds after which a line is lost; the server speaks every 5 s
 RETRY = (0.25, 0.5, 0.75, 2.0, 5.0)  #: seconds before the next attempt
 BUSY_PAUSE = 3.0
 PATIENCE = 5.0  #: seconds after a reconnection in which owners send their tuples
-FINAL = {"confirmed", "assumed", "applied", "refused", "failed", "timed-out", "expired", "superseded", "no-such-owner"}
 MAX_VALUE = 47 * 1024  #: bytes: a message to the server has at most 64 KiB, in base64
 
 
@@ -299,6 +299,8 @@ class WebDoor(Door):
         fields = dict(options)
         fields["do"] = "append" if fields.pop("append", False) else "set"
         fields["key"] = key
+        if "lifetime" in fields:
+            fields["expire"] = time.time() + fields.pop("lifetime")
         try:
             fields["value"] = value.decode()
         except UnicodeDecodeError:
@@ -310,19 +312,10 @@ class WebDoor(Door):
 
     async def _command(self, fields: Json, wait: float) -> Outcome:
         await self._until_live(min(wait, fields.get("ttl") or 5.0))
-        loop = asyncio.get_running_loop()
         answers: asyncio.Queue[Json] = asyncio.Queue()
         number = self._ask(fields, answers.put_nowait, follow=True)
-        outcome = Outcome("unknown", "the server did not answer")
-        end = loop.time() + wait
         try:
-            while True:
-                answer = await asyncio.wait_for(answers.get(), max(0.0, end - loop.time()))
-                outcome = _outcome(outcome, answer)
-                if outcome.state in FINAL or outcome.state == "unknown":
-                    return outcome
-        except asyncio.TimeoutError:
-            return outcome
+            return await follow(answers, wait)
         finally:
             self._answers.pop(number, None)
 
@@ -356,17 +349,3 @@ class WebDoor(Door):
         if accept is None:
             return await ask_json(self.server, path)
         return (await ask(self.server, path, accept)).decode()
-
-
-def _outcome(before: Outcome, answer: Json) -> Outcome:
-    request = answer.get("request", before.request)
-    if answer.get("lost"):
-        return Outcome("unknown", "the line to the server was lost", request, before.sequence, "unreachable")
-    if answer.get("ok") is False:
-        error = error_of(answer, "refused")
-        state = {"expired": "expired", "not-found": "no-such-owner"}.get(error.code, "refused")
-        return Outcome(state, error.text, request, code=error.code)
-    if "state" not in answer:
-        return Outcome("queued", "", request, answer.get("sequence", 0))
-    return Outcome(str(answer["state"]), str(answer.get("reason", "")), request, before.sequence,
-                   until=utc(answer.get("until")))

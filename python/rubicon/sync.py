@@ -11,12 +11,12 @@ import asyncio
 import threading
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Coroutine, Iterator, List, Optional, TypeVar, Union
+from typing import Any, Callable, Coroutine, Iterator, List, Optional, TypeVar, Union
 
 import rubicon
 
 from ._errors import Error
-from ._values import Device, Devices, Event, Island, LogLine, Message, Outcome, Sample, Span, Value, Values, Waiting
+from ._values import Device, Devices, Event, Island, LogLine, Message, Outcome, Sample, Span, Value, Values, Waiting, Wish
 
 _Result = TypeVar("_Result")
 _When = Union[Span, datetime]
@@ -26,6 +26,11 @@ def connect(url: str = "", token: Optional[str] = None, *, token_file: Union[str
             ca: Union[str, Path, None] = None, timeout: float = 30) -> Space:
     """As rubicon.connect(); the space is open when it returns."""
     return Space(rubicon.connect(url, token, token_file=token_file, ca=ca, timeout=timeout))
+
+
+def join(space: str = "", **options: Any) -> Space:
+    """As rubicon.join(); the space is open when it returns. Judges are called in the thread of its loop."""
+    return Space(rubicon.join(space, **options))
 
 
 class Space:
@@ -117,6 +122,23 @@ class Space:
 
     def append(self, name: str, text: Union[str, bytes], *, sequence: Optional[int] = None) -> int:
         return self._wait(self._space.append(name, text, sequence=sequence))
+
+    def own(self, key: str, value: object, *, media_type: str = "", lifetime: Span = 0) -> int:
+        return self._wait(self._space.own(key, value, media_type=media_type, lifetime=lifetime))
+
+    def erase(self, key: str) -> None:
+        self._wait(self._space.erase(key))
+
+    def judge(self, pattern: str, call: Callable[[Wish], Optional[str]], *, appends: bool = False) -> rubicon.Judge:
+        async def begin() -> rubicon.Judge:
+            return self._space.judge(pattern, call, appends=appends)
+
+        judge = self._wait(begin())
+
+        async def end() -> None:
+            judge.close()
+
+        return rubicon.Judge(lambda: self._wait(end()))
 
     def send(self, to: Union[int, str], type: str, data: Union[str, bytes], *, network: str = "", device: str = "") -> None:
         self._wait(self._space.send(to, type, data, network=network, device=device))

@@ -13,7 +13,10 @@ import time
 import unittest
 from pathlib import Path
 
+import rubicon
+
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = Path(rubicon.__file__).parents[1]
 PROGRAMS = Path(os.environ.get("RUBICON_PROGRAMS", ROOT / "build/dev/bin"))
 
 ROOMS = """

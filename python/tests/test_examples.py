@@ -1,7 +1,6 @@
 """Each example of examples/python and docs/python.md, against an island like the demo."""
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -9,9 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import rubicon
-
-from .island import PROGRAMS, ROOT, Island, needs_island
+from .island import PACKAGE, PROGRAMS, ROOT, Island, needs_island
 
 EXAMPLES = ROOT / "examples/python"
 DEMO = (ROOT / "examples/home.yaml").read_text().replace("file: recordings/", f"file: {ROOT}/examples/recordings/")
@@ -39,7 +36,7 @@ class Examples(unittest.TestCase):
         cls.island.end()
 
     def run_program(self, *words, code=0):
-        environment = {**self.island.environment, "PYTHONPATH": os.pathsep.join([str(ROOT / "python"), *sys.path])}
+        environment = {**self.island.environment, "PYTHONPATH": str(PACKAGE)}
         done = subprocess.run([sys.executable, *words], cwd=self.island.folder, env=environment, text=True, timeout=120,
                               capture_output=True)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
@@ -69,7 +66,7 @@ class Examples(unittest.TestCase):
         rows = (self.island.folder / "temperatures.csv").read_text().splitlines()
         self.assertGreater(len(rows), 55)
 
-    @unittest.skipUnless(hasattr(rubicon, "join") and installed("rubicon._native"), "the native module is not built")
+    @unittest.skipUnless(installed("rubicon._native"), "the native module is not built")
     def test_component(self):
         self.assertIn("warmest: ", self.run_example("component.py", "1"))
 

@@ -22,7 +22,7 @@ class Conversation:
     """A feed, with what its streams are told by a server."""
 
     def __init__(self, pattern="proxy.*.*.sensor.*.value", flow=Flow()):
-        self.feed = Feed("", query_of(pattern), flow, lambda stream: None)
+        self.feed = Feed("*", query_of(pattern), flow, lambda stream: None)
         self.feed.begin()
 
     def stream(self, role):
