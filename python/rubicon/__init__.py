@@ -21,7 +21,8 @@ from ._space import Judge, Messages, Space
 from ._values import Device, Event, Island, LogLine, Message, Outcome, Sample, Value, Waiting, Wish
 
 __version__ = "0.1.0"
-__all__ = ["connect", "join", "run", "Device", "Error", "Event", "Island", "Judge", "LogLine", "Message", "Messages", "Outcome", "Refused",
+__all__ = ["connect", "join", "run", "Device", "Error", "Event", "Island", "Judge", "LogLine",
+           "Message", "Messages", "Outcome", "Refused",
            "Sample", "Space", "Value", "Waiting", "Watch", "Wish"]
 
 _Result = TypeVar("_Result")

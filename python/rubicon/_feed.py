@@ -176,7 +176,7 @@ class Feed:
             else:
                 subject.pending._replace(entry)
                 self.merged += 1
-            subject.plain = not self._is_point or bool(subject.about)
+            subject.plain = bool(subject.about)  # others may change their media type
 
     def _append_loose(self, event: Event) -> None:
         self.queue.append(event)
@@ -197,7 +197,7 @@ class Feed:
             self._state(subject)
 
     def _state(self, subject: Subject) -> None:
-        if subject.entry is not None and subject.plain and subject.pending is None:
+        if subject.entry is not None and subject.pending is None and (subject.plain or not self._is_point):
             subject.pending = Event(subject, subject.entry, "state")
             self.queue.append(subject.pending)
 

@@ -42,6 +42,7 @@ class WebDoor(Door):
         self._sending: Set[asyncio.Task[None]] = set()
         self._error: Optional[Error] = None
         self._heard = 0.0
+        self._patience: Optional[asyncio.TimerHandle] = None
 
     # -- the line
 
@@ -60,6 +61,8 @@ class WebDoor(Door):
 
     async def close(self) -> None:
         self.state = "closed"
+        if self._patience is not None:
+            self._patience.cancel()
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
@@ -119,13 +122,12 @@ class WebDoor(Door):
             self._ask_for(stream)
         for kind in self._listeners:
             self._ask({"do": "listen", "type": kind}, lambda answer: None)
-        if self._streams:
-            asyncio.get_running_loop().call_later(PATIENCE, self._patience_ended, {one.feed for one in self._streams})
+        feeds = {stream.feed for stream in self._streams}
+        self._patience = asyncio.get_running_loop().call_later(PATIENCE, self._patience_ended, feeds)
 
     def _patience_ended(self, feeds: Set[Feed]) -> None:
-        if self.state == "live":
-            for feed in feeds:
-                feed.patience_ended()
+        for feed in feeds:
+            feed.patience_ended()
 
     async def _receive(self) -> None:
         loop = asyncio.get_running_loop()
@@ -149,6 +151,8 @@ class WebDoor(Door):
             return
         self.state = "lost"
         self._live.clear()
+        if self._patience is not None:
+            self._patience.cancel()
         self._numbered.clear()
         self._fail_answers()
         for stream in self._streams:
