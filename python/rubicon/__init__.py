@@ -77,9 +77,7 @@ def _token(token: Optional[str], file: Union[str, Path, None]) -> str:
 
 def run(main: Coroutine[Any, Any, _Result]) -> _Result:
     """asyncio.run(), with an error that says what to write where an event loop runs already, as in Jupyter."""
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
+    if asyncio._get_running_loop() is None:
         return asyncio.run(main)
     main.close()
     raise Error("invalid", "an event loop runs already, as in Jupyter: write `await main()` in place of `run(main())`")

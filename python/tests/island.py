@@ -62,6 +62,18 @@ def _raise_loopback():
     return True
 
 
+def wait_for_port(process, port):
+    """Until a program listens on this port of loopback; False: it ended, or 30 s have passed."""
+    for _ in range(600):
+        if process.poll() is not None:
+            break
+        with socket.socket() as one:
+            if one.connect_ex(("127.0.0.1", port)) == 0:
+                return True
+        time.sleep(0.05)
+    return False
+
+
 class Island:
     """rubicon-proxy with a page on port 8642. `options` are --set."""
 
@@ -85,14 +97,9 @@ class Island:
         self._log = open(self.folder / "log", "ab")
         self._process = subprocess.Popen(command, cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL,
                                          stdout=subprocess.DEVNULL, stderr=self._log)
-        for _ in range(600):
-            if self._process.poll() is not None:
-                break
-            with socket.socket() as one:
-                if one.connect_ex(("127.0.0.1", 8642)) == 0:
-                    return
-            time.sleep(0.05)
-        raise AssertionError((self.folder / "log").read_text())
+        if not wait_for_port(self._process, 8642):
+            self.stop()
+            raise AssertionError((self.folder / "log").read_text())
 
     def stop(self):
         self._process.terminate()
