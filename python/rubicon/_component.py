@@ -8,7 +8,7 @@ import re
 from fnmatch import fnmatchcase
 from typing import Any, Callable, Dict, List, Optional, Tuple
 
-from ._door import Door, error_of, follow
+from ._door import Door, Following, error_of
 from ._errors import Error
 from ._feed import Stream
 from ._values import Island, Json, Message, Outcome, parsed
@@ -74,10 +74,10 @@ class ComponentDoor(Door):
 
     async def write(self, key: str, value: bytes, options: Json, wait: float) -> Outcome:
         owner, key = key.split(":", 1)
-        answers: asyncio.Queue[Json] = asyncio.Queue()
-        self._component.write(int(owner), key, value, options, answers.put_nowait)
-        self._wake()
-        return await follow(answers, wait)
+        following = Following()
+        self._component.write(int(owner), key, value, options, following.take)
+        self._component.poll()  # now: a turn of asyncio takes longer than the owner's answer
+        return await following.outcome(wait)
 
     async def send(self, to: int, kind: str, data: bytes, network: str, device: str) -> None:
         future: asyncio.Future[str] = asyncio.get_running_loop().create_future()

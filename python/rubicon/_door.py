@@ -70,17 +70,30 @@ class Door(ABC):
         raise Error("unsupported", "own tuples need a component: rubicon.join()")
 
 
-async def follow(answers: asyncio.Queue[Json], wait: float) -> Outcome:
-    """How a command stands after the answers that come within `wait` seconds, the last of which is final."""
-    outcome = Outcome("unknown", "the owner did not answer")
-    end = asyncio.get_running_loop().time() + wait
-    try:
-        while outcome.state not in FINAL and outcome.code != "unreachable":
-            answer = await asyncio.wait_for(answers.get(), max(0.0, end - asyncio.get_running_loop().time()))
-            outcome = _outcome(outcome, answer)
-    except asyncio.TimeoutError:
-        pass
-    return outcome
+class Following:
+    """Takes the answers to a set or a command, the last of which is final."""
+
+    def __init__(self) -> None:
+        self._outcome = Outcome("unknown", "the owner did not answer")
+        self._end: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+    def take(self, answer: Json) -> None:
+        self._outcome = _outcome(self._outcome, answer)
+        if self._outcome.state in FINAL or self._outcome.code == "unreachable":
+            self._stop()
+
+    def _stop(self) -> None:
+        if not self._end.done():
+            self._end.set_result(None)
+
+    async def outcome(self, wait: float) -> Outcome:
+        """How it stands at the final answer, or after `wait` seconds."""
+        timer = asyncio.get_running_loop().call_later(wait, self._stop)
+        try:
+            await self._end
+        finally:
+            timer.cancel()
+        return self._outcome
 
 
 def _outcome(before: Outcome, answer: Json) -> Outcome:

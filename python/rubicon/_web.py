@@ -12,7 +12,7 @@ from urllib.parse import urlencode
 import websockets
 from websockets.exceptions import WebSocketException
 
-from ._door import Door, error_of, follow
+from ._door import Door, Following, error_of
 from ._errors import Error
 from ._feed import Feed, Stream
 from ._http import Server, ask, ask_json
@@ -33,7 +33,7 @@ class WebDoor(Door):
         self.malformed = 0  #: frames that were not understood
         self._socket: Any = None
         self._task: Optional[asyncio.Task[None]] = None
-        self._live = asyncio.Event()
+        self._live: asyncio.Event  # made in the loop that opens the door: before Python 3.10 it belongs to one
         self._ids = 0
         self._answers: Dict[int, Callable[[Json], None]] = {}
         self._streams: Dict[Stream, Optional[int]] = {}
@@ -47,6 +47,7 @@ class WebDoor(Door):
     # -- the line
 
     async def open(self) -> None:
+        self._live = asyncio.Event()
         await self._check_site()
         self._task = asyncio.get_running_loop().create_task(self._run())
         await self._until_live(self.server.timeout)
@@ -316,10 +317,10 @@ class WebDoor(Door):
 
     async def _command(self, fields: Json, wait: float) -> Outcome:
         await self._until_live(min(wait, fields.get("ttl") or 5.0))
-        answers: asyncio.Queue[Json] = asyncio.Queue()
-        number = self._ask(fields, answers.put_nowait, follow=True)
+        following = Following()
+        number = self._ask(fields, following.take, follow=True)
         try:
-            return await follow(answers, wait)
+            return await following.outcome(wait)
         finally:
             self._answers.pop(number, None)
 

@@ -18,7 +18,8 @@ def main():
     result = unittest.TextTestRunner(verbosity=1).run(tests)
     if options.results:
         options.results.parent.mkdir(parents=True, exist_ok=True)
-        counts = {"tests": result.testsRun, "failures": len(result.failures) + len(result.errors), "disabled": len(result.skipped)}
+        failed = len(result.failures) + len(result.errors)
+        counts = {"tests": result.testsRun, "failures": failed, "disabled": len(result.skipped)}
         options.results.write_text(json.dumps(counts))
     return 0 if result.wasSuccessful() else 1
 

@@ -177,7 +177,8 @@ class Feeds(unittest.TestCase):
 
     def test_other_tuples_come_as_they_are(self):
         talk = Conversation("proxy.*")
-        talk.stream("value").take({"k": {"3": "6541:proxy.island"}, "set": [[3, '{"id": 6541}', 1, 2.5, {"m": "application/json"}]]})
+        entry = [3, '{"id": 6541}', 1, 2.5, {"m": "application/json"}]
+        talk.stream("value").take({"k": {"3": "6541:proxy.island"}, "set": [entry]})
         self.assertEqual(talk.events()[0].value, {"id": 6541})
 
 
