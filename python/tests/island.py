@@ -17,6 +17,7 @@ import rubicon
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path(rubicon.__file__).parents[1]
+PYTHONPATH = os.pathsep.join([str(PACKAGE), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]).rstrip(os.pathsep)
 PROGRAMS = Path(os.environ.get("RUBICON_PROGRAMS", ROOT / "build/dev/bin"))
 
 ROOMS = """

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from .island import PACKAGE, PROGRAMS, ROOT, Island, needs_island
+from .island import PROGRAMS, PYTHONPATH, ROOT, Island, needs_island
 
 EXAMPLES = ROOT / "examples/python"
 DEMO = (ROOT / "examples/home.yaml").read_text().replace("file: recordings/", f"file: {ROOT}/examples/recordings/")
@@ -36,7 +36,7 @@ class Examples(unittest.TestCase):
         cls.island.end()
 
     def run_program(self, *words, code=0):
-        environment = {**self.island.environment, "PYTHONPATH": str(PACKAGE)}
+        environment = {**self.island.environment, "PYTHONPATH": PYTHONPATH}
         done = subprocess.run([sys.executable, *words], cwd=self.island.folder, env=environment, text=True, timeout=120,
                               capture_output=True)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)

@@ -128,6 +128,17 @@ class Feeds(unittest.TestCase):
         talk.value("6", 2)
         self.assertFalse(talk.events()[0].again)
 
+    def test_a_heartbeat_is_no_repetition(self):
+        talk = Conversation("proxy.*")
+        frame = {"k": {"3": "6541:proxy.island"}, "set": [[3, "x", 1, 2.5, {"m": "text/plain"}]]}
+        talk.stream("value").take(frame)
+        talk.events()
+        talk.feed.restart()
+        talk.stream("value").take(frame)
+        self.assertTrue(talk.events()[0].again)
+        talk.stream("value").take({"set": frame["set"]})
+        self.assertFalse(talk.events()[0].again)
+
     def test_what_does_not_come_again_is_gone(self):
         for how in ("snapshot", "patience"):
             with self.subTest(how):

@@ -77,6 +77,10 @@ class Frames(unittest.TestCase):
         column = self.column(series(t=[60, 420], v=[1, 7], gaps=[[180, 400]]))
         self.assertEqual(column, [None, 1, 1, None, None, None, None, 7, 7, 7])
 
+    def test_a_bucket_that_a_gap_shares_with_a_value_has_the_value(self):
+        column = self.column(series(t=[60, 120, 360], v=[1, 2, 6], gaps=[[130, 380]]))
+        self.assertEqual(column[:8], [None, 1, 2, None, None, None, 6, 6])
+
     def test_what_is_to_come_has_no_rows(self):
         self.assertEqual(self.column(series(t=[60], v=[1]), now=190.0), [None, 1, 1, 1])
 

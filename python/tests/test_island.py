@@ -18,7 +18,7 @@ import rubicon
 import rubicon.sync
 from rubicon import _web
 
-from .island import PACKAGE, PROGRAMS, Island, needs_island
+from .island import PROGRAMS, PYTHONPATH, Island, needs_island
 
 LIGHT = "proxy.dummy-rooms.living.sensor.light-1.value"
 
@@ -164,6 +164,8 @@ class Calls:
             batch = await watch.batch()
             self.assertEqual(len(batch), 1)
             self.assertGreaterEqual(batch[0].merged, 4)
+        await asyncio.sleep(0.1)
+        self.assertEqual(self.space._door._streams, {}, "though the watch is not dropped yet")
 
 @needs_island
 class OverTheWeb(Calls, unittest.IsolatedAsyncioTestCase):
@@ -209,9 +211,7 @@ class OverTheWeb(Calls, unittest.IsolatedAsyncioTestCase):
             with self.assertRaisesRegex(rubicon.Error, "belongs to another event loop"):
                 asyncio.run(self.space.islands())
 
-        thread = threading.Thread(target=elsewhere)
-        thread.start()
-        await asyncio.get_running_loop().run_in_executor(None, thread.join)
+        await asyncio.get_running_loop().run_in_executor(None, elsewhere)
 
     async def test_a_space_that_is_closed_says_so(self):
         watching = asyncio.ensure_future(first(self.space.watch("nothing.*", passive=True)))
@@ -378,7 +378,8 @@ class AServerThatRestarts(unittest.IsolatedAsyncioTestCase):
                         await asyncio.sleep(0.005)
                     while watch._feed._missing:
                         await asyncio.sleep(0.005)
-                    await watch.batch()
+                    batch = await watch.batch()
+                    self.assertTrue(turn == 0 or all(event.again for event in batch if event.key == "proxy.island"))
                     if turn in (10, 39):
                         gc.collect()
                         sizes.append(tracemalloc.get_traced_memory()[0])
@@ -568,7 +569,7 @@ class Blocking(unittest.TestCase):
 
     def interrupted(self, program):
         process = subprocess.Popen([sys.executable, "-W", "error", "-c", program], stdout=subprocess.PIPE, text=True,
-                                   stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(PACKAGE)})  # fmt: skip
+                                   stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": PYTHONPATH})  # fmt: skip
         self.assertEqual(process.stdout.readline(), "ready\n", process.poll())
         time.sleep(0.2)
         process.send_signal(signal.SIGINT)
