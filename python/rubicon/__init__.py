@@ -17,7 +17,8 @@ from typing import Any, Coroutine, Dict, Mapping, Optional, Sequence, TypeVar, U
 
 from ._errors import Error, Refused
 from ._feed import Watch
-from ._space import Judge, Messages, Space
+from ._listening import Judge, Messages
+from ._space import Space
 from ._values import Device, Event, Island, LogLine, Message, Outcome, Sample, Value, Waiting, Wish
 
 __version__ = "0.1.0"

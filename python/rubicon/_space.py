@@ -5,22 +5,21 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import time as clock
-from collections import deque
 from datetime import datetime
 from types import TracebackType
-from typing import Any, Callable, Deque, Dict, Generator, Iterable, List, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, Generator, Iterable, List, Optional, Tuple, Type, Union
 from urllib.parse import urlencode
 
 from . import _history
 from ._door import Door
 from ._errors import Error, Refused
-from ._feed import Feed, Flow, Stream, Watch
+from ._feed import Feed, Flow, Watch
+from ._listening import Judge, Messages
 from ._names import KINDS, Query, ambiguous, has_wildcard, not_found, query_of, split_owner
-from ._values import (Device, Devices, Island, Json, LogLine, Message, Outcome, Span, Subject, Value, Values, Waiting, Wish,
+from ._values import (Device, Devices, Island, Json, LogLine, Outcome, Span, Subject, Value, Values, Waiting, Wish,
                       Sample, moment, parsed, seconds_of, text_of, utc)
 
 MAX_ISLAND = 65532  #: other components have higher ids
-MAX_MESSAGES = 1000  #: that wait to be read; then the oldest are dropped
 
 
 class Space:
@@ -422,58 +421,6 @@ class Space:
                 rows = event.value if isinstance(event.value, list) else []
                 return [LogLine(row["number"], utc(row["time"]), row["level"], row["subject"], row["text"]) for row in rows]
         return []
-
-
-class Messages:
-    """An async iterator of Message. At most 1,000 wait; `lost` counts those that were dropped."""
-
-    def __init__(self, door: Door, kind: str) -> None:
-        self.lost = 0
-        self._door = door
-        self._kind = kind
-        self._queue: Deque[Message] = deque()
-        self._more = asyncio.Event()
-        self._listens = False
-
-    def _take(self, message: Message) -> None:
-        if len(self._queue) >= MAX_MESSAGES:
-            self._queue.popleft()
-            self.lost += 1
-        self._queue.append(message)
-        self._more.set()
-
-    async def __aenter__(self) -> Messages:
-        if not self._listens:
-            self._listens = True
-            await self._door.listen(self._kind, self._take)
-        return self
-
-    async def __aexit__(self, *_: object) -> None:
-        self._listens = False
-        await self._door.unlisten(self._kind, self._take)
-
-    def __aiter__(self) -> Messages:
-        return self
-
-    async def __anext__(self) -> Message:
-        await self.__aenter__()
-        while not self._queue:
-            self._more.clear()
-            await self._more.wait()
-        return self._queue.popleft()
-
-
-class Judge:
-    """Ends with close(), or at the end of `with`."""
-
-    def __init__(self, end: Callable[[], None]) -> None:
-        self.close = end
-
-    def __enter__(self) -> Judge:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _media(value: object) -> str:

@@ -1,5 +1,6 @@
 """Real islands on loopback of a private network."""
 
+import asyncio
 import ctypes
 import fcntl
 import os
@@ -119,6 +120,31 @@ class Island:
     def rubicon(self, *words, **options):
         return subprocess.run([str(PROGRAMS / "rubicon"), *words], env=self.environment, cwd=self.folder, check=True,
                               capture_output=True, text=True, **options).stdout
+
+
+def open_space(**options):
+    return rubicon.connect("http://127.0.0.1:8642", **options)
+
+
+async def first(watch, wanted=lambda event: True):
+    """The first event that is wanted; None when the watch ends. What does not come fails the test."""
+
+    async def found():
+        async for event in watch:
+            if wanted(event):
+                return event
+
+    return await asyncio.wait_for(found(), 60)
+
+
+def tokens_folder():
+    """A folder with a file of tokens, and each token in a file with the name of its role."""
+    folder = Path(tempfile.mkdtemp(prefix="rubicon-python-"))
+    for role in ("view", "command"):
+        command = [str(PROGRAMS / "rubicon"), "token", role, "--role", role, "--file", "web.tokens"]
+        output = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
+        (folder / role).write_text(output.split()[-1] + "\n")
+    return folder
 
 
 def needs_island(case):

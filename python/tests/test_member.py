@@ -12,8 +12,7 @@ from pathlib import Path
 
 import rubicon
 
-from .island import PACKAGE, Island, needs_island, wait_for_port
-from .test_island import first, tokens_folder
+from .island import PACKAGE, Island, first, needs_island, tokens_folder, wait_for_port
 
 NATIVE = importlib.util.find_spec("rubicon._native")
 

@@ -34,10 +34,11 @@ class Package(unittest.TestCase):
             if not name.startswith("_"):
                 self.assertTrue(inspect.getdoc(call) or name == "open", name)
 
-    def test_lines_fit(self):
+    def test_lines_and_files_fit(self):
         for file in (ROOT / "python").rglob("*.py"):
             for number, line in enumerate(file.read_text().splitlines(), 1):
                 self.assertLessEqual(len(line), 130, f"{file}:{number}")
+            self.assertLessEqual(number, 500, file)
 
 
 if __name__ == "__main__":
