@@ -318,6 +318,30 @@ TEST_F(OnALan, EachIsLostByItsOwnLease) {
   EXPECT_EQ(ask(*again, "set 70001:probe.x 1").value("verdict", ""), "applied") << "two seconds of sixty";
 }
 
+/// Sockets of a host for the network, whoever opened them.
+int open_ports() {
+  int count = 0;
+  for (const std::string kind : {"udp", "udp6", "tcp", "tcp6"}) {
+    std::ifstream file("/proc/thread-self/net/" + kind);
+    std::string line;
+    for (std::getline(file, line); std::getline(file, line);) ++count;
+  }
+  return count;
+}
+
+TEST_F(OnALan, AnIslandWithoutDdsHasNoPortForOthers) {
+  connect(1);
+  if (IsSkipped()) return;
+  const auto ports = [&](const std::string& tuples) {
+    const auto one = island(0, 1, tuples);
+    EXPECT_EQ(ask(*one, "get proxy.dummy-1.hall.description").value("ok", false), true) << one->errors();
+    const Host::Visit there(lan_->host(0));
+    return open_ports();
+  };
+  EXPECT_EQ(ports("{}"), 0);
+  EXPECT_GT(ports("{interfaces: [cable]}"), 0);
+}
+
 TEST_F(OnALan, TenIslandsSeeEachOther) {
   constexpr int kIslands = 10;
   connect(kIslands);

@@ -58,6 +58,15 @@ TEST_F(SitesOfABroker, WithoutRightsAtTheBrokerNobodyCommands) {
   EXPECT_THAT(refused.output + refused.errors, HasSubstr("refused"));
 }
 
+TEST_F(SitesOfABroker, WithoutTheBrokerAnIslandObeysOnItsHost) {
+  support::Mosquitto broker;
+  const auto one = island(1, "{broker: \"127.0.0.1\", trust_broker: yes}");
+  ASSERT_TRUE(until("laptop", {"islands", "--broker", "127.0.0.1"}, "site1"));
+  broker.kill();
+  EXPECT_EQ(run("site1", {"set", "1:proxy.dummy-1.hall.actuator.switch-1.command", "on"}).code, 0) << one->errors();
+  EXPECT_EQ(run("site1", {"get", "1:proxy.dummy-1.hall.actuator.switch-1.value"}).output, "on\n");
+}
+
 /// A realm with the commands of docs/sites.md, on a broker with exactly what they wrote.
 TEST_F(SitesOfABroker, OfARealmDoWhatRolesAndRulesGiveThem) {
   const auto realm = (folder_ / "authority");

@@ -255,6 +255,10 @@ TEST_F(Sockets, ARoleThatMayOnlyViewSetsAndSendsNothing) {
   const auto send = page.ask({{"do", "send"}, {"to", 1}, {"type", "knx"}, {"value", "on"}});
   for (const auto id : {set, append, send}) EXPECT_EQ(page.answer(id)["error"]["code"], "refused");
   EXPECT_EQ(error_text(page.answer(send)), "'local' has the role view, which may not send messages of type knx");
+  const std::string target = "/api/v1/tuples/1/proxy.scripted-1.7.actuator.switch-1.command";
+  EXPECT_EQ(ask("PUT", target, "on", {}, Role::kView).status, 403U);
+  EXPECT_EQ(ask("PUT", target + "?append=true", "on", {}, Role::kView).status, 403U);
+  EXPECT_EQ(ask("POST", "/api/v1/inbox", R"({"ignore":"scripted-1.*"})", {}, Role::kView).status, 403U);
   scheduler.run_for(1s);
   EXPECT_THAT(devices_of(1).commands, IsEmpty());
 }
