@@ -39,7 +39,7 @@ TEST_F(Package, EverythingHasItsPlace) {
                                   "share/doc/rubicon/docs/service.md",
                                   "share/doc/rubicon/examples/home.yaml.example",
                                   "share/doc/rubicon/examples/loopback-only.conf",
-                                  "share/doc/rubicon/examples/lan-only.conf",
+                                  "share/doc/rubicon/examples/any-address.conf",
                                   "share/doc/rubicon/examples/client/3_own_loop/CMakeLists.txt",
                                   "share/man/man1/rubicon-proxy.1",
                                   "share/bash-completion/completions/rubicon-proxy"};

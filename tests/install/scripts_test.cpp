@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "support/folder.h"
 #include "support/process.h"
 
 namespace rubicon::install {
@@ -132,6 +133,35 @@ TEST(Scripts, TheContainerHasTheGroupOfPeopleWithItsNumberOnTheHostOrOneOfNoGrou
   ASSERT_NE(made, recipe.npos);
   EXPECT_LT(number, made);
   EXPECT_LT(made, installed) << "before others can get its number";
+  for (const auto* line :
+       {"\nUSER rubicon:rubicon\n", "\nHEALTHCHECK ", "\nVOLUME [\"/etc/rubicon\", \"/run/rubicon\""})
+    EXPECT_NE(recipe.find(line), recipe.npos) << line;
+}
+
+/// As the container does: an ordinary user, a root that nobody can write, two volumes.
+TEST(Scripts, TheContainerStartsAsAnOrdinaryUserOnAReadOnlyRoot) {
+  const support::Folder volumes;
+  for (const auto* one : {"state", "configuration", "meeting"}) std::filesystem::create_directories(volumes / one);
+  std::ofstream(volumes / "configuration/home.yaml")
+      << "island: {id: 7, name: home}\nnetworks: {dummy-1: {type: dummy}}\n";
+  const std::string bin = RUBICON_BINARY_DIR "/bin", start = RUBICON_SOURCE_DIR "/packaging/container/start";
+  const auto script =
+      "set -e; mount --make-rprivate /; mount -t tmpfs none /mnt; mkdir /mnt/v; mount --bind " + volumes.path() +
+      " /mnt/v; chown -R 65001:65001 /mnt/v/.; chmod 700 /mnt/v/meeting; mount -o remount,bind,ro /; cd /; "
+      "export PATH=" +
+      bin +
+      ":$PATH RUBICON_STATE=/mnt/v/state RUBICON_CONFIGURATION=/mnt/v/configuration "
+      "RUBICON_FOLDER=/mnt/v/meeting; user='setpriv --reuid=65001 --regid=65001 --clear-groups'; "
+      "$user " +
+      start +
+      " home & for i in $(seq 200); do $user rubicon islands >/dev/null 2>&1 && break; sleep 0.1; done; "
+      "$user rubicon islands; $user touch /x 2>&1 || true; stat -c '%a %u' /mnt/v/state/home; kill $!; wait $!";
+  const auto outcome = support::run_to_end({"unshare", "--mount", "bash", "-c", script});
+  if (outcome.errors.find("unshare failed") != std::string::npos || ::geteuid() != 0) GTEST_SKIP() << "needs root";
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.output.find("home"), std::string::npos) << outcome.output << outcome.errors;
+  EXPECT_NE(outcome.output.find("700 65001"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("Read-only file system"), std::string::npos) << outcome.output;
 }
 
 }  // namespace
