@@ -273,6 +273,15 @@ class Feed:
             self.loose -= 1
         return event
 
+    def drain(self) -> List[Event]:
+        """All that wait."""
+        events = list(self.queue)
+        self.queue.clear()
+        self.loose = 0
+        for event in events:
+            event._subject.pending = None
+        return events
+
     async def wait(self) -> bool:
         """Until an event waits; False: the watch ended. Raises what made it fail."""
         while not self.queue:
@@ -331,7 +340,7 @@ class Watch:
     async def batch(self) -> List[Event]:
         """All events that wait, at least one; an empty list when the watch ended."""
         feed = await self.start()
-        return [feed.next() for _ in range(len(feed.queue))] if await feed.wait() else []
+        return feed.drain() if await feed.wait() else []
 
     def close(self) -> None:
         """Ends the subscription, and with it the demand for what was watched."""

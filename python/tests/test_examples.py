@@ -94,7 +94,7 @@ class Examples(unittest.TestCase):
             with self.subTest(block):
                 if re.search(r"^(async for|async with|.*await )", block, re.M) and "async def main" not in block:
                     body = "".join(f"    {line}\n" for line in block.splitlines())
-                    block = f"import rubicon\nasync def main():\n{body}\nrubicon.run(main())\n"
+                    block = f"import rubicon, rubicon.sync\nasync def main():\n{body}\nrubicon.run(main())\n"
                 self.run_program("-c", block)
 
 

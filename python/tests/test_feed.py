@@ -37,7 +37,9 @@ class Conversation:
         self.stream("value").take({"k": {"0": LIGHT + "value"}, "set": [[0, text, sequence, 1795234047.25]], **members})
 
     def events(self):
-        return [self.feed.next() for _ in range(len(self.feed.queue))]
+        """All that wait, by turns taken at once and one by one."""
+        self.turn = not getattr(self, "turn", False)
+        return self.feed.drain() if self.turn else [self.feed.next() for _ in range(len(self.feed.queue))]
 
     def kinds(self):
         return [(one.kind, one.text, one.quality) for one in self.events()]
