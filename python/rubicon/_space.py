@@ -347,7 +347,7 @@ class Space:
 
     async def export(self, pattern: str, *, since: Union[Span, datetime] = "1h", until: Union[Span, datetime] = 0,
                      every: Span = 0) -> str:
-        """As history(), as CSV: time, key, count, minimum, maximum, mean, last."""
+        """As history(), as CSV: a line for each bucket that has values, with the columns of the API."""
         span, keys = await self._asked(pattern, since, until, every)
         texts: List[str] = [await self._door.history(path, "text/csv") for path in span.paths(keys)]
         return texts[0] + "".join(text.partition("\n")[2] for text in texts[1:])
