@@ -20,6 +20,8 @@ class AuditPart {
   /// Opens the file that the configuration names, unless it is open, and takes its other options. The error says why it
   /// cannot be written; the one before stays.
   Result<void> take(const island::IslandConfig& config, trust::rights::RightsJudge& judge);
+  /// Another judge records there too.
+  void share(trust::rights::RightsJudge& judge) { judge.record_by(file_); }
   /// Opens its file again: logrotate may have renamed it.
   void reopen() {
     if (file_) file_->reopen();

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "apps/rubicon-proxy/bridges_part.h"
 #include "apps/rubicon-proxy/host_check.h"
 #include "apps/rubicon-proxy/host_place.h"
 #include "apps/rubicon-proxy/old_trust.h"
@@ -129,6 +130,7 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   config.engine.closed = is_closed(config);
   island::check_rights(config, errors);
   island::check_serial_lines(config, errors);
+  check_bridges(config.bridges, config.directory, errors);
   return config;
 }
 

@@ -16,6 +16,7 @@
 #include "apps/program/spdlog_sink.h"
 #include "apps/rubicon-proxy/alone.h"
 #include "apps/rubicon-proxy/audit_part.h"
+#include "apps/rubicon-proxy/bridges_part.h"
 #include "apps/rubicon-proxy/check.h"
 #include "apps/rubicon-proxy/displaced.h"
 #include "apps/rubicon-proxy/history_part.h"
@@ -53,7 +54,7 @@ using tuples::Handle;
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr std::uint32_t kFirstComponent = 65536;
 /// Each with an id of its own. All are below 2^31, as PEIS requires: the number of a process has 22 bits (proc(5)).
-enum class Part : std::uint32_t { kConsole = 0, kPage = 1, kHistory = 2 };
+enum class Part : std::uint32_t { kConsole = 0, kPage = 1, kHistory = 2, kBridge = 3 };
 
 OwnerId component_id(Part part, IslandId island) {
   const auto process = static_cast<std::uint32_t>(::getpid()) & 0x3f'ffff;
@@ -130,6 +131,9 @@ class Session {
     page_ = std::make_unique<WebPart>(
         WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id, island_->config().engine.closed},
         component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
+    bridges_ = std::make_unique<BridgesPart>(BridgesPart::Host{
+        loop_.scheduler(), *ecology_, transports_, lines_, *island_, audit_, judge_,
+        [](std::size_t place) { return component_id(Part::kBridge, IslandId{static_cast<std::uint32_t>(place)}); }});
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -335,6 +339,7 @@ class Session {
     if (!past_->has(config.history)) page_->take(std::nullopt, {}, nullptr);
     past_->take(config.history, config.directory);
     page_->take(config.web, config.directory, past_->history());
+    bridges_->take();
   }
 
   void keep_good() {
@@ -347,6 +352,7 @@ class Session {
     service_.stopping("last commands to devices, then writing what is not on the disk yet");
     watches_.clear();
     page_.reset();
+    bridges_.reset();
     island_->close([this] {
       past_.reset();  // has the last values
       closed_ = true;
@@ -438,6 +444,7 @@ class Session {
   std::unique_ptr<island::SpareMemory> spare_memory_;
   std::unique_ptr<HistoryPart> past_;
   std::unique_ptr<WebPart> page_;
+  std::unique_ptr<BridgesPart> bridges_;
   std::vector<Handle> watches_;
   std::unique_ptr<console::Shell> shell_;
   std::unique_ptr<console::LiveConsole> screen_;

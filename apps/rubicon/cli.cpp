@@ -44,11 +44,11 @@ Cli::Cli() : app_(kAbout, "rubicon") {
   app_.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app_.footer(std::string(kExamples) + kExitCodes);
   settings_.add_to(app_);
-  for (const auto add :
-       {add_islands,  add_networks, add_ls,       add_tree,   add_get,  add_set,      add_watch,    add_devices,
-        add_describe, add_rename,   add_inbox,    add_alerts, add_send, add_receive,  add_publish,  add_types,
-        add_record,   add_history,  add_recorder, add_replay, add_log,  add_settings, add_top,      add_doctor,
-        add_knx,      add_zigbee,   add_trust,    add_wsn,    add_web,  add_token,    add_complete, add_manual}) {
+  for (const auto add : {add_islands,  add_networks, add_ls,     add_tree,     add_get,      add_set,    add_watch,
+                         add_devices,  add_describe, add_rename, add_inbox,    add_alerts,   add_send,   add_receive,
+                         add_publish,  add_types,    add_record, add_history,  add_recorder, add_replay, add_log,
+                         add_settings, add_top,      add_doctor, add_knx,      add_zigbee,   add_trust,  add_wsn,
+                         add_web,      add_mqtt,     add_token,  add_complete, add_manual}) {
     add(*this);
   }
 }

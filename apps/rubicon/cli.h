@@ -79,6 +79,7 @@ void add_zigbee(Cli& cli);
 void add_trust(Cli& cli);
 void add_wsn(Cli& cli);
 void add_web(Cli& cli);
+void add_mqtt(Cli& cli);
 void add_token(Cli& cli);
 void add_complete(Cli& cli);
 void add_manual(Cli& cli);

@@ -4,19 +4,15 @@
 
 #include "apps/program/last_seconds.h"
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/loop_component.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/config_reader.h"
-#include "client/ecology_options.h"
 #include "config/web_config.h"
 #include "history/history.h"
 #include "history/status_tuple.h"
 #include "model/json_members.h"
-#include "rubicon/summary.hpp"
 #include "transport/asio_signals.h"
-#include "transport/asio_watch.h"
-#include "transport/host_name.h"
 #include "transport/local_transports.h"
-#include "tuples/engines/engines.h"
 #include "web/access/token_file.h"
 #include "web/web_service.h"
 
@@ -41,14 +37,6 @@ struct TokenOptions {
   std::string name, role = "view", file = "web.tokens";
 };
 
-/// What the server complains about.
-class WebComplaints final : public base::LogSink {
- public:
-  void write(base::LogLevel level, std::string_view, std::string_view text) override {
-    if (level >= base::LogLevel::kWarning) print_error(text);
-  }
-};
-
 /// A component that shows what the others have; it runs until a signal.
 class WebProgram {
  public:
@@ -57,37 +45,18 @@ class WebProgram {
   Result<void> open(const WebOptions& wanted) {
     auto options = settings_.options;
     options.broker.all = true;  // the page lists all islands
-    if (auto good = client::check(options); !good) return good;
-    const auto id = client::component_id(options);
-    auto engines = client::engine_options(options);
-    if (!engines) return fail(engines.error());
-    auto realm = client::open_realm(options, loop_.scheduler(), log_);
-    if (!realm) return fail(realm.error());
-    if (engines->mqtt) engines->mqtt->realm = std::move(*realm);
-    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    auto ecology = tuples::engines::Engines::open(
-        *engines,
-        {loop_.scheduler(), post, transports_, log_, transport::netlink_interfaces(transport::asio_watch(loop_))});
-    if (!ecology) return fail(ecology.error());
-    ecology_ = std::move(*ecology);
-    auto link = ecology_->join(id);
-    if (!link) return fail(link.error());
-    link_ = std::move(*link);
-    space_ = std::make_unique<TupleSpace>(id, loop_.scheduler(), *link_);
-    const model::Summary summary{"rubicon web", transport::host_name(), transport::own_process(), "",
-                                 loop_.scheduler().wall_now()};
-    if (auto named = space_->describe(model::to_json(summary)); !named) return named;
+    if (auto opened = component_.open(options, "rubicon web"); !opened) return opened;
     if (!wanted.history.file.empty()) {
       if (auto kept = keep(wanted.history); !kept) return kept;
     }
     auto service =
-        web::WebService::open({.context = loop_.context(),
-                               .scheduler = loop_.scheduler(),
-                               .space = *space_,
-                               .transports = transports_,
-                               .log = log_,
+        web::WebService::open({.context = component_.loop().context(),
+                               .scheduler = component_.loop().scheduler(),
+                               .space = component_.space(),
+                               .transports = component_.transports(),
+                               .log = component_.log(),
                                .history = history_.get(),
-                               .closed = engines->host && engines->host->place.shared},
+                               .closed = component_.closed()},
                               wanted.setup, "", "rubicon web", {place_text(options), place_options(options)});
     if (!service) return fail(service.error());
     service_ = std::move(*service);
@@ -99,11 +68,12 @@ class WebProgram {
     const auto address = service_->address();
     out_.line(settings_.json ? model::dump({{"address", address}}) : "open " + address);
     out_.flush();
-    const transport::Signals ends(loop_, {SIGINT, SIGTERM}, [this] { loop_.stop(); });
-    const transport::Signals hang_up(loop_, {SIGHUP}, [this] {
+    auto& loop = component_.loop();
+    const transport::Signals ends(loop, {SIGINT, SIGTERM}, [&loop] { loop.stop(); });
+    const transport::Signals hang_up(loop, {SIGHUP}, [this] {
       if (const auto read = service_->reload(); !read) print_error(read.error().text);
     });
-    loop_.run();
+    loop.run();
     program::end_within_seconds(kGood);
     return kGood;
   }
@@ -114,20 +84,16 @@ class WebProgram {
     auto worker = transport::start_worker("history");
     if (!worker) return fail(worker.error());
     history_ = std::make_unique<history::History>(
-        setup, history::History::Context{loop_.scheduler(), std::move(*worker), log_});
-    history_->follow(*space_);
-    status_ = std::make_unique<history::StatusTuple>(loop_.scheduler(), *space_, kHistoryStatus, *history_);
+        setup, history::History::Context{component_.loop().scheduler(), std::move(*worker), component_.log()});
+    history_->follow(component_.space());
+    status_ = std::make_unique<history::StatusTuple>(component_.loop().scheduler(), component_.space(), kHistoryStatus,
+                                                     *history_);
     return {};
   }
 
   const Settings& settings_;
   Output out_;
-  WebComplaints log_;
-  transport::Loop loop_;
-  transport::LocalTransports transports_{loop_};
-  std::unique_ptr<tuples::engines::Engines> ecology_;
-  std::unique_ptr<tuples::Link> link_;
-  std::unique_ptr<TupleSpace> space_;
+  LoopComponent component_;
   std::unique_ptr<history::History> history_;
   std::unique_ptr<history::StatusTuple> status_;
   std::unique_ptr<web::WebService> service_;

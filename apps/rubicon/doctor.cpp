@@ -206,6 +206,7 @@ class Doctor {
     add(check_secure(seen));
     add(check_disks(seen));
     add(check_history(seen));
+    add(check_bridges(seen));
     add(check_clock(seen, now));
     add(check_alerts(seen));
     add(check_inbox(seen));
@@ -310,19 +311,19 @@ int doctor(const Settings& settings, Duration length) {
 
 void add_doctor(Cli& cli) {
   const auto length = std::make_shared<std::string>();
-  auto* app =
-      cli.command({"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
-                   "  rubicon doctor\n"
-                   "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
-                   "  rubicon doctor --json\n"
-                   "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
-                   "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
-                   "components, ids that two programs use or that no component has; of a broker its rights, users\n"
-                   "and realm; and of each island, twice, its lines, devices, losses, KNX Secure, disks, history,\n"
-                   "clock, alerts, inbox, names that cannot be used, and settings of servers behind networks.\n"},
-                  [length](const Settings& settings) {
-                    return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
-                  });
+  auto* app = cli.command(
+      {"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
+       "  rubicon doctor\n"
+       "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
+       "  rubicon doctor --json\n"
+       "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
+       "other domains, duplicate ids and protocol versions; on PEIS ports, other networks, unreachable\n"
+       "components, ids that two programs use or that no component has; of a broker its rights, users\n"
+       "and realm; and of each island, twice, its lines, devices, losses, KNX Secure, disks, history, bridges,\n"
+       "clock, alerts, inbox, names that cannot be used, and settings of servers behind networks.\n"},
+      [length](const Settings& settings) {
+        return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
+      });
   add_duration_option(app, "--for", *length, "time between the two checks of an island; default 2.5s");
 }
 

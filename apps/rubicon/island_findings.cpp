@@ -250,6 +250,26 @@ Findings check_history(const IslandSeen& seen) {
   return {{"history", Grade::kGood, whose + " is written"}};
 }
 
+Findings check_bridges(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& [name, text] : seen.bridges) {
+    const auto status = model::object_of(text);
+    const auto state = model::text_of(status, "state"), reason = model::text_of(status, "reason");
+    const auto whose =
+        fmt::format("bridge {} of island {} ({})", name, name_of(seen.island), model::text_of(status, "peer"));
+    const auto fix = page("mqtt.md#troubles");
+    if (state != "up")
+      all.push_back({"bridges", Grade::kProblem, fmt::format("{} is not connected: {}", whose, reason), fix});
+    else if (!reason.empty())
+      all.push_back({"bridges", Grade::kNote, fmt::format("{} is up; {}", whose, reason), fix});
+    else
+      all.push_back({"bridges", Grade::kGood,
+                     fmt::format("{} is up, with {} of {}", whose, counted(model::count_of(status, "points"), "point"),
+                                 counted(model::count_of(status, "devices"), "device"))});
+  }
+  return all;
+}
+
 Findings check_clock(const IslandSeen& seen, WallTime when) {
   if (when < kEarliest)
     return {{"clock", Grade::kProblem, fmt::format("the clock of this host says {}", time_text(when)),

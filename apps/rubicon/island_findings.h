@@ -20,7 +20,8 @@ struct IslandSeen {
   Counters numbers_before, numbers;               ///< its own
   std::map<std::string, std::string> properties;  ///< its own at the second observation, also texts
   model::AlertList alerts;
-  std::string history;  ///< status of its history; empty = it has none
+  std::string history;                         ///< status of its history; empty = it has none
+  std::map<std::string, std::string> bridges;  ///< their statuses by name
   /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
 };
@@ -40,6 +41,8 @@ Findings check_problems(const IslandSeen& seen, WallTime when);
 Findings check_disks(const IslandSeen& seen);
 /// `history`: whether its history is written.
 Findings check_history(const IslandSeen& seen);
+/// `bridges`: whether its bridges reach the other side, and what that refuses.
+Findings check_bridges(const IslandSeen& seen);
 /// `clock`: of the island against ours, and ours. `when`: what ours said.
 Findings check_clock(const IslandSeen& seen, WallTime when);
 /// `alerts`: what the island itself finds that no other check of this page says: batteries, commands that failed.

@@ -67,6 +67,8 @@ void IslandLook::look_again(IslandSeen& seen) {
   seen.numbers = counters_of(seen.properties);
   const auto history = client_.read({id, model::IslandKey{"*"}.history().status()}, patience_);
   if (!history.empty()) seen.history = history.front().value;
+  for (const auto& status : client_.read({id, model::IslandKey{"*"}.bridge("*").status()}, patience_))
+    seen.bridges[std::string(model::last_part(model::parent_key(status.key)))] = status.value;
   const auto alerts = client_.read({id, model::IslandKey{"*"}.alerts()}, patience_);
   if (!alerts.empty()) seen.alerts = model::alerts_from_json(alerts.front().value);
   if (const auto offset = clock_offsets_.find(id); offset != clock_offsets_.end()) seen.clock_offset = offset->second;

@@ -414,6 +414,7 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   config.proxy = next.proxy;
   config.networks = std::move(next.networks);
   config.recorders = std::move(next.recorders);
+  config.bridges = std::move(next.bridges);
   config.history = std::move(next.history);
   config.web = std::move(next.web);
   config.audit = std::move(next.audit);

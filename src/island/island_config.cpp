@@ -176,7 +176,7 @@ void read_devices(ConfigReader& network, proxy::NetworkRules& rules, const model
 }
 
 /// Sections that are read only where they stand.
-constexpr std::string_view kSections[] = {"web", "history", "rights", "audit", "recorders"};
+constexpr std::string_view kSections[] = {"web", "history", "rights", "audit", "recorders", "bridges"};
 
 const network::NetworkType* find_type(std::span<const network::NetworkType> types, std::string_view name) {
   const auto found = std::find_if(types.begin(), types.end(), [name](const auto& type) { return type.name == name; });
@@ -301,6 +301,7 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
   config::read_site_types(root, config.types);
   for (auto& [key, network] : root.maps("networks")) read_network(key, network, types, config);
   config.recorders = config::read_recorders(root);
+  config.bridges = config::read_bridges(root);
   config.web = config::read_web(root);
   config.history = config::read_history(root);
   config.rights = config::read_rights(root);

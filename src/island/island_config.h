@@ -10,6 +10,7 @@
 
 #include "base/config_reader.h"
 #include "config/audit_config.h"
+#include "config/bridge_config.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
 #include "config/history_config.h"
@@ -63,6 +64,7 @@ struct IslandConfig {
   /// The sections that a running island cannot change, as the file has them.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
+  std::vector<config::BridgeSetup> bridges;     ///< what the daemon keeps beside the island
   std::optional<config::HistorySetup> history;  ///< what the daemon keeps beside the island
   std::optional<config::WebSetup> web;          ///< what the daemon serves beside the island
   std::optional<config::RightsSetup> rights;    ///< of others; without it members with the role admin may do everything

@@ -149,19 +149,20 @@ void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadP
   }
 }
 
-void compare_recorders(const std::vector<config::RecorderSetup>& now, const std::vector<config::RecorderSetup>& next,
-                       ReloadPlan& plan) {
+/// Recorders and bridges.
+template <class Setup>
+void compare_parts(const char* what, const std::vector<Setup>& now, const std::vector<Setup>& next, ReloadPlan& plan) {
   const auto called = [](const std::string& name) { return [&name](const auto& setup) { return setup.name == name; }; };
   for (const auto& setup : now) {
     if (std::none_of(next.begin(), next.end(), called(setup.name)))
-      plan.lines.push_back(fmt::format("recorder {}: ends", setup.name));
+      plan.lines.push_back(fmt::format("{} {}: ends", what, setup.name));
   }
   for (const auto& setup : next) {
     const auto before = std::find_if(now.begin(), now.end(), called(setup.name));
     if (before == now.end()) {
-      plan.lines.push_back(fmt::format("recorder {}: starts", setup.name));
+      plan.lines.push_back(fmt::format("{} {}: starts", what, setup.name));
     } else if (!(*before == setup)) {
-      plan.lines.push_back(fmt::format("recorder {}: is restarted, its options change", setup.name));
+      plan.lines.push_back(fmt::format("{} {}: is restarted, its options change", what, setup.name));
     }
   }
 }
@@ -198,7 +199,8 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   }
   find_renamed(now, next, plan);
   compare_networks(now, next, plan);
-  compare_recorders(now.recorders, next.recorders, plan);
+  compare_parts("recorder", now.recorders, next.recorders, plan);
+  compare_parts("bridge", now.bridges, next.bridges, plan);
   compare_history(now.history, next.history, plan);
   compare_web(now.web, next.web, plan);
   compare_rights(now.rights, next.rights, plan);

@@ -45,7 +45,8 @@ std::vector<std::string> strangers(const Rule& rule, const std::vector<std::stri
   for (const auto& word : rule.who) {
     const bool special = word == trust::rights::kEverybody || word == tuples::kPeisMember ||
                          word == tuples::kLanMember || word.starts_with(trust::rights::kIsland);
-    const bool of_host = word.starts_with(trust::rights::kUser) || word.starts_with(trust::rights::kGroup);
+    const bool of_host = word.starts_with(trust::rights::kUser) || word.starts_with(trust::rights::kGroup) ||
+                         word.starts_with(trust::rights::kBridge);
     auto name = word;
     for (const auto source : {trust::rights::kMember, trust::rights::kRole}) {
       if (name.starts_with(source)) name.erase(0, source.size());

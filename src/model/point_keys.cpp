@@ -45,6 +45,10 @@ PointKey IslandKey::recorder(std::string_view name) const {
   return {fmt::format("{}.recorder.{}", text, name)};
 }
 
+PointKey IslandKey::bridge(std::string_view name) const {
+  return {fmt::format("{}.bridge.{}", text, name)};
+}
+
 NetworkKey IslandKey::network(std::string_view id) const {
   return {fmt::format("{}.{}", text, id)};
 }
@@ -54,7 +58,8 @@ PointKey any_point() {
 }
 
 bool is_part_of_island(std::string_view part) {
-  return part == "history" || part == "inbox" || part == "property" || part == "recorder" || part == "settings";
+  return part == "bridge" || part == "history" || part == "inbox" || part == "property" || part == "recorder" ||
+         part == "settings";
 }
 
 bool is_of_island(std::string_view key) {

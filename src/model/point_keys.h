@@ -62,6 +62,8 @@ struct IslandKey {
   /// The configuration in force, and the commands that read it again.
   PointKey settings() const { return {text + ".settings"}; }
   PointKey recorder(std::string_view name) const;
+  /// What a bridge does.
+  PointKey bridge(std::string_view name) const;
   /// What its history does.
   PointKey history() const { return {text + ".history"}; }
   /// What needs a person: model::AlertList.

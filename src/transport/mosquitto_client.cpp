@@ -112,8 +112,9 @@ class MosquittoClient {
     });
     ::mosquitto_disconnect_v5_callback_set(
         client_, [](auto*, void* user, int reason, const auto*) { self(user).on_disconnect(reason); });
-    ::mosquitto_message_callback_set(client_,
-                                     [](auto*, void* user, const auto* message) { self(user).on_message(*message); });
+    ::mosquitto_message_v5_callback_set(client_, [](auto*, void* user, const auto* message, const auto* properties) {
+      self(user).on_message(*message, properties);
+    });
     ::mosquitto_subscribe_callback_set(client_, [](auto*, void* user, int id, int count, const int* granted) {
       self(user).on_suback(id, count, granted);
     });
@@ -341,7 +342,7 @@ class MosquittoClient {
     events_.push_back(std::move(event));
   }
 
-  void on_message(const mosquitto_message& message) {
+  void on_message(const mosquitto_message& message, const mosquitto_property* properties) {
     const auto bytes = static_cast<std::size_t>(message.payloadlen);
     heard_ += bytes + 1;
     const std::string_view topic = message.topic;
@@ -353,6 +354,7 @@ class MosquittoClient {
       return;
     }
     events_.push_back({MqttEvent::Kind::kReceived, std::string(topic), std::string(payload), message.retain});
+    events_.back().about = read_about(properties);
   }
 
   void on_suback(int id, int count, const int* granted) {

@@ -33,6 +33,17 @@ std::string random_client_id() {
   return id;
 }
 
+MqttMessage message_of(const MqttEvent& event) {
+  MqttMessage message{event.topic, event.payload, event.retained};
+  if (!event.about) return message;
+  const auto& about = *event.about;
+  message.expiry = about.expiry;
+  message.response_topic = about.response_topic;
+  message.correlation = about.correlation;
+  message.sender = about.sender;
+  return message;
+}
+
 /// The loop's side of a connection.
 class MosquittoLine final : public MqttLine {
  public:
@@ -106,7 +117,7 @@ class MosquittoLine final : public MqttLine {
       case MqttEvent::Kind::kConnected: return become_connected(*event.connack);
       case MqttEvent::Kind::kReceived:
         ++received_;
-        if (calls->received) calls->received({event.topic, event.payload, event.retained});
+        if (calls->received) calls->received(message_of(event));
         return;
       case MqttEvent::Kind::kTooLong:
         if (calls->too_long) calls->too_long(event.topic, event.number);

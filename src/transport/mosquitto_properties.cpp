@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
 
 namespace rubicon::transport {
@@ -16,6 +18,40 @@ Properties property_of(int id, std::uint32_t value) {
   mosquitto_property* made = nullptr;
   ::mosquitto_property_add_int32(&made, id, value);
   return Properties(made);
+}
+
+/// Of correlation data (MQTT 5, section 1.5.6: binary data has a length of two bytes).
+constexpr std::size_t kMaxCorrelation = 65535;
+
+Properties expiry_property(const MqttPublication& publication) {
+  if (publication.expiry <= Duration::zero()) return nullptr;
+  constexpr seconds::rep kLongest = std::numeric_limits<std::uint32_t>::max();
+  const auto expiry = std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kLongest);
+  return property_of(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, static_cast<std::uint32_t>(expiry));
+}
+
+/// What the library allocated, which is freed.
+std::string taken_over(void* data, std::size_t length) {
+  std::string text;
+  if (data != nullptr) text.assign(static_cast<const char*>(data), length);
+  std::free(data);
+  return text;
+}
+std::string taken_over(char* text) {
+  return taken_over(text, text == nullptr ? 0 : std::strlen(text));
+}
+
+/// The user property of this name; empty = none.
+std::string read_sender(const mosquitto_property* properties) {
+  const auto* at = properties;
+  for (bool again = false; at != nullptr; again = true) {
+    char *name = nullptr, *value = nullptr;
+    at = ::mosquitto_property_read_string_pair(at, MQTT_PROP_USER_PROPERTY, &name, &value, again);
+    const auto is = taken_over(name);
+    auto text = taken_over(value);
+    if (at != nullptr && is == "sender") return text;
+  }
+  return {};
 }
 
 }  // namespace
@@ -41,10 +77,31 @@ Properties connect_properties(const MqttOptions& options) {
 }
 
 Properties publish_properties(const MqttPublication& publication) {
-  if (publication.expiry <= Duration::zero()) return nullptr;
-  constexpr seconds::rep kLongest = std::numeric_limits<std::uint32_t>::max();
-  const auto expiry = std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kLongest);
-  return property_of(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, static_cast<std::uint32_t>(expiry));
+  auto properties = expiry_property(publication);
+  auto* all = properties.release();
+  if (!publication.response_topic.empty())
+    ::mosquitto_property_add_string(&all, MQTT_PROP_RESPONSE_TOPIC, publication.response_topic.c_str());
+  if (const auto& data = publication.correlation; !data.empty() && data.size() <= kMaxCorrelation)
+    ::mosquitto_property_add_binary(&all, MQTT_PROP_CORRELATION_DATA, data.data(),
+                                    static_cast<std::uint16_t>(data.size()));
+  return Properties(all);
+}
+
+std::unique_ptr<MqttAbout> read_about(const mosquitto_property* properties) {
+  if (properties == nullptr) return nullptr;
+  auto about = std::make_unique<MqttAbout>();
+  std::uint32_t expiry = 0;
+  ::mosquitto_property_read_int32(properties, MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, &expiry, false);
+  about->expiry = seconds(expiry);
+  char* text = nullptr;
+  ::mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &text, false);
+  about->response_topic = taken_over(text);
+  void* data = nullptr;
+  std::uint16_t length = 0;
+  ::mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &data, &length, false);
+  about->correlation = taken_over(data, length);
+  about->sender = read_sender(properties);
+  return about;
 }
 
 }  // namespace rubicon::transport

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "transport/mqtt.h"
+#include "transport/mqtt_exchange.h"
 
 namespace rubicon::transport {
 
@@ -23,5 +23,7 @@ using Properties = std::unique_ptr<mosquitto_property, FreeProperties>;
 Properties connect_properties(const MqttOptions& options);
 /// Of a PUBLISH of version 5; nullptr = none.
 Properties publish_properties(const MqttPublication& publication);
+/// Of a received one; nullptr = none.
+std::unique_ptr<MqttAbout> read_about(const mosquitto_property* properties);
 
 }  // namespace rubicon::transport

@@ -65,6 +65,10 @@ struct MqttMessage {
   std::string_view topic;
   std::string_view payload;
   bool retained = false;  ///< a stored copy, sent because of a new subscription
+  /// The rest is of version 5 (MQTT 5, section 3.3.2.3): what remains of its Message Expiry Interval, zero = without
+  /// end; where an answer is wanted, and what belongs into it; the user property `sender`.
+  Duration expiry{};
+  std::string_view response_topic{}, correlation{}, sender{};
 };
 
 /// Reason codes of a PUBACK that a caller may want to tell apart (MQTT 5, section 3.4.2.1); others come as their
@@ -130,6 +134,9 @@ struct MqttPublication {
   /// mosquitto delivers what waits at QoS 0 all the same.
   Duration expiry{};
   std::uint64_t number = 0;  ///< the caller's; comes back in MqttOutcome
+  /// Where an answer is wanted, and what belongs into it (MQTT 5, sections 3.3.2.3.5 and 3.3.2.3.6); of an answer only
+  /// the latter. A broker of version 3.1.1 does not learn them.
+  std::string response_topic{}, correlation{};
 };
 
 struct MqttCounters {

@@ -128,7 +128,10 @@ void MqttExchange::tell(std::vector<MqttEvent> events) {
 }
 
 std::size_t MqttExchange::cost(const MqttEvent& event) {
-  return sizeof event + event.topic.size() + event.payload.size();
+  const auto* about = event.about.get();
+  const auto more =
+      about ? sizeof *about + about->response_topic.size() + about->correlation.size() + about->sender.size() : 0;
+  return sizeof event + event.topic.size() + event.payload.size() + more;
 }
 
 }  // namespace rubicon::transport

@@ -45,6 +45,12 @@ class MqttHome {
   int connections_ = 0;
 };
 
+/// What version 5 says of a message beside its text.
+struct MqttAbout {
+  Duration expiry{};
+  std::string response_topic{}, correlation{}, sender{};
+};
+
 /// What the thread of an MQTT line tells the loop.
 struct MqttEvent {
   enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kSubscribed, kRefused, kTaken, kNotTaken, kFailed };
@@ -57,6 +63,7 @@ struct MqttEvent {
   std::uint64_t number = 0;                  ///< kTaken, kNotTaken: of the publication; kTooLong: bytes of the packet
   Error why{};                               ///< kRefused, kNotTaken, kFailed
   std::unique_ptr<MqttConnack> connack{};    ///< kConnected
+  std::unique_ptr<MqttAbout> about{};        ///< kReceived; null = nothing
 };
 
 /// A filter to subscribe to, or to unsubscribe from.

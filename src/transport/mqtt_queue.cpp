@@ -9,7 +9,8 @@ namespace rubicon::transport {
 namespace {
 
 std::size_t cost(const MqttPublication& publication) {
-  return publication.topic.size() + publication.payload.size();
+  return publication.topic.size() + publication.payload.size() + publication.response_topic.size() +
+         publication.correlation.size();
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ bool is_endless(const std::string& line) {
   if (begins(line, std::array{"rubicon --engine peis watch", "rubicon zigbee permit"})) return true;
   constexpr std::array kPrograms{
       "rubicon record", "rubicon receive",        "rubicon publish",  "rubicon log --follow", "rubicon-proxy run",
-      "rubicon web",    "motes-simulator --port", "salad-simulator ", "knx-simulator ",       "zigbee-simulator "};
+      "rubicon web", "rubicon mqtt",    "motes-simulator --port", "salad-simulator ", "knx-simulator ",       "zigbee-simulator "};
   if (begins(line, std::array{"curl"})) return has(line, "text/event-stream");
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }

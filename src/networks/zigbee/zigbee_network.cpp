@@ -356,8 +356,9 @@ std::optional<model::State> ZigbeeNetwork::state() const {
   add_counters(state.counters);
   state.texts = tools_.texts();
   state.texts["unusable"] = unusable();
-  state.texts["broker"] = fmt::format(R"({{"tls":{},"user":{}}})", options_.broker.line.tls.has_value(),
-                                      !options_.broker.line.user.empty());
+  const auto& line = options_.broker.line;
+  state.texts["broker"] = model::dump(
+      {{"host", line.host}, {"port", line.port}, {"tls", line.tls.has_value()}, {"user", !line.user.empty()}});
   return state;
 }
 

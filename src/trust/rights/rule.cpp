@@ -53,7 +53,7 @@ RightSet RightSet::all() {
 Result<void> check_who(std::string_view who) {
   const auto good = [](char c) { return is_of_parts(c) || c == '.' || c == '@'; };
   auto name = who;
-  for (const auto source : {kUser, kGroup, kMember, kRole, kToken}) {
+  for (const auto source : {kUser, kGroup, kMember, kRole, kToken, kBridge}) {
     if (name.starts_with(source)) name.remove_prefix(source.size());
     if (name.size() < who.size()) break;
   }
@@ -62,7 +62,7 @@ Result<void> check_who(std::string_view who) {
   if (who.starts_with(kIsland) ? is_island(who) : named) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
-                          "role:<name>, token:<name>@<member>, everybody, lan, peis, or island:<1 to {}>",
+                          "role:<name>, token:<name>@<member>, bridge:<name>, everybody, lan, peis, or island:<1 to {}>",
                           model::quoted(who), kMaxIsland));
 }
 

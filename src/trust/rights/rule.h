@@ -43,9 +43,9 @@ inline constexpr std::string_view kIsland = "island:";
 
 /// In front of a name of this host or of the realm, which says where it comes from: `user:ann`, `user:1000`,
 /// `group:staff`, `member:lab`, `role:cleaner`. Of another host the name is `user:ann@hall`: hall vouches for it; so
-/// are `member:desk@hall` and, of a page, `token:tablet@hall`.
+/// are `member:desk@hall` and, of a page, `token:tablet@hall`. `bridge:ha` is a bridge of this island.
 inline constexpr std::string_view kUser = "user:", kGroup = "group:", kMember = "member:", kRole = "role:",
-                                  kToken = "token:";
+                                  kToken = "token:", kBridge = "bridge:";
 
 /// One entry of `rights:`. It grants `may` to `who` for the tuples that match one of `keys` and none of `except`, and
 /// denies it to them for those that match both.

@@ -82,6 +82,22 @@ TEST(IslandFindings, AHistoryThatIsNotWrittenIsAProblem) {
   EXPECT_EQ(found("broken").grade, Grade::kProblem);
 }
 
+TEST(IslandFindings, ABridgeThatIsNotConnectedIsAProblemAndWhatItsBrokerRefusesANote) {
+  auto seen = island();
+  EXPECT_THAT(check_bridges(seen), IsEmpty());
+  const auto found = [&](const std::string& status) {
+    seen.bridges["ha"] = status;
+    return check_bridges(seen).at(0);
+  };
+  const auto refused = found(R"({"state":"refused","reason":"the broker does not know this user","peer":"b:1883"})");
+  EXPECT_EQ(refused.grade, Grade::kProblem);
+  EXPECT_EQ(refused.what,
+            "bridge ha of island 6541 home (b:1883) is not connected: the broker does not know this user");
+  EXPECT_THAT(refused.fix, HasSubstr("mqtt.md#troubles"));
+  EXPECT_EQ(found(R"({"state":"up","reason":"the broker refuses x"})").grade, Grade::kNote);
+  EXPECT_EQ(found(R"({"state":"up","reason":"","devices":1,"points":5})").grade, Grade::kGood);
+}
+
 TEST(IslandFindings, DevicesThatTheirNamesMakeUnusableAreNotesWithTheReason) {
   auto zigbee = network("up");
   zigbee.properties["unusable"] =

@@ -1,6 +1,7 @@
 #include "support/memory/mqtt_broker.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "base/assert.h"
@@ -301,9 +302,9 @@ int MqttBroker::fault_of(const MemorySession& from, const MqttPublication& publi
 
 void MqttBroker::take(const SessionPtr& from, const MqttPublication& publication) {
   if (const auto why = end_of(*from, publication)) return drop(from, *why, true);
-  const Publication seen{from->options.client_id, publication.topic, publication.payload,
-                         publication.retain,      publication.qos,   false,
-                         net_.scheduler().now()};
+  const Publication seen{from->options.client_id, publication.topic,       publication.payload,
+                         publication.retain,      publication.qos,         false,
+                         net_.scheduler().now(),  publication.correlation, publication.expiry};
   if (keeps_published) published_.push_back(seen);
   auto message = publication;
   message.retain = message.retain && retains;
@@ -382,11 +383,14 @@ void MqttBroker::deliver(const SessionPtr& to, const MqttPublication& message, b
   if (loses && loses(to->options.client_id, message)) return;
   MemoryPacket packet{{}, !retained || message.qos > 0, message.qos};
   if (message.expiry > Duration::zero()) packet.expires = net_.scheduler().now() + message.expiry;
-  packet.arrive = [to, topic = message.topic, payload = message.payload, retained, too_long] {
+  packet.arrive = [to, message, retained, too_long] {
+    const auto& [topic, payload] = std::tie(message.topic, message.payload);
     if (to->lost || !to->alive || !to->connected) return;
     ++(too_long ? to->counters.too_long : to->counters.received);
     if (too_long && to->calls.too_long) to->calls.too_long(topic, packet_size(topic, payload));
-    if (!too_long && to->calls.received) to->calls.received({topic, payload, retained});
+    if (too_long || !to->calls.received) return;
+    if (!to->version_5) return to->calls.received({topic, payload, retained});
+    to->calls.received({topic, payload, retained, message.expiry, message.response_topic, message.correlation, {}});
   };
   send(to, std::move(packet));
 }

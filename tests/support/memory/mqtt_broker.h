@@ -33,6 +33,8 @@ class MqttBroker {
     std::uint8_t qos = 0;
     bool will = false;
     SteadyTime at{};
+    std::string correlation{};
+    Duration expiry{};
   };
 
   /// Runs at once. `at`: the numeric address of its host and a free port (asserted).
@@ -94,6 +96,8 @@ class MqttBroker {
   /// As a client that is not here; not part of published().
   void publish(std::string_view topic, std::string_view payload, bool retain = false, std::uint8_t qos = 0,
                Duration expiry = {});
+  /// The same with all that version 5 has.
+  void publish(const MqttPublication& publication) { spread(publication); }
 
   const std::vector<Publication>& published() const { return published_; }
   /// The payloads that clients published to this topic.

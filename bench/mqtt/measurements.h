@@ -1,0 +1,24 @@
+#pragma once
+
+#include <chrono>
+
+#include "frame/figures.h"
+
+namespace rubicon::bench::mqtt {
+
+struct Plan {
+  int devices = 1000;  ///< of five points each
+  std::chrono::seconds mirrored{10}, idle{30};
+  int readings_per_second = 20'000;
+  int commands = 1000;
+  int restarts = 20;  ///< of the broker, which loses what it retained
+};
+
+// Each adds its figures (docs/benchmarks.md, "MQTT bridge"); all need mosquitto in a private network.
+void measure_announcement(const Plan& plan, Json& out);
+void measure_mirror(const Plan& plan, Json& out);
+void measure_commands(const Plan& plan, Json& out);
+void measure_restarts(const Plan& plan, Json& out);
+void measure_idle(const Plan& plan, Json& out);
+
+}  // namespace rubicon::bench::mqtt

@@ -1,0 +1,278 @@
+#include "bridges/mqtt/town.h"
+
+namespace rubicon::bridges::mqtt {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Topics : public Town {
+ protected:
+  void start(const std::string& options = "{}") {
+    island.network("wsn-1");
+    island.device("wsn-1.7", "Kitchen mote", {{"sensor", "temperature-1", "21.5"}, {"actuator", "relay-1", "off"}},
+                  "Kitchen");
+    time.run_for(100ms);
+    bridge(options);
+  }
+  static constexpr const char* kTemperature = "rubicon/6541/wsn-1/7/sensor/temperature-1";
+};
+
+TEST_F(Topics, ShowValuesAndWhoIsThere) {
+  start();
+  EXPECT_EQ(at(kTemperature), "21.5");
+  EXPECT_EQ(at(std::string(kTemperature) + "/online"), "online");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/7/actuator/relay-1"), "off");
+  EXPECT_EQ(at("rubicon/6541/online"), "online");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/online"), "online");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/7/online"), "online");
+  EXPECT_EQ(made->status().state, "up");
+}
+
+TEST_F(Topics, FollowEachReadingAndTheNewestOfATurn) {
+  start();
+  broker.forget_published();
+  for (const auto* value : {"22", "22", "23"}) {
+    island.say("wsn-1.7", {"sensor", "temperature-1", value});
+    time.run_for(10ms);
+  }
+  EXPECT_THAT(broker.published(kTemperature), ElementsAre("22", "22", "23")) << "a repeated reading is one too";
+}
+
+TEST_F(Topics, NeverKeepAValueThatIsNotOfNow) {
+  start();
+  for (const auto* quality : {"stale", "device-offline", "network-down", "bad", "stored"}) {
+    island.say("wsn-1.7", {"sensor", "temperature-1", "21.5", quality});
+    time.run_for(10ms);
+    EXPECT_EQ(at(kTemperature), "(nothing)") << quality;
+    EXPECT_EQ(at(std::string(kTemperature) + "/online"), "offline") << quality;
+    island.say("wsn-1.7", {"sensor", "temperature-1", "22"});
+    time.run_for(10ms);
+    EXPECT_EQ(at(kTemperature), "22") << quality;
+    EXPECT_EQ(at(std::string(kTemperature) + "/online"), "online") << quality;
+  }
+}
+
+TEST_F(Topics, KeepOldValuesWhereTheConfigurationSaysSo) {
+  start(R"({"keep": true})");
+  island.say("wsn-1.7", {"sensor", "temperature-1", "21.5", "stale"});
+  time.run_for(10ms);
+  EXPECT_EQ(at(kTemperature), "21.5");
+  EXPECT_EQ(at(std::string(kTemperature) + "/online"), "offline");
+}
+
+TEST_F(Topics, TakeAwayTheOldValueOfARunBefore) {
+  broker.publish(kTemperature, "17", true);
+  island.network("wsn-1");
+  island.device("wsn-1.7", "Kitchen mote", {{"sensor", "temperature-1", "17", "stored"}});
+  bridge();
+  EXPECT_EQ(at(kTemperature), "(nothing)");
+}
+
+TEST_F(Topics, TellThatADeviceOrALineIsAway) {
+  start();
+  island.reach("wsn-1.7", "unreachable");
+  island.network("wsn-1", "down");
+  time.run_for(200ms);
+  EXPECT_EQ(at("rubicon/6541/wsn-1/7/online"), "offline");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/online"), "offline");
+}
+
+TEST_F(Topics, TellTheEndInOrderAndByTheWill) {
+  start();
+  broker.cut();
+  EXPECT_EQ(at("rubicon/6541/online"), "offline") << "the will";
+  time.run_for(2s);
+  EXPECT_EQ(at("rubicon/6541/online"), "online") << "it came back by itself";
+  end_bridge();
+  EXPECT_EQ(at("rubicon/6541/online"), "offline");
+}
+
+TEST_F(Topics, ComeAgainToABrokerThatLostAll) {
+  start();
+  for (int i = 0; i < 20; ++i) {
+    broker.stop(false);
+    time.run_for(3s);
+    broker.start();
+    island.say("wsn-1.7", {"sensor", "temperature-1", std::to_string(20 + i)});
+    time.run_for(40s);
+    ASSERT_EQ(at(kTemperature), std::to_string(20 + i)) << i;
+    ASSERT_EQ(at("rubicon/6541/wsn-1/7/online"), "online") << i;
+  }
+}
+
+TEST_F(Topics, OfADeviceThatLeavesAreRemoved) {
+  start();
+  island.remove_device("wsn-1.7");
+  time.run_for(1s);
+  for (const auto& [topic, payload] : broker.retained()) EXPECT_EQ(topic.find("/7/"), topic.npos) << topic;
+}
+
+TEST_F(Topics, LeftByARunBeforeAreRemovedOnceTheDevicesHadTimeToCome) {
+  broker.publish("rubicon/6541/wsn-1/9/sensor/temperature-1", "17", true);
+  broker.publish("rubicon/6541/wsn-1/9/online", "online", true);
+  broker.publish("rubicon/77/wsn-1/9/online", "online", true);
+  broker.publish("homeassistant/device/rubicon_6541_wsn-1_9/config",
+                 R"({"o":{"name":"rubicon"},"avty":[{"t":"rubicon/6541/online"}]})", true);
+  broker.publish("homeassistant/sensor/other/x/config", R"({"o":{"name":"zigbee2mqtt"}})", true);
+  start(R"({"discovery": "homeassistant"})");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/9/online"), "online") << "it may be slow";
+  time.run_for(61s);
+  EXPECT_EQ(at("rubicon/6541/wsn-1/9/sensor/temperature-1"), "(nothing)");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/9/online"), "(nothing)");
+  EXPECT_EQ(at("homeassistant/device/rubicon_6541_wsn-1_9/config"), "(nothing)");
+  EXPECT_EQ(at("rubicon/77/wsn-1/9/online"), "online") << "of another island";
+  EXPECT_NE(at("homeassistant/sensor/other/x/config"), "(nothing)");
+  EXPECT_EQ(at(kTemperature), "21.5");
+}
+
+TEST_F(Topics, OfEventsAreNeitherKeptNorRepeated) {
+  island.network("zigbee-1");
+  island.device("zigbee-1.b", "Button", {{"sensor", "button-1", "short"}});
+  time.run_for(1s);
+  bridge();
+  const std::string topic = "rubicon/6541/zigbee-1/b/sensor/button-1";
+  EXPECT_THAT(broker.published(topic), IsEmpty()) << "pressed before we looked";
+  for (const auto* word : {"short", "", "long", "", "long"}) {
+    island.say("zigbee-1.b", {"sensor", "button-1", word});
+    time.run_for(10ms);
+  }
+  EXPECT_THAT(broker.published(topic), ElementsAre("short", "long", "long"));
+  EXPECT_EQ(at(topic), "(nothing)");
+}
+
+TEST_F(Topics, AreThoseOfTheOwnIslandUnlessPatternsSayMore) {
+  TownIsland other(ecology, time, OwnerId(77), "barn");
+  other.network("knx");
+  other.device("knx.1_1_1", "Door", {{"sensor", "contact-1", "open"}});
+  start();
+  EXPECT_EQ(at("rubicon/77/knx/1_1_1/sensor/contact-1"), "(nothing)");
+  end_bridge();
+  bridge(R"({"patterns": ["proxy.**"], "except": ["proxy.wsn-1.7.actuator.*.value"]})");
+  EXPECT_EQ(at("rubicon/77/knx/1_1_1/sensor/contact-1"), "open");
+  EXPECT_EQ(at("rubicon/77/online"), "online");
+  EXPECT_EQ(broker.published("rubicon/6541/wsn-1/7/actuator/relay-1").size(), 1U) << "only before";
+}
+
+TEST_F(Topics, OfAnIslandThatIsLostGoOffline) {
+  auto other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  other->network("knx");
+  other->device("knx.1_1_1", "Door", {{"sensor", "contact-1", "open"}});
+  start(R"({"patterns": ["proxy.**"]})");
+  other.reset();
+  time.run_for(2min);
+  EXPECT_EQ(at("rubicon/77/online"), "offline");
+  EXPECT_EQ(at("rubicon/77/knx/1_1_1/online"), "online") << "it is not removed: the island comes back";
+}
+
+TEST_F(Topics, NeverGoBackToTheBrokerTheyCameFrom) {
+  island.network("zigbee-1");
+  island.put("proxy.zigbee-1.property.broker.value", R"({"host":"127.0.0.1","port":1883,"tls":false,"user":false})");
+  island.device("zigbee-1.b", "Plug", {{"actuator", "switch-1", "on"}});
+  island.network("zigbee-2");
+  island.put("proxy.zigbee-2.property.broker.value", R"({"host":"barn.lan","port":1883,"tls":false,"user":false})");
+  island.device("zigbee-2.c", "Plug", {{"actuator", "switch-1", "on"}});
+  start(R"({"discovery": "homeassistant"})");
+  time.run_for(6s);
+  for (const auto& [topic, payload] : broker.retained()) EXPECT_EQ(topic.find("zigbee-1"), topic.npos) << topic;
+  EXPECT_EQ(at("rubicon/6541/zigbee-2/c/actuator/switch-1"), "on");
+}
+
+TEST_F(Topics, AreOnlyThoseThatTheRightsLetItRead) {
+  judge->replace(
+      trust::rights::Rights({support::rule("bridge:ha", {support::Right::kRead}, {"proxy.wsn-1.7.sensor.*.value"})}));
+  start();
+  EXPECT_EQ(at(kTemperature), "21.5");
+  EXPECT_EQ(at("rubicon/6541/wsn-1/7/actuator/relay-1"), "(nothing)");
+}
+
+TEST_F(Topics, HaveTheNamesOfPeopleOnRequest) {
+  start(R"({"names": "friendly"})");
+  EXPECT_EQ(at("rubicon/home/wsn-1/Kitchen mote/sensor/temperature-1"), "21.5");
+  island.device("wsn-1.8", "Kitchen mote", {{"sensor", "temperature-1", "19"}});
+  island.device("wsn-1.9", "a/b+#", {{"sensor", "temperature-1", "18"}});
+  time.run_for(1s);
+  EXPECT_EQ(at("rubicon/home/wsn-1/Kitchen mote (8)/sensor/temperature-1"), "19");
+  EXPECT_EQ(at("rubicon/home/wsn-1/a_b__/sensor/temperature-1"), "18");
+}
+
+TEST_F(Topics, HaveObjectsForDatabases) {
+  start(R"({"payload": "json"})");
+  EXPECT_EQ(json::parse(at(kTemperature)), json::parse(R"({"value":21.5,"unit":"Cel","quality":"good",
+      "time":1767225600})"));
+  EXPECT_EQ(json::parse(at("rubicon/6541/wsn-1/7/actuator/relay-1"))["value"], 0) << "booleans are numbers";
+  island.say("wsn-1.7", {"sensor", "temperature-1", "21.5", "stale"});
+  time.run_for(10ms);
+  EXPECT_EQ(json::parse(at(kTemperature))["value"], nullptr);
+  EXPECT_EQ(json::parse(at(kTemperature))["quality"], "stale");
+}
+
+TEST_F(Topics, WakeNoSensorUnlessAskedTo) {
+  std::vector<std::string> wanted;
+  const auto watch = island.space.watch_demand(Pattern::parse("proxy.**").value(), [&](const tuples::Demand& demand) {
+    wanted.push_back((demand.wanted ? "+" : "-") + std::string(demand.key));
+  });
+  start();
+  EXPECT_THAT(wanted, IsEmpty());
+  end_bridge();
+  bridge(R"({"demand": {"active": ["proxy.*.*.sensor.temp*.value"]}})");
+  EXPECT_THAT(wanted, ElementsAre("+proxy.wsn-1.7.sensor.temperature-1.value"));
+  end_bridge();
+  wanted.clear();
+  bridge(R"({"demand": "on-request"})");
+  send(std::string(kTemperature) + "/sample", "5s");
+  EXPECT_THAT(wanted, ElementsAre("+proxy.wsn-1.7.sensor.temperature-1.value"));
+  time.run_for(6s);
+  EXPECT_THAT(wanted,
+              ElementsAre("+proxy.wsn-1.7.sensor.temperature-1.value", "-proxy.wsn-1.7.sensor.temperature-1.value"));
+}
+
+TEST_F(Topics, GoOnBehindASlowBrokerWithTheNewestValues) {
+  start();
+  broker.stall(true);
+  for (int i = 0; i < 30'000; ++i) {
+    island.say("wsn-1.7", {"sensor", "temperature-1", std::to_string(i)});
+    time.run_for(100us);
+  }
+  broker.stall(false);
+  time.run_for(5s);
+  EXPECT_EQ(at(kTemperature), "29999");
+  EXPECT_EQ(made->status().counters.at("dropped"), 0U);
+}
+
+TEST_F(Topics, NeedAnOlderBrokerOnlyToSpeak311) {
+  broker.speaks_5 = false;
+  start();
+  EXPECT_EQ(at(kTemperature), "21.5");
+}
+
+TEST_F(Topics, ABrokerThatRetainsNothingIsNamed) {
+  broker.retains = false;
+  start();
+  EXPECT_THAT(made->status().reason + " " + made->status().state,
+              ::testing::AnyOf(HasSubstr("retains"), HasSubstr("connecting")));
+}
+
+TEST_F(Topics, APasswordThatIsRefusedIsTriedSeldom) {
+  broker.users = {{"rubicon", "secret"}};
+  files.put("/secret", "wrong\n");
+  start(R"({"broker": {"host": "localhost", "user": "rubicon", "password-file": "/secret"}})");
+  EXPECT_EQ(made->status().state, "refused");
+  files.put("/secret", "secret\n");
+  time.run_for(60s);
+  EXPECT_EQ(made->status().state, "up");
+}
+
+TEST_F(Topics, RefuseBasesOfOthers) {
+  for (const auto* base : {"rubicon-space", "$SYS", "homeassistant", "a/+/b", "", "/a"}) {
+    const auto options = support::config_of(nlohmann::ordered_json{{"broker", "localhost"}, {"base", base}});
+    base::ConfigErrors errors;
+    ConfigReader reader(options, "bridges.ha", errors);
+    EXPECT_EQ(find_bridge_type("mqtt")->make(reader, "", nullptr), nullptr);
+    EXPECT_THAT(errors.text(), HasSubstr("base")) << base;
+  }
+}
+
+}  // namespace
+}  // namespace rubicon::bridges::mqtt
