@@ -122,7 +122,7 @@ constexpr BinaryClass kBinaryClasses[] = {
 };
 
 /// UCUM, theirs. The first of two that are the same to us is the one that we write.
-constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+constexpr std::pair<std::string_view, std::string_view> kHomeAssistantUnits[] = {
     {"1", ""},          {"Cel", "°C"},      {"[ppm]", "ppm"},   {"ug/m3", "μg/m³"}, {"mg/m3", "mg/m³"},
     {"g/m3", "g/m³"},   {"W/m2", "W/m²"},   {"V.A", "VA"},      {"kW.h", "kWh"},    {"kvar.h", "kvarh"},
     {"dB[mW]", "dBm"},  {"deg", "°"},       {"m3", "m³"},       {"m3/h", "m³/h"},   {"m2", "m²"},
@@ -186,7 +186,7 @@ const BinaryClass* binary_class_by(std::string_view device_class) {
 }
 
 std::string to_entity_unit(std::string_view ucum) {
-  for (const auto& [ours, theirs] : kUnits) {
+  for (const auto& [ours, theirs] : kHomeAssistantUnits) {
     if (ours == ucum) return std::string(theirs);
   }
   return std::string(ucum);
@@ -194,7 +194,7 @@ std::string to_entity_unit(std::string_view ucum) {
 
 std::string from_entity_unit(std::string_view unit) {
   const auto wanted = with_mu(unit);
-  for (const auto& [ours, theirs] : kUnits) {
+  for (const auto& [ours, theirs] : kHomeAssistantUnits) {
     if (theirs == wanted) return std::string(ours);
   }
   return wanted;
