@@ -287,6 +287,24 @@ TEST_P(BothBrokers, WhatIsRetainedExpires) {
   EXPECT_THAT(found, UnorderedElementsAre("p/kept 1*", "p/long 1*"));
 }
 
+TEST_P(BothBrokers, AnAnswerIsWantedInVersion5Only) {
+  start();
+  connect(bob, options());
+  connect(ann, options());
+  MqttClient old;
+  connect(old, options(MqttVersion::k311));
+  subscribe(ann, "ask");
+  subscribe(old, "ask");
+  MqttPublication question{"ask", "1", false, 1, MqttQueue::kInOrder, 1h};
+  question.response_topic = "answers/bob";
+  question.correlation = std::string("1\0 7", 4);
+  ASSERT_TRUE(bob.line->publish(question));
+  ASSERT_TRUE(hears(ann, "ask 1"));
+  ASSERT_TRUE(hears(old, "ask 1"));
+  EXPECT_THAT(ann.asked, ElementsAre("answers/bob|" + question.correlation + "|3600"));
+  EXPECT_THAT(old.asked, IsEmpty());
+}
+
 TEST_P(BothBrokers, ALongPacketIsToldAPayloadThatIsTooLongIsNot) {
   start({.largest_packet = 5000, .largest_payload = 1000});
   connect(ann, options());

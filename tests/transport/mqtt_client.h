@@ -19,6 +19,7 @@ struct MqttClient {
   std::vector<std::string> subscribed, refused, taken, not_taken;
   std::vector<std::string> outcomes;  ///< `number reason`, of both kinds
   std::vector<std::string> order;     ///< of `received`, and of `subscribed` as `+filter`
+  std::vector<std::string> asked;     ///< `response topic|correlation|seconds` of messages that want an answer
   std::vector<std::string> too_long;  ///< `topic bytes`
   std::vector<Error> failures;
 
@@ -35,6 +36,10 @@ struct MqttClient {
       received.push_back(std::string(message.topic) + ' ' + std::string(message.payload) +
                          (message.retained ? "*" : ""));
       order.push_back(received.back());
+      if (message.response_topic.empty()) return;
+      const auto seconds = std::chrono::ceil<std::chrono::seconds>(message.expiry).count();
+      asked.push_back(std::string(message.response_topic) + '|' + std::string(message.correlation) + '|' +
+                      std::to_string(seconds));
     };
     calls.too_long = [this](std::string_view topic, std::size_t bytes) {
       too_long.push_back(std::string(topic) + ' ' + std::to_string(bytes));
