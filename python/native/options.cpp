@@ -68,7 +68,6 @@ client::Options options_of(const py::dict& options) {
   made.folder = text(options, "folder");
   made.space = text(options, "space");
   made.interfaces = texts(options, "interfaces");
-  made.trust = text(options, "trust");
   if (options.contains("broker")) made.broker = broker_of(options["broker"]);
   if (options.contains("warn"))
     made.warn = [warn = options["warn"].cast<py::function>()](std::string_view line) {

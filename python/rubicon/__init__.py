@@ -44,17 +44,17 @@ def connect(url: str = "", token: Optional[str] = None, *, token_file: Union[str
 
 
 def join(space: str = "", *, name: str = "python", id: int = 0, folder: str = "", interfaces: Sequence[str] = (),
-         trust: str = "", broker: Optional[Mapping[str, Any]] = None) -> Space:
+         broker: Optional[Mapping[str, Any]] = None) -> Space:
     """A space in which this process is a component, without a server. It needs the native module
     (python3-rubicon-native), and acts as the user of this process.
 
     `space`, `folder`: where the programs of this host meet (docs/host.md); else RUBICON_SPACE and RUBICON_FOLDER.
     `interfaces`: islands of other hosts too, by DDS. `broker`: of other sites, by MQTT (docs/sites.md): `host`, and
     `port`, `space`, `user`, `password`, `tls`, `ca_file`, `certificate_file`, `key_file`, `server_name`, `spare`, `all`,
-    `trust`. `id` 0: a random one. `trust`: as in Options::trust of docs/client.md."""
+    `trust`. `id` 0: a random one."""
     from ._component import ComponentDoor
 
-    options: Dict[str, Any] = {"space": space, "name": name, "id": id, "folder": folder, "trust": trust,
+    options: Dict[str, Any] = {"space": space, "name": name, "id": id, "folder": folder,
                                "interfaces": list(interfaces)}
     if broker is not None:
         options["broker"] = dict(broker)

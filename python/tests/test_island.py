@@ -222,13 +222,13 @@ class OverTheWeb(Calls, unittest.IsolatedAsyncioTestCase):
 @unittest.skipUnless(importlib.util.find_spec("rubicon._native"), "the native module is not built")
 class AsAComponent(Calls, unittest.IsolatedAsyncioTestCase):
     def open_space(self):
-        return rubicon.join(name="robot", folder=str(self.island.space_folder), trust="no")
+        return rubicon.join(name="robot", folder=str(self.island.space_folder))
 
     async def test_there_is_no_history(self):
         await self.fails("unsupported", self.space.history("living.light-1"))
 
     async def test_own_tuples_are_seen_by_others(self):
-        async with rubicon.join(folder=str(self.island.space_folder), trust="no") as other:
+        async with rubicon.join(folder=str(self.island.space_folder)) as other:
             self.assertEqual(await self.space.own("robot.place", "kitchen"), 1)
             self.assertEqual((await other.get("robot.place")).text, "kitchen")
             async with other.watch("robot.**") as watch:
@@ -242,7 +242,7 @@ class AsAComponent(Calls, unittest.IsolatedAsyncioTestCase):
             self.assertEqual(caught.exception.code, "invalid")
 
     async def test_a_judge_decides_about_the_sets_of_others(self):
-        async with rubicon.join(folder=str(self.island.space_folder), trust="no") as other:
+        async with rubicon.join(folder=str(self.island.space_folder)) as other:
             await self.space.own("robot.speed", 1)
             owner = self.space._door._component.id
             await self.refused(other, owner, "read-only")
@@ -267,7 +267,7 @@ class AsAComponent(Calls, unittest.IsolatedAsyncioTestCase):
         self.assertIn(why, caught.exception.text)
 
     async def test_messages(self):
-        async with rubicon.join(folder=str(self.island.space_folder), trust="no") as other:
+        async with rubicon.join(folder=str(self.island.space_folder)) as other:
             async with self.space.messages("chat") as messages:
                 await other.send(self.space._door._component.id, "chat", b"h\xffllo")
                 message = await messages.__anext__()

@@ -23,7 +23,7 @@ WEB = "{listen: '127.0.0.1:8642', tokens: {file: web.tokens}}"
 ASKS = """
 import asyncio, rubicon
 async def main():
-    async with rubicon.join(trust="no") as space:
+    async with rubicon.join() as space:
         print([one.name for one in await space.islands()])
         async for event in space.watch("living.light-1"):
             if event.good:
@@ -51,7 +51,7 @@ class WithRights(unittest.TestCase):
             (meet / name).mkdir(exist_ok=True)
             os.chown(meet / name, 0, 1)
             (meet / name).chmod(mode)
-        island = Island(RIGHTS, "tuples={trust: no}", folder=folder, web=WEB)
+        island = Island(RIGHTS, "", folder=folder, web=WEB)
         self.addCleanup(island.end)
         copy = folder / "package"  # that everybody may read
         shutil.copytree(PACKAGE / "rubicon", copy / "rubicon")
@@ -75,14 +75,14 @@ class OverABroker(unittest.IsolatedAsyncioTestCase):
         self.addCleanup(broker.wait)
         self.addCleanup(broker.terminate)
         self.assertTrue(wait_for_port(broker, 1883))
-        self.island = Island("tuples={trust: no, mqtt: {broker: 127.0.0.1, trust_broker: yes}}", folder=folder)
+        self.island = Island("tuples={mqtt: {broker: 127.0.0.1, trust_broker: yes}}", folder=folder)
         self.addCleanup(self.island.end)
 
     async def test_an_island_of_another_site(self):
         elsewhere = self.island.folder / "elsewhere"
         elsewhere.mkdir(mode=0o700)
         broker = {"host": "127.0.0.1", "trust": True, "all": True}
-        async with rubicon.join(folder=str(elsewhere), trust="no", broker=broker) as space:
+        async with rubicon.join(folder=str(elsewhere), broker=broker) as space:
             while not await space.islands():
                 await asyncio.sleep(0.1)
             event = await first(space.watch("living.light-1"), lambda event: event.good)
