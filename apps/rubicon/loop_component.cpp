@@ -10,7 +10,7 @@
 
 namespace rubicon::cli {
 
-void Complaints::write(base::LogLevel level, std::string_view, std::string_view text) {
+void PrintedWarnings::write(base::LogLevel level, std::string_view, std::string_view text) {
   if (level >= base::LogLevel::kWarning) print_error(text);
 }
 

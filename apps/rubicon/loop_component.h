@@ -11,7 +11,7 @@
 namespace rubicon::cli {
 
 /// What a program complains about goes to standard error.
-class Complaints final : public base::LogSink {
+class PrintedWarnings final : public base::LogSink {
  public:
   void write(base::LogLevel level, std::string_view, std::string_view text) override;
 };
@@ -25,12 +25,12 @@ class LoopComponent {
   transport::Loop& loop() { return loop_; }
   transport::Transports& transports() { return transports_; }
   TupleSpace& space() { return *space_; }
-  Complaints& log() { return log_; }
+  PrintedWarnings& log() { return log_; }
   /// Only some users of this host may enter the folder where its programs meet.
   bool closed() const { return closed_; }
 
  private:
-  Complaints log_;
+  PrintedWarnings log_;
   transport::Loop loop_;
   transport::LocalTransports transports_{loop_};
   bool closed_ = false;

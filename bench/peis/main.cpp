@@ -15,7 +15,6 @@ int main(int count, char** values) {
         {"death", peis::measure_death},
         {"crowd", peis::measure_crowd},
         {"kernel", peis::measure_kernel}},
-       {},
        {{"bare-ping", peis::bare_ping},
         {"bare-pong", peis::bare_pong},
         {"bare-source", peis::bare_source},
