@@ -96,6 +96,16 @@ class Overheard {
   }
 
  private:
+  /// Without descriptions of types: Cyclone DDS 0.10.2 ends its process where one is of a kind that it does not expect
+  /// (ddsi_typeinfo_valid; 0xf3 in place of 0xf2). They get a number that nobody knows.
+  static Bytes without_types(Bytes content) {
+    constexpr std::uint8_t kTypes[] = {0x75, 0};
+    for (std::size_t at = 4; at + 4 <= content.size();) {
+      if (std::equal(std::begin(kTypes), std::end(kTypes), content.begin() + static_cast<long>(at))) content[at] = 0x7a;
+      at += 4 + static_cast<std::size_t>(content[at + 2] | content[at + 3] << 8);
+    }
+    return content;
+  }
   void note(const Bytes& packet) {
     GuidStart name{};
     std::copy_n(packet.begin() + 8, name.size(), name.begin());
@@ -107,7 +117,8 @@ class Overheard {
       if (is_data && at + 24 < end) {
         auto& same = contents_[word_at(packet, at + 12)];
         if (same.size() < 64)
-          same.emplace_back(packet.begin() + static_cast<long>(at) + 24, packet.begin() + static_cast<long>(end));
+          same.push_back(without_types(
+              Bytes(packet.begin() + static_cast<long>(at) + 24, packet.begin() + static_cast<long>(end))));
       }
       at = end;
     }
