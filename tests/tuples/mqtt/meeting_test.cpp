@@ -328,7 +328,7 @@ TEST_F(Large, ABrokerThatTellsItsLimitGetsTheValueAsOftenAsItIsLost) {
   broker.loses = [](const std::string&, const transport::MqttPublication& message) {
     return message.payload.size() > 100'000;
   };
-  EXPECT_TRUE(hall->space->set("large", std::string(200'000, 'x')));
+  EXPECT_TRUE(hall->space->set("large", noise(200'000)));
   time.run_for(1s);
   EXPECT_TRUE(hall->space->set("lamp", "after"));
   time.run_for(1min);
