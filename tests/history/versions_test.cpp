@@ -6,7 +6,7 @@
 namespace rubicon::history {
 namespace {
 
-constexpr const char* kLight = "proxy.wsn-1.7.sensor.light-1.value";
+constexpr const char* kOldSeries = "proxy.wsn-1.7.sensor.light-1.value";
 
 /// Version 1 did not know how long values were in force.
 TEST(Versions, ReadsAndUpgradesFilesOfTheFirstVersion) {
@@ -14,7 +14,7 @@ TEST(Versions, ReadsAndUpgradesFilesOfTheFirstVersion) {
   const Points points{{kBegin, 320}, {kBegin + 50 * kSecond, 40}, {kBegin + kMinute, 40}};
   {
     const auto store = opened(folder / "h");
-    ASSERT_TRUE(store->write(batch_of(number_series(kLight), points, kBegin + kMinute)));
+    ASSERT_TRUE(store->write(batch_of(number_series(kOldSeries), points, kBegin + kMinute)));
     ASSERT_TRUE(store->close_all());
     auto& database = store->database();
     ASSERT_TRUE(
@@ -28,7 +28,7 @@ TEST(Versions, ReadsAndUpgradesFilesOfTheFirstVersion) {
     ASSERT_TRUE(database.run("PRAGMA user_version=1", "test"));
   }
   const auto bucket = [](Store& store, std::int64_t from) {
-    const auto got = answer(store, {{{OwnerId(6541), kLight}}, wall(from), wall(from + kHour), 1});
+    const auto got = answer(store, {{{OwnerId(6541), kOldSeries}}, wall(from), wall(from + kHour), 1});
     EXPECT_TRUE(got && got->series[0].buckets.size() == 1U);
     return got ? got->series[0].buckets.at(0) : Bucket{};
   };
@@ -43,7 +43,7 @@ TEST(Versions, ReadsAndUpgradesFilesOfTheFirstVersion) {
   const auto store = opened(folder / "h");
   check(*store);
   EXPECT_EQ(*store->database().number("PRAGMA user_version", "test"), 2);
-  ASSERT_TRUE(store->write(batch_of(number_series(kLight), {{kBegin + kHour, 1}}, kBegin + kHour)));
+  ASSERT_TRUE(store->write(batch_of(number_series(kOldSeries), {{kBegin + kHour, 1}}, kBegin + kHour)));
   EXPECT_TRUE(store->close_all());
 }
 
