@@ -6,7 +6,7 @@ namespace {
 class BenchOfMqtt : public testing::TestWithParam<Measurement> {};
 
 TEST_P(BenchOfMqtt, ShortRunMeasuresAllAndLosesNothing) {
-  short_run("rubicon-bench-mqtt", GetParam());
+  short_run("rubicon-bench-mqtt", GetParam(), {});
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BenchOfMqtt,

@@ -22,10 +22,12 @@ inline std::ostream& operator<<(std::ostream& out, const Measurement& measuremen
 }
 
 /// A run that checks a measurement, and takes seconds: it measures all, and loses nothing. Skips where the program
-/// skips.
-inline void short_run(const std::string& program, const Measurement& measurement) {
-  const auto run =
-      support::run_to_end({RUBICON_BINARY_DIR "/bin/" + program, "--quick", "--json", "--only", measurement.name});
+/// skips. `quiet`: what keeps it from telling its progress.
+inline void short_run(const std::string& program, const Measurement& measurement,
+                      const std::vector<std::string>& quiet = {"--json"}) {
+  std::vector<std::string> words{RUBICON_BINARY_DIR "/bin/" + program, "--quick", "--only", measurement.name};
+  words.insert(words.end(), quiet.begin(), quiet.end());
+  const auto run = support::run_to_end(words);
   ASSERT_EQ(run.code, 0) << run.errors;
   const auto out = nlohmann::json::parse(run.output);
   for (const auto& [name, value] : out.items()) {
