@@ -74,12 +74,7 @@ TEST(Findings, AnIdThatIsTakenTwiceIsNamedWithItsPlaces) {
 }
 
 TEST(Findings, AComponentWhoseHostHadNoTimeIsAProblemWithTheClockAsItsRemedy) {
-  base::NullLogSink quiet;
-  tuples::HostPolicy policy(OwnerId(70001), "desk", false, Log(quiet, "dds"));
-  tuples::PeerIdentity island;
-  island.id = OwnerId(6541);
-  island.incarnation = 77'147'364'090;
-  const auto refused = policy.may_join(island);
+  const auto refused = tuples::HostPolicy::check_start(OwnerId(6541), 77'147'364'090);
   ASSERT_FALSE(refused);
   const auto found = check_complaint(refused.error().text + ": ignored");
   EXPECT_EQ(found.grade, Finding::Grade::kProblem);
