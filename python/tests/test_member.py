@@ -51,7 +51,7 @@ class WithRights(unittest.TestCase):
             (meet / name).mkdir(exist_ok=True)
             os.chown(meet / name, 0, 1)
             (meet / name).chmod(mode)
-        island = Island(RIGHTS, "", folder=folder, web=WEB)
+        island = Island(RIGHTS, folder=folder, web=WEB)
         self.addCleanup(island.end)
         copy = folder / "package"  # that everybody may read
         shutil.copytree(PACKAGE / "rubicon", copy / "rubicon")

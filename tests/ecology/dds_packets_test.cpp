@@ -97,7 +97,7 @@ class Overheard {
 
  private:
   /// Without descriptions of types: Cyclone DDS 0.10.2 ends its process where one is of a kind that it does not expect
-  /// (ddsi_typeinfo_valid; 0xf3 in place of 0xf2). They get a number that nobody knows.
+  /// (the check of its type information; 0xf3 in place of 0xf2). They get a number that nobody knows.
   static Bytes without_types(Bytes content) {
     constexpr std::uint8_t kTypes[] = {0x75, 0};
     for (std::size_t at = 4; at + 4 <= content.size();) {

@@ -72,7 +72,7 @@ TEST(Scripts, RunningInstallsNoTestToolsAndNoServices) {
 TEST(Scripts, EachPackageIsListedOnce) {
   auto all = packages("run");
   EXPECT_FALSE(all.empty());
-  for (const auto* list : {"test", "package", "root"}) {
+  for (const auto* list : {"test", "package", "python", "root"}) {
     for (const auto& one : packages(list)) all.push_back(one);
   }
   std::sort(all.begin(), all.end());
