@@ -108,11 +108,11 @@ int mirror_to_broker(const Settings& settings, const MqttWish& wanted) {
 }  // namespace
 
 void add_mqtt(Cli& cli) {
-  const auto [app, options] = cli.command_with<MqttWish>(
-      {"mqtt", "Show the islands that this host finds on an MQTT broker, until a signal",
-       "  rubicon mqtt localhost --discovery homeassistant\n"
-       "  rubicon mqtt localhost --commands yes --pattern '6541:proxy.living.**'\n"},
-      mirror_to_broker);
+  const auto [app, options] =
+      cli.command_with<MqttWish>({"mqtt", "Show the islands that this host finds on an MQTT broker, until a signal",
+                                  "  rubicon mqtt localhost --discovery homeassistant\n"
+                                  "  rubicon mqtt localhost --commands yes --pattern '6541:proxy.living.**'\n"},
+                                 mirror_to_broker);
   app->add_option("BROKER", options->broker, "HOST[:PORT]")->required();
   app->add_option("--user", options->user, "user of the broker");
   app->add_option("--password-file", options->password_file, "file with the password of that user");

@@ -60,10 +60,11 @@ Result<void> check_who(std::string_view who) {
   const auto longest = name.find('@') == name.npos ? kMaxName : 2 * kMaxName + 1;  // of two: who vouches stands behind
   const bool named = !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), good);
   if (who.starts_with(kIsland) ? is_island(who) : named) return {};
-  return fail(ErrorCode::kInvalid,
-              fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
-                          "role:<name>, token:<name>@<member>, bridge:<name>, everybody, lan, peis, or island:<1 to {}>",
-                          model::quoted(who), kMaxIsland));
+  return fail(
+      ErrorCode::kInvalid,
+      fmt::format("{}: expected the name or the role of a member, user:<name>, group:<name>, member:<name>, "
+                  "role:<name>, token:<name>@<member>, bridge:<name>, everybody, lan, peis, or island:<1 to {}>",
+                  model::quoted(who), kMaxIsland));
 }
 
 Result<void> check_vouched(std::string_view names) {

@@ -69,8 +69,7 @@ TEST(PackingTest, AListOfDevicesCostsAFifthOfItsText) {
   }
   time.run_for(2s);
   broker.heard = [&](const transport::MqttBroker::Publication& one) { bytes += one.payload.size(); };
-  const auto list =
-      robot.space->subscribe(pattern("1:proxy.*.*.description"), {}, [&](const Event&) { ++came; });
+  const auto list = robot.space->subscribe(pattern("1:proxy.*.*.description"), {}, [&](const Event&) { ++came; });
   time.run_for(5s);
   EXPECT_EQ(came, 200U);
   EXPECT_LT(bytes, text / 5);
