@@ -395,7 +395,7 @@ Findings check_interfaces_of(const IslandSeen& seen) {
     if (lack.empty()) continue;
     all.push_back(
         {"interface", Grade::kProblem,
-         fmt::format("interface {} of island {} {}: nobody is reached there", name, name_of(seen.island), lack),
+         fmt::format("interface {} of island {} {}: it reaches no other host", name, name_of(seen.island), lack),
          fmt::format("look at its cable or Wi-Fi, and at DHCP: `ip address show dev {}`", name)});
   }
   const auto changes = model::count_of(news, "changes");

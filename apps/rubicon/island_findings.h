@@ -59,7 +59,7 @@ Findings check_brokers(const IslandSeen& seen);
 Findings check_held_back(const IslandSeen& seen);
 /// `rights`: what the island refused by them.
 Findings check_rights(const IslandSeen& seen);
-/// `interface`: those that the island uses for DDS and where nobody is reached, and whether its addresses changed.
+/// `interface`: those that the island uses for DDS and that reach no other host, and whether its addresses changed.
 Findings check_interfaces_of(const IslandSeen& seen);
 /// `access`: who can read and command the island.
 Finding check_access(const IslandSeen& seen, const client::Options& options);

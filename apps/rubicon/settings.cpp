@@ -406,9 +406,10 @@ Result<Settings> SettingsOptions::read() const {
   if (given("--trust") && trust_ != "no" && (is_typed("--trust") || uses(options, client::Engine::kDds)))
     return fail(
         ErrorCode::kInvalid,
-        fmt::format("{}: this release has no certificates for DDS, where nobody proves who it is; hosts that do "
-                    "not trust each other meet at a broker with a realm (docs/trust.md, docs/sites.md)",
-                    is_typed("--trust") ? "--trust" : "RUBICON_TRUST"));
+        fmt::format(
+            "{}: this release has no certificates for DDS, which trusts all machines of its "
+            "network; hosts that do not trust each other meet at a broker with a realm (docs/trust.md, docs/sites.md)",
+            is_typed("--trust") ? "--trust" : "RUBICON_TRUST"));
   if (given("--domain")) options.domain = domain_;
   if (given("--interfaces")) options.interfaces = interfaces_;
   if (given("--peers")) options.peers = peers_;

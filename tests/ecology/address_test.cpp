@@ -93,7 +93,7 @@ TEST_F(Roams, ThroughATimeWithoutAnAddress) {
   move_to(Lan::address(100));
   ASSERT_TRUE(other_->line_with("\"event\":\"up\"")) << one_->errors();
   expect_both_hear("again");
-  EXPECT_THAT(one_->errors(), HasSubstr("interface cable has no IPv4 address: nobody is reached there"));
+  EXPECT_THAT(one_->errors(), HasSubstr("interface cable has no IPv4 address: it reaches no other host"));
   EXPECT_THAT(one_->errors(), HasSubstr("addresses changed: cable (10.77.0.101); before cable (10.77.0.1)"));
 }
 
@@ -105,7 +105,7 @@ TEST_F(Roams, ThroughATimeWithoutInterface) {
   lan_.interface_up(0);
   ASSERT_TRUE(other_->line_with("\"event\":\"up\""));
   expect_both_hear("again");
-  EXPECT_THAT(one_->errors(), HasSubstr("interface cable is down: nobody is reached there"));
+  EXPECT_THAT(one_->errors(), HasSubstr("interface cable is down: it reaches no other host"));
   EXPECT_EQ(one_->errors().find("addresses changed"), std::string::npos) << "it goes on with what it has";
 }
 
@@ -141,7 +141,7 @@ TEST_F(RoamingIsland, SaysSoAndEnds) {
   lan_.change_address(0, Lan::address(0), "");
   ASSERT_TRUE(shows("has no IPv4 address"));
   EXPECT_THAT(tool({"doctor", "--for", "100ms"}).output,
-              HasSubstr("interface cable of island 1 island has no IPv4 address: nobody is reached there"));
+              HasSubstr("interface cable of island 1 island has no IPv4 address: it reaches no other host"));
   lan_.change_address(0, "", Lan::address(5));
   ASSERT_TRUE(shows(R"("changes":1)"));
   EXPECT_THAT(tool({"doctor", "--for", "100ms"}).output, HasSubstr("the addresses of island 1 island changed 1 times"));

@@ -24,11 +24,12 @@ namespace {
 void add_former(Cli& cli, CLI::App* parent) {
   for (const std::string name : {"dds", "request", "sign", "export"}) {
     auto* app = cli.command({name, "Was for certificates of DDS", "", parent}, [name](const Settings&) {
-      return trust::failed({ErrorCode::kInvalid,
-                            fmt::format("`rubicon trust {}`: this release has no certificates for DDS: who comes by it "
-                                        "is `lan` in rights (docs/trust.md); hosts that do not trust each other meet "
-                                        "at a broker with a realm (docs/sites.md)",
-                                        name)});
+      return trust::failed(
+          {ErrorCode::kInvalid,
+           fmt::format("`rubicon trust {}`: this release has no certificates for DDS; components that "
+                       "use it are `lan` in rights (docs/trust.md); hosts that do not trust each other meet "
+                       "at a broker with a realm (docs/sites.md)",
+                       name)});
     });
     app->allow_extras()->fallthrough(false);
     app->group("");

@@ -83,7 +83,7 @@ void BrokerLine::failed(const Error& why) {
   const bool was = std::exchange(connected_, false);
   if (std::exchange(reason_, why.text) != why.text || was) log_.warning("line", why.text + "; it is tried again");
   const auto pause = refused_ ? kRefusedPause : pause_;
-  pause_ = std::min(2 * pause_, kLongestPause);
+  pause_ = std::min(2 * pause_, kMaxPause);
   retry_ = host_.scheduler.after(with_jitter(pause), [this] { open(); });
   if (was) calls_.lost();
 }

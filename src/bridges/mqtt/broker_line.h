@@ -18,7 +18,7 @@ namespace rubicon::bridges::mqtt {
 /// The connection with the broker, which it opens again for ever, and what waits for a busy one.
 class BrokerLine {
  public:
-  static constexpr Duration kFirstPause = std::chrono::milliseconds(200), kLongestPause = std::chrono::seconds(1);
+  static constexpr Duration kFirstPause = std::chrono::milliseconds(200), kMaxPause = std::chrono::seconds(1);
   /// After it refused us: a wrong password does not become right by repetition.
   static constexpr Duration kRefusedPause = std::chrono::seconds(30);
   /// Of what waits in order.

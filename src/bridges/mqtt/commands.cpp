@@ -71,7 +71,7 @@ void Commands::take(const transport::MqttMessage& message) {
 }
 
 void Commands::send(const PointEntry& point, const transport::MqttMessage& message, Way way) {
-  const auto lives = message.expiry > Duration(0) ? std::min(message.expiry, kLongestToLive) : kTimeToLive;
+  const auto lives = message.expiry > Duration(0) ? std::min(message.expiry, kMaxToLive) : kTimeToLive;
   const auto asker = "bridge:" + host_.name;
   tuples::ReplyCall noted;
   if (host_.judge) {

@@ -19,7 +19,7 @@ class Commands {
  public:
   static constexpr std::size_t kMaxUnderWay = 1000;
   static constexpr std::size_t kMaxText = std::size_t{64} << 10U;  ///< of a command, in bytes
-  static constexpr Duration kTimeToLive = std::chrono::seconds(5), kLongestToLive = std::chrono::hours(24);
+  static constexpr Duration kTimeToLive = std::chrono::seconds(5), kMaxToLive = std::chrono::hours(24);
 
   struct Calls {
     std::function<void(transport::MqttPublication)> publish;

@@ -30,7 +30,7 @@ constexpr Duration kMigration = std::chrono::seconds(10);
 constexpr Duration kAnnouncePause = std::chrono::milliseconds(100);
 /// After Home Assistant's birth message: all bridges answer it.
 constexpr int kBirthFirst = 1000, kBirthLast = 10'000;  // ms
-constexpr Duration kSample = std::chrono::seconds(60), kLongestSample = std::chrono::hours(1);
+constexpr Duration kSample = std::chrono::seconds(60), kMaxSample = std::chrono::hours(1);
 
 MqttPublication state(std::string topic, std::string payload, std::uint8_t qos = 0) {
   return {std::move(topic), std::move(payload), true, qos, MqttQueue::kLatest};
@@ -201,7 +201,7 @@ void MqttBridge::sample(std::string_view topic, std::string_view payload) {
   auto* point = house_.find_by_topic(topic.substr(0, topic.rfind('/')));
   if (point == nullptr || point->kind == model::Kind::kActuator) return;
   if (host_.judge && !host_.judge->access({"bridge:" + host_.name}, point->key + ".value").demand) return;
-  const auto lasts = std::min(base::parse_duration(payload).value_or(kSample), kLongestSample);
+  const auto lasts = std::min(base::parse_duration(payload).value_or(kSample), kMaxSample);
   if (!point->demand)
     point->demand = host_.space.subscribe({point->device->island, point->key + ".value"}, {}, [](const Event&) {});
   point->demand_ends = host_.scheduler.after(lasts, [point] { point->demand.reset(); });

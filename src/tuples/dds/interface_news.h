@@ -12,7 +12,7 @@ namespace rubicon::tuples::dds {
 struct InterfaceNews {
   struct State {
     std::string address;  ///< IPv4; empty = none
-    std::string lack;     ///< why nobody is reached there: `has no IPv4 address`; empty = nothing
+    std::string lack;     ///< why it reaches no other host: `has no IPv4 address`; empty = nothing
     friend bool operator==(const State&, const State&) = default;
   };
   std::map<std::string, State> interfaces;  ///< by name; empty until they were looked at

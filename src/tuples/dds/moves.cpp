@@ -107,7 +107,7 @@ void Moves::report(const std::vector<Interface>& present) {
     if (state.lack.empty()) {
       log_.info(fmt::format("interface {} ({}) is back", name, state.address));
     } else {
-      log_.warning(fmt::format("interface {} {}: nobody is reached there", name, state.lack));
+      log_.warning(fmt::format("interface {} {}: it reaches no other host", name, state.lack));
     }
   }
   news_.interfaces = std::move(states);

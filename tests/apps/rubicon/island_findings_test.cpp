@@ -390,7 +390,7 @@ TEST(IslandFindings, AnInterfaceWithoutAnAddressIsAProblemAndAChangedOneANote) {
   const auto found = check_interfaces_of(seen);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].grade, Grade::kProblem);
-  EXPECT_EQ(found[0].what, "interface eth0 of island 6541 home has no IPv4 address: nobody is reached there");
+  EXPECT_EQ(found[0].what, "interface eth0 of island 6541 home has no IPv4 address: it reaches no other host");
   EXPECT_EQ(found[1].grade, Grade::kNote);
   EXPECT_THAT(found[1].what, HasSubstr("changed 2 times since its start, at last at 2026-01-01"));
   for (const auto* rubbish : {"", "5", R"({"interfaces":7})", R"({"interfaces":[7,null,{"lack":3}],"changes":"x"})"}) {
