@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "model/type_catalogue.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_codec.h"
 #include "networks/wsn/recent_messages.h"
 

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "rights/rights_judge.h"
 #include "rubicon/tuple_space.hpp"
-#include "trust/rights/rights_judge.h"
 #include "tuples/memory/memory_ecology.h"
 
 // What rights cost: 100,000 tuples, 1,000 rules about the subscriber, who sees all but one tuple in fifty. The
 // argument: 0 = no judge, 1 = with the rules.
 
-namespace rubicon::trust::rights {
+namespace rubicon::rights {
 namespace {
 
 constexpr OwnerId kIsland{6541}, kRobot{70000};
@@ -123,4 +123,4 @@ BENCHMARK(join)->Name("rights/join")->Arg(0)->Arg(1)->UseManualTime()->Unit(benc
 BENCHMARK(access)->Name("rights/access");
 
 }  // namespace
-}  // namespace rubicon::trust::rights
+}  // namespace rubicon::rights

@@ -15,7 +15,7 @@ foreach(file ${FILES})
   math(EXPR number "${number} + 1")
 endforeach()
 file(WRITE ${OUTPUT}.new
-"#include \"web/files/embedded_page.h\"
+"#include \"web/files/page.h\"
 
 namespace rubicon::web::files {
 

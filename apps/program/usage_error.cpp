@@ -1,6 +1,6 @@
 #include "apps/program/usage_error.h"
 
-#include "base/nearest.h"
+#include "base/compare_text.h"
 
 namespace rubicon::program {
 
@@ -52,7 +52,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const auto& inner = reached(app);
   auto word = stray_word(app);
   const auto commands = commands_of(inner);
-  if (word.empty() && !commands.empty() && inner.get_subcommands().empty())
+  if (word.empty() && inner.get_require_subcommand_min() > 0 && inner.get_subcommands().empty())
     return with_question("expected a command", {}, inner);
   if (word.empty()) return error.what();
   if (word.starts_with("-")) {

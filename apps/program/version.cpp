@@ -1,4 +1,4 @@
-#include "apps/program/version.h"
+#include "apps/program/process.h"
 
 #include <dlfcn.h>
 #include <link.h>

@@ -6,27 +6,141 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "apps/rubicon-proxy/bridges_part.h"
-#include "apps/rubicon-proxy/host_check.h"
-#include "apps/rubicon-proxy/host_place.h"
-#include "apps/rubicon-proxy/old_trust.h"
+#include "apps/rubicon-proxy/engine_setup.h"
+#include "apps/rubicon-proxy/parts.h"
+#include "base/config_reader.h"
 #include "base/text.h"
-#include "config/carry_config.h"
 #include "config/config_file.h"
+#include "config/engine_config.h"
+#include "config/yaml.h"
+#include "island/config_checks.h"
 #include "island/island.h"
 #include "island/island_state.h"
 #include "island/network_types.h"
-#include "island/point_names.h"
 #include "island/rights_checks.h"
-#include "island/serial_lines.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 #include "trust/site/site_operations.h"
+#include "tuples/dds/dds_options.h"
 #include "tuples/memory/memory_ecology.h"
+#include "tuples/peis/peis_ecology.h"
 #include "web/access/token_file.h"
+#include "web/web_service.h"
 
 namespace rubicon::daemon {
+
+/// Places of keys in a configuration file that was read before. Reads it again when it is first asked: only who found
+/// something wrong needs it.
+class ConfigPlaces {
+ public:
+  ConfigPlaces(std::string file, std::vector<std::string> overrides)
+      : file_(std::move(file)), overrides_(std::move(overrides)) {}
+
+  /// `home.yaml:3:7` of the deepest part of the path that is there.
+  std::string of(const std::vector<std::string>& path) const;
+
+ private:
+  std::string file_;
+  std::vector<std::string> overrides_;
+  mutable std::optional<ConfigNode> root_;
+};
+
+/// Lines for the user, each with its place.
+struct HostCheck {
+  /// What the configuration names and this host does not have: recordings, folders that are written to, interfaces,
+  /// certificates.
+  std::vector<std::string> lacking;
+  std::vector<std::string> wrong;  ///< on each host, such as the password of a file
+  std::vector<std::string> warnings;
+};
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places);
+
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = network::Missing::Kind;
+
+class Findings {
+ public:
+  explicit Findings(const ConfigPlaces& places) : places_(places) {}
+
+  void add(const std::vector<std::string>& path, std::string_view text, Kind kind = Kind::kOnHost) {
+    auto& lines = kind == Kind::kOnHost ? found_.lacking : kind == Kind::kWrong ? found_.wrong : found_.warnings;
+    lines.push_back(fmt::format("{}: {}: {}", places_.of(path), fmt::join(path, "."), text));
+  }
+  /// A file is to be made there. Folders that this user may not read are not checked: the user of the island can.
+  void need_folder(const std::vector<std::string>& path, const fs::path& file) {
+    const auto folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    std::error_code error;
+    const bool there = fs::is_directory(folder, error);
+    if (there || (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory))
+      return;
+    add(path, fmt::format("there is no folder {}", folder.string()));
+  }
+
+  HostCheck take() { return std::move(found_); }
+
+ private:
+  const ConfigPlaces& places_;
+  HostCheck found_;
+};
+
+/// `broker.tls.ca` is an option of an option.
+std::vector<std::string> path_of(const std::string& network, const std::string& option) {
+  std::vector<std::string> path{"networks", network};
+  for (std::size_t begin = 0, end = 0; end != option.npos; begin = end + 1) {
+    end = option.find('.', begin);
+    path.push_back(option.substr(begin, end - begin));
+  }
+  return path;
+}
+
+}  // namespace
+
+std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
+  if (!root_) {
+    root_.emplace();
+    if (auto root = config::load_config(file_, overrides_)) root_ = std::move(*root);
+    config::number_networks(*root_);
+  }
+  const ConfigNode* node = &*root_;
+  ConfigPlace place(file_, 0, 0);
+  for (const auto& part : path) {
+    node = node->find(part);
+    if (!node) break;
+    place = node->key_place();
+  }
+  return to_string(place);
+}
+
+HostCheck check_host(island::Island& island, transport::Transports& transports, const ConfigPlaces& places) {
+  Findings findings(places);
+  const auto& config = island.config();
+  for (const auto& setup : config.networks) {
+    for (const auto& one : island.networks().find(setup.id)->missing())
+      findings.add(path_of(setup.key, one.option), one.text, one.kind);
+  }
+  if (config.engine.dds) {
+    const auto good = tuples::dds::check_interfaces(config.engine.options, transport::interfaces());
+    if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
+  } else if (config.engine.peis) {
+    const auto good = tuples::peis::select_interfaces(config.engine.peis_options, transport::ipv4_interfaces());
+    if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
+  }
+  if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
+  if (config.history) findings.need_folder({"history", "file"}, fs::path(config.directory) / config.history->file);
+  for (const auto& recorder : config.recorders)
+    findings.need_folder({"recorders", recorder.name, "file"}, fs::path(config.directory) / recorder.file);
+  if (config.web) {
+    for (const auto& [key, text] : web::faults_of_files(transports, *config.web, config.directory))
+      findings.add({"web", key}, text);
+  }
+  return findings.take();
+}
 
 namespace {
 
@@ -45,7 +159,9 @@ int print_plan(const CheckOptions& options) {
   if (!next) return report(next.error());
   const auto path = options.against->empty() ? island::good_config_path(*next) : *options.against;
   if (path.empty()) {
-    fmt::print(stderr, "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
+    fmt::print(
+        stderr,
+        "--diff: the running configuration is kept only beside a state file, and there is none; name it: --diff OLD\n");
     return kExitConfiguration;
   }
   const auto now = load_island(path, options.overrides, errors);
@@ -120,11 +236,11 @@ int report(const Error& error) {
   return is_elsewhere ? kExitFailed : kExitConfiguration;
 }
 
-Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
-                                         base::ConfigErrors& errors) {
-  auto root = config::load_config(file, overrides);
-  if (!root) return fail(root.error());
-  auto config = island::read_island_config(std::move(*root), island::network_types(), errors);
+namespace {
+
+island::IslandConfig island_of(ConfigNode root, const std::string& file, base::ConfigErrors& errors) {
+  island::check_ports(root, errors);
+  auto config = island::read_island_config(std::move(root), island::network_types(), errors);
   config.directory = std::filesystem::path(file).parent_path().string();
   hold_back_dds(config.engine);
   config.engine.closed = is_closed(config);
@@ -132,6 +248,24 @@ Result<island::IslandConfig> load_island(const std::string& file, const std::vec
   island::check_serial_lines(config, errors);
   check_bridges(config.bridges, config.directory, errors);
   return config;
+}
+
+}  // namespace
+
+Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
+                                         base::ConfigErrors& errors) {
+  auto root = config::load_config(file, overrides);
+  return root ? Result<island::IslandConfig>(island_of(std::move(*root), file, errors)) : fail(root.error());
+}
+
+Result<island::IslandConfig> load_island_text(std::string_view text, const std::string& file,
+                                              const std::vector<std::string>& overrides, base::ConfigErrors& errors) {
+  auto root = config::parse_yaml(text, file);
+  if (!root) return fail(root.error());
+  for (const auto& assignment : overrides) {
+    if (auto applied = config::apply_override(*root, assignment); !applied) return fail(applied.error());
+  }
+  return island_of(std::move(*root), file, errors);
 }
 
 int check(const CheckOptions& options) {

@@ -2,9 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "apps/rubicon-proxy/exit_codes.h"
+#include "apps/rubicon-proxy/daemon.h"
 #include "island/island_config.h"
 #include "rubicon/result.hpp"
 
@@ -18,13 +19,17 @@ int report(const Error& error);
 Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
                                          base::ConfigErrors& errors);
 
+/// The same for the content of that file.
+Result<island::IslandConfig> load_island_text(std::string_view text, const std::string& file,
+                                              const std::vector<std::string>& overrides, base::ConfigErrors& errors);
+
 /// What `rubicon-proxy check` was asked for.
 struct CheckOptions {
   std::string file;
   std::vector<std::string> overrides{};
   /// Also what a reload would do to an island that runs with this file; empty = the copy kept beside the state file.
   std::optional<std::string> against{};
-  bool elsewhere = false;  ///< the island runs on another host: what this one lacks does not count
+  bool elsewhere = false;  ///< the island runs on another host, so it does not matter what this host lacks
 };
 
 /// Says what is wrong with a configuration, or that it is right; its exit code.

@@ -12,37 +12,30 @@
 #include <cstdio>
 #include <utility>
 
-#include "apps/program/last_seconds.h"
-#include "apps/program/spdlog_sink.h"
-#include "apps/rubicon-proxy/alone.h"
-#include "apps/rubicon-proxy/audit_part.h"
-#include "apps/rubicon-proxy/bridges_part.h"
+#include "apps/program/process.h"
 #include "apps/rubicon-proxy/check.h"
-#include "apps/rubicon-proxy/displaced.h"
-#include "apps/rubicon-proxy/history_part.h"
-#include "apps/rubicon-proxy/host_place.h"
-#include "apps/rubicon-proxy/interfaces_part.h"
-#include "apps/rubicon-proxy/old_trust.h"
+#include "apps/rubicon-proxy/duplicate_id.h"
+#include "apps/rubicon-proxy/engine_setup.h"
+#include "apps/rubicon-proxy/knx_importer.h"
+#include "apps/rubicon-proxy/parts.h"
 #include "apps/rubicon-proxy/service_notice.h"
-#include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
-#include "console/live_console.h"
 #include "console/shell.h"
 #include "island/island.h"
 #include "island/island_state.h"
-#include "island/log_lines.h"
+#include "island/island_tuples.h"
 #include "island/network_types.h"
 #include "island/rights_checks.h"
 #include "island/spare_memory.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_watch.h"
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 #include "transport/local_transports.h"
+#include "transport/machine_sockets.h"
 #include "trust/site/live_realm.h"
 #include "tuples/engines/engines.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::daemon {
@@ -63,7 +56,7 @@ OwnerId component_id(Part part, IslandId island) {
 
 constexpr Duration kLastPause = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
-/// So long after a start or a reload the devices of the networks have their tuples.
+/// This time after a start or a reload the devices of the networks have their tuples.
 constexpr Duration kSettled = std::chrono::seconds(10);
 
 /// A standard descriptor that came closed would become the next file or socket we open.
@@ -89,9 +82,9 @@ void give_back_large_blocks() {
 /// A running daemon: the loop, the island, and the console component that watches, shows and commands.
 class Session {
  public:
-  Session(const RunOptions& options, transport::Loop& loop, console::LiveLog& screen_log, island::LogLines& lines)
+  Session(const RunOptions& options, transport::Loop& loop, LogSink& unpublished, island::LogLines& lines)
       : options_(options),
-        live_log_(screen_log),
+        unpublished_(unpublished),
         lines_(lines),
         log_(lines, "daemon"),
         loop_(loop),
@@ -118,19 +111,22 @@ class Session {
     if (!island) return fail(island.error());
     island_ = std::move(*island);
     island_->show_log(lines_);
-    if (judge_) island_->judge_by(judge_, live_log_);
+    if (judge_) island_->judge_by(judge_, unpublished_);
     if (realm_)  // behind the engine, which knows the new members then
       realm_changes_ = realm_->watch([this] { tuples::SpaceRights::rejudge(island_->space()); });
-    if (const auto& why = island_->config().engine.held_back; !why.empty()) island_->show_held_back(why);
     if (engines_ && engines_->dds()) show_interfaces(*island_, *engines_->dds());
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
+    if (const auto text = desk_.read()) desk_.took(*text);
+    island_->settings().change_by(desk_);
+    importer_ = std::make_unique<KnxImporter>(loop_.scheduler(), transports_, *island_);
     island::give_back_memory();
-    past_ = std::make_unique<HistoryPart>(
-        HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(), island_->config().proxy.prefix},
-        component_id(Part::kHistory, island_->config().id));
-    page_ = std::make_unique<WebPart>(
-        WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id, island_->config().engine.closed},
-        component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
+    past_ = std::make_unique<HistoryPart>(HistoryPart::Host{loop_.scheduler(), *ecology_, lines_, island_->space(),
+                                                            island_->config().proxy.prefix, island_->gateway()},
+                                          component_id(Part::kHistory, island_->config().id));
+    page_ =
+        std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_, island_->config().id, *importer_,
+                                                island_->config().engine.closed},
+                                  component_id(Part::kPage, island_->config().id), island_->config().proxy.island_name);
     bridges_ = std::make_unique<BridgesPart>(BridgesPart::Host{
         loop_.scheduler(), *ecology_, transports_, lines_, *island_, audit_, judge_,
         [](std::size_t place) { return component_id(Part::kBridge, IslandId{static_cast<std::uint32_t>(place)}); }});
@@ -148,21 +144,19 @@ class Session {
 
   void run() {
     await_hang_up();
-    const bool table = options_.watch.empty() && !options_.shell && console::owns_terminal();
-    if (options_.shell || table) make_shell(table);
-    if (table) show_table();
+    if (options_.shell) make_shell();
     island_->start();
     open_parts();
     // A turn later the tuples are there and others see the island.
     loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
-    // What the joins of many devices took; that of reading the configuration was given back before.
+    // Frees the memory that the joins of many devices took. The memory for reading the configuration was freed before.
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
     const auto open = who_may_command(island_->config());
     log_.info(fmt::format("island {} is up: {}{}", number(island_->config().id), networks_text(),
                           open.empty() ? "" : "; " + open));
+    if (options_.watch.empty() && !options_.shell && ::isatty(STDOUT_FILENO) == 1) output_.answer(where_to_look());
     loop_.run();
-    screen_.reset();
     if (output_.dropped() > 0)
       log_.warning(fmt::format("{} lines were dropped: the reader is slow", output_.dropped()));
   }
@@ -194,7 +188,7 @@ class Session {
       auto setup = host_setup(engine);
       if (!setup) return fail(std::move(setup.error()));
       options.host = std::move(*setup);
-      // Without rights whoever may enter the folder may do everything.
+      // Without rights every user who may enter the folder may do everything.
       if (config.rights) options.host->options.judge = judge_;
     }
     if (engine.dds) {
@@ -281,7 +275,7 @@ class Session {
     return fmt::format("{} network{}", count, count == 1 ? "" : "s");
   }
 
-  /// Whoever asks for it: a signal, the shell, or a command of the settings, which shows the outcome itself.
+  /// The request comes from a signal, the shell, or a command of the settings, which shows the outcome itself.
   Result<std::vector<std::string>> reload(bool try_only) {
     if (try_only) return take_file(true);
     service_.reloading();
@@ -296,19 +290,21 @@ class Session {
     return outcome;
   }
 
-  /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
+  /// Reads the file again; what it would change, or did change. On an error nothing changes.
   Result<std::vector<std::string>> take_file(bool try_only) {
     if (!try_only) audit_.reopen();
-    base::ConfigErrors errors;
-    auto next = load_island(options_.file, options_.overrides, errors);
-    if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
-    if (!next) return refused(next.error());
+    const auto text = desk_.read();
+    if (!text) return refused(text.error());
     if (try_only) {
-      auto plan = island_->plan(*next, errors);
-      return plan ? Result<std::vector<std::string>>(all_lines(std::move(*plan))) : fail(plan.error());
+      auto plan = plan_text(*text);
+      return plan ? plan : refused(plan.error());
     }
+    base::ConfigErrors errors;
+    auto next = load_text(*text, errors);
+    if (!next) return refused(next.error());
     auto plan = island_->reload(std::move(*next), errors);
     if (!plan) return refused(plan.error());
+    desk_.took(*text);
     for (const auto& line : plan->lines) log_.info("reload: " + line);
     for (const auto& line : plan->warnings) log_.warning("reload: " + line);
     log_.info(
@@ -318,6 +314,21 @@ class Session {
     island::give_back_memory();
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
     return all_lines(std::move(*plan));
+  }
+
+  Result<island::IslandConfig> load_text(const std::string& text, base::ConfigErrors& errors) const {
+    auto next = load_island_text(text, options_.file, options_.overrides, errors);
+    if (next && !errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+    return next;
+  }
+
+  /// What a reload of this text would do.
+  Result<std::vector<std::string>> plan_text(const std::string& text) {
+    base::ConfigErrors errors;
+    const auto next = load_text(text, errors);
+    if (!next) return fail(next.error());
+    auto plan = island_->plan(*next, errors);
+    return plan ? Result<std::vector<std::string>>(all_lines(std::move(*plan))) : fail(plan.error());
   }
 
   static std::vector<std::string> all_lines(island::ReloadPlan plan) {
@@ -334,7 +345,7 @@ class Session {
   void open_parts() {
     const auto& config = island_->config();
     if (const auto kept = judge_ ? audit_.take(config, *judge_) : Result<void>(); !kept)
-      log_.warning(fmt::format("{}; the audit goes on as before", kept.error().text));
+      log_.warning(fmt::format("{}; the audit continues as before", kept.error().text));
     // The page shows the history: it ends before that.
     if (!past_->has(config.history)) page_->take(std::nullopt, {}, nullptr);
     past_->take(config.history, config.directory);
@@ -356,7 +367,6 @@ class Session {
     island_->close([this] {
       past_.reset();  // has the last values
       closed_ = true;
-      if (screen_) return loop_.stop();
       output_.when_empty([this] { loop_.stop(); });
       if (hurried_) stop_after_pause();
     });
@@ -374,30 +384,30 @@ class Session {
     });
   }
 
-  void make_shell(bool table) {
+  /// For people at the terminal on which the island was started.
+  std::string where_to_look() const {
+    std::vector<std::string> all;
+    if (!island_->config().engine.alone()) all.emplace_back("`rubicon top`");
+    if (auto page = page_->address(); !page.empty()) all.push_back(std::move(page));
+    if (all.empty()) all.emplace_back("only by --watch and --shell (engine memory)");
+    return fmt::format("values: {}", fmt::join(all, ", "));
+  }
+
+  void make_shell() {
     const auto& config = island_->config();
-    const auto answer = [this, table](std::string line) {
-      if (table) {
-        screen_->answer(std::move(line));
-      } else {
-        output_.answer(std::move(line));
-      }
-    };
-    const auto event = [this, table](std::string line) {
-      if (!table) put_event(std::move(line));
-    };
-    shell_ =
-        std::make_unique<console::Shell>(*space_, config.id, config.proxy.prefix, answer, event, [this] { finish(); });
+    shell_ = std::make_unique<console::Shell>(
+        loop_.scheduler(), *space_, config.id, config.proxy.prefix,
+        [this](std::string line) { output_.answer(std::move(line)); },
+        [this](std::string line) { put_event(std::move(line)); }, [this] { finish(); });
     shell_->on_reload([this](bool try_only) { return reload_and_show(try_only); });
     // The shell answers from its copies: it starts to read when the first of them is there.
-    first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
-      if (table) return screen_->listen();
+    first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this](const tuples::Event&) {
       if (!input_) read_input();
     });
   }
 
   void read_input() {
-    console::ConsoleReader::Calls calls;
+    console::ConsoleReader::Callbacks calls;
     calls.line = [this](std::string_view line) { shell_->line(line); };
     calls.too_long = [this] { shell_->line_too_long(); };
     calls.pause = [this] { return output_.crowded(); };
@@ -409,24 +419,15 @@ class Session {
                                                       std::move(calls));
   }
 
-  void show_table() {
-    const auto& config = island_->config();
-    // A user looks at the table: this is active demand, and sensors are sampled for it.
-    watches_.push_back(space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
-    screen_ = std::make_unique<console::LiveConsole>(
-        console::LiveConsole::Context{loop_, output_, live_log_, [this](std::string_view line) { shell_->line(line); }},
-        console::LiveTable(*space_, config.id, config.proxy.island_name, config.proxy.prefix, live_log_));
-  }
-
   const RunOptions& options_;
-  console::LiveLog& live_log_;
+  LogSink& unpublished_;     ///< behind `lines_`: what only the user of the island may see
   island::LogLines& lines_;  ///< what all parts of the program log to
   Log log_;
   transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
   transport::LocalTransports transports_{loop_};
-  std::shared_ptr<trust::rights::RightsJudge> judge_;  ///< null: no member is judged
-  AuditPart audit_{loop_.scheduler(), lines_, live_log_};
+  std::shared_ptr<rights::RightsJudge> judge_;  ///< null: no member is judged
+  AuditPart audit_{loop_.scheduler(), lines_, unpublished_};
   std::shared_ptr<trust::site::LiveRealm> realm_;  ///< null: the island has no broker, or no realm
   Handle realm_changes_;
   std::unique_ptr<tuples::Ecology> ecology_;
@@ -438,7 +439,12 @@ class Session {
   bool hurried_ = false;  ///< a signal asked for the end
   boost::asio::signal_set signals_, hang_up_;
   console::ConsoleWriter output_;
+  island::ConfigDesk desk_{
+      options_.file,
+      {[this](const std::string& text) { return plan_text(text); }, [this] { return reload(false); },
+       [this](const std::string& network) { return island_->networks().find(network) != nullptr; }}};
   std::unique_ptr<island::Island> island_;
+  std::unique_ptr<KnxImporter> importer_;  ///< ends after the page
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<island::SpareMemory> spare_memory_;
@@ -447,7 +453,6 @@ class Session {
   std::unique_ptr<BridgesPart> bridges_;
   std::vector<Handle> watches_;
   std::unique_ptr<console::Shell> shell_;
-  std::unique_ptr<console::LiveConsole> screen_;
   Handle first_copy_;
   std::unique_ptr<console::ConsoleReader> input_;
   Timer last_pause_, drops_, settled_;
@@ -468,10 +473,9 @@ int run(const RunOptions& options) {
   config->tuples = std::move(*tuples);
   transport::Loop loop;
   program::SpdlogSink lines(options.log_level);
-  console::LiveLog sink(lines, options.log_level, loop.scheduler());
   const auto least = options.log_level == "debug" ? base::LogLevel::kDebug : base::LogLevel::kInfo;
-  island::LogLines kept(sink, loop.scheduler(), least);
-  Session session(options, loop, sink, kept);
+  island::LogLines kept(lines, loop.scheduler(), least);
+  Session session(options, loop, lines, kept);
   if (auto ready = session.prepare(std::move(*config)); !ready) return report(ready.error());
   session.run();
   program::end_within_seconds(session.exit_code());  // all is written

@@ -4,9 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/rubicon-proxy/exit_codes.h"
-
 namespace rubicon::daemon {
+
+/// Exit codes of the program.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFailed = 1;
+inline constexpr int kExitConfiguration = 2;  ///< or the command line
 
 /// What `rubicon-proxy run` was asked for.
 struct RunOptions {
@@ -22,5 +25,8 @@ struct RunOptions {
 int run(const RunOptions& options);
 /// Lists the network types with their samples.
 int list_networks();
+
+/// The program rubicon-proxy: does what its command line says. Returns its exit code.
+int run_program(int argc, char** argv);
 
 }  // namespace rubicon::daemon

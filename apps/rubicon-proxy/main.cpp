@@ -1,4 +1,4 @@
-#include "apps/rubicon-proxy/program.h"
+#include "apps/rubicon-proxy/daemon.h"
 
 int main(int argc, char** argv) {
   return rubicon::daemon::run_program(argc, argv);

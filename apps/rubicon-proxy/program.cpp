@@ -1,12 +1,11 @@
-#include "apps/rubicon-proxy/program.h"
+#include "apps/rubicon-proxy/daemon.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "apps/program/process.h"
 #include "apps/program/usage_error.h"
-#include "apps/program/version.h"
 #include "apps/rubicon-proxy/check.h"
-#include "apps/rubicon-proxy/daemon.h"
 #include "apps/rubicon-proxy/recording_tool.h"
 #include "apps/rubicon-proxy/state_tool.h"
 
@@ -67,7 +66,7 @@ void describe_state(CLI::App& app, StateTool& tool) {
   tool.exporting->add_option("--out", tool.out, "file to write instead of standard output");
   tool.importing = tool.state->add_subcommand("import", "Merge an export into FILE: all of it or nothing");
   tool.importing->add_option("EXPORT", tool.from, "what `export` wrote; - = standard input")->capture_default_str();
-  tool.importing->add_flag("--force", tool.force, "also the export of another island");
+  tool.importing->add_flag("--force", tool.force, "import the export of another island, too");
   tool.forget = tool.state->add_subcommand("forget", "Forget devices, or what a network itself remembers");
   tool.forget
       ->add_option("DEVICE", tool.devices,

@@ -14,10 +14,10 @@
 
 #include "apps/rubicon-proxy/daemon.h"
 #include "base/own_file.h"
-#include "base/printable.h"
+#include "base/text.h"
 #include "model/point_keys.h"
-#include "recording/each_item.h"
-#include "recording/recording_text.h"
+#include "recording/record.h"
+#include "recording/recording_reader.h"
 #include "transport/local_transports.h"
 
 namespace rubicon::daemon {
@@ -37,7 +37,7 @@ Result<void> walk(transport::Transports& transports, const std::string& path, co
   const auto file = transports.open_file(path);
   if (!file) return fail(file.error());
   bool sound = false;
-  std::vector<recording::Damage> before;  // at the beginning of a file that may be no recording
+  std::vector<recording::Damage> before;  // damage at the beginning: the file may be no recording
   const auto take = [&](const RecordingReader::Item& item) -> Result<void> {
     const auto* damage = std::get_if<recording::Damage>(&item);
     if (damage != nullptr && !sound) {

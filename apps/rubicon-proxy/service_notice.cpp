@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdlib>
 
-#include "base/printable.h"
 #include "base/text.h"
 
 namespace rubicon::daemon {
@@ -39,8 +38,8 @@ ServiceSettings ServiceSettings::from_environment() {
   ServiceSettings settings{std::string(environment("NOTIFY_SOCKET"))};
   const auto process = environment("WATCHDOG_PID");
   if (!process.empty() && whole_number(process) != static_cast<std::uint64_t>(::getpid())) return settings;
-  constexpr std::uint64_t kLongest = 86'400'000'000;  // a day
-  settings.watchdog = std::chrono::microseconds(std::min(whole_number(environment("WATCHDOG_USEC")), kLongest));
+  constexpr std::uint64_t kMaxTime = 86'400'000'000;  // a day
+  settings.watchdog = std::chrono::microseconds(std::min(whole_number(environment("WATCHDOG_USEC")), kMaxTime));
   return settings;
 }
 
@@ -70,7 +69,7 @@ void ServiceNotice::stopping(std::string_view status) {
 }
 
 void ServiceNotice::show_life() {
-  // One that the manager cannot take now is not repeated: it would say that we were alive, not that we are.
+  // A notice that the manager cannot take now is not repeated: it would only say that we were alive.
   if (waiting_.empty() && socket_ >= 0) send("WATCHDOG=1");
   sign_of_life_ = scheduler_.after(watchdog_ / 2, [this] { show_life(); });
 }
@@ -78,7 +77,7 @@ void ServiceNotice::show_life() {
 void ServiceNotice::tell(std::string notice) {
   if (socket_ < 0) return;
   waiting_.push_back(std::move(notice));
-  if (waiting_.size() > kLongestQueue) waiting_.pop_front();
+  if (waiting_.size() > kMaxQueue) waiting_.pop_front();
   flush();
 }
 

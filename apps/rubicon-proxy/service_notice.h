@@ -31,7 +31,7 @@ class ServiceNotice {
   void stopping(std::string_view status);
 
   /// Notices that wait at most; older ones are dropped.
-  static constexpr std::size_t kLongestQueue = 16;
+  static constexpr std::size_t kMaxQueue = 16;
 
  private:
   void tell(std::string notice);

@@ -9,9 +9,9 @@
 #include <map>
 
 #include "apps/rubicon-proxy/daemon.h"
-#include "base/local_time.h"
+#include "base/clocks.h"
 #include "base/own_file.h"
-#include "base/printable.h"
+#include "base/text.h"
 #include "rubicon/key.hpp"
 #include "state/state_export.h"
 #include "state/state_store.h"
@@ -105,7 +105,7 @@ class Import {
     return fail(ErrorCode::kInvalid, fmt::format("state file {}: nothing was imported", file_));
   }
 
-  /// After an error: a file that this import made goes again.
+  /// After an error: removes the file if this import made it.
   void undo() {
     store_.reset();
     if (!made_) return;
@@ -117,7 +117,7 @@ class Import {
   const StateStore& store() const { return *store_; }
 
  private:
-  /// When the first line said of which island the export is.
+  /// Called when the first line named the island of the export.
   Result<void> open() {
     if (store_) return {};
     const auto island = *reader_.island();
@@ -128,7 +128,7 @@ class Import {
     store_ = std::move(*store);
     if (store_->island() == island || force_) return store_->begin();
     return fail(ErrorCode::kRefused,
-                fmt::format("state file {}: of island {}, the export is of island {} (--force imports it all the same)",
+                fmt::format("state file {} is of island {}, the export is of island {} (--force imports it anyway)",
                             file_, number(store_->island()), number(island)));
   }
 
@@ -186,7 +186,7 @@ Result<KnownDevice> find_device(const StateStore& store, const std::string& name
   return fail(ErrorCode::kDuplicate, fmt::format("{}: names several devices, expected NETWORK/ADDRESS", name));
 }
 
-/// A name without address or id is that of a network.
+/// A name without address or id means a network.
 bool is_network(const std::string& name) {
   return name.find_first_of("/.") == name.npos;
 }

@@ -27,7 +27,7 @@ class Cli {
   };
   /// Adds a subcommand; `run` is called if the command line names it.
   CLI::App* command(const Text& text, Run run);
-  /// The same with options of its own, which are there as long as this object.
+  /// The same with options of its own, which live as long as this object.
   template <class Options>
   std::pair<CLI::App*, Options*> command_with(const Text& text, int (*run)(const Settings&, const Options&)) {
     const auto options = std::make_shared<Options>();
@@ -36,14 +36,24 @@ class Cli {
   /// The same for a command that needs a client.
   CLI::App* command_in_ecology(const Text& text, SessionRun run);
 
+  /// Runs a line of words, as a shell splits them, in a session that is open. Only commands that end by themselves, and
+  /// none of the options of all commands. What it prints goes to the output of the session.
+  int run_line(Session& session, const std::string& line);
+
   CLI::App& app() { return app_; }
 
  private:
+  struct Command {
+    CLI::App* app;
+    Run run;
+    SessionRun in_session{};  ///< empty: it opens none, or another one
+  };
+
   int dispatch();
 
   CLI::App app_;
   SettingsOptions settings_;
-  std::vector<std::pair<CLI::App*, Run>> commands_;
+  std::vector<Command> commands_;
 };
 
 /// Adds an option whose value is a duration (`250ms`, `5s`).
@@ -79,7 +89,9 @@ void add_zigbee(Cli& cli);
 void add_trust(Cli& cli);
 void add_wsn(Cli& cli);
 void add_web(Cli& cli);
+void add_web_enable(Cli& cli, CLI::App* web);
 void add_mqtt(Cli& cli);
+void add_ros2(Cli& cli);
 void add_token(Cli& cli);
 void add_complete(Cli& cli);
 void add_manual(Cli& cli);

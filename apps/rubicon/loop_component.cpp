@@ -2,11 +2,11 @@
 
 #include <utility>
 
-#include "apps/rubicon/output.h"
+#include "apps/rubicon/output/output.h"
 #include "client/ecology_options.h"
 #include "rubicon/summary.hpp"
-#include "transport/asio_watch.h"
-#include "transport/host_name.h"
+#include "transport/host_names.h"
+#include "transport/machine_sockets.h"
 
 namespace rubicon::cli {
 

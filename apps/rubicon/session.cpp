@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <poll.h>
+
+#include <array>
 #include <csignal>
 
-#include "apps/program/last_seconds.h"
+#include "apps/program/process.h"
 
 namespace rubicon::cli {
 
@@ -23,14 +26,6 @@ void on_signal(int number) {
   ended_by = number;
   program::end_within_seconds(128 + number);
   if (woken) woken->stop();
-}
-
-void catch_signals(Client& client) {
-  if (woken) return;
-  woken = &client;
-  struct sigaction action {};
-  action.sa_handler = on_signal;  // not SA_RESTART: a write that waits for its reader ends too
-  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
 }
 
 }  // namespace
@@ -83,8 +78,16 @@ std::string Session::component_text(OwnerId id) const {
   return name.empty() ? std::to_string(number(id)) : fmt::format("{} ({})", number(id), printable(name));
 }
 
+void Session::catch_signals() {
+  if (woken) return;
+  woken = client_.get();
+  struct sigaction action {};
+  action.sa_handler = on_signal;  // not SA_RESTART: a write that waits for its reader ends too
+  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
+}
+
 bool Session::run(const std::function<bool()>& done, Duration patience) {
-  catch_signals(*client_);
+  catch_signals();
   bool is_done = false;
   const auto over = [&] {
     out_.flush();
@@ -94,6 +97,20 @@ bool Session::run(const std::function<bool()>& done, Duration patience) {
   };
   client_->run_until(over, patience);
   return is_done;
+}
+
+bool Session::turn(int descriptor) {
+  std::array<pollfd, 2> waiting{{{client_->descriptor(), POLLIN, 0}, {descriptor, POLLIN, 0}}};
+  const bool is_ready = ::poll(waiting.data(), waiting.size(), -1) > 0 && waiting[1].revents != 0;
+  client_->poll();
+  return is_ready;
+}
+
+client::Outcome Session::command(OwnerId owner, std::string_view key, std::string_view value) {
+  const auto outcome = std::make_shared<std::optional<client::Outcome>>();
+  client_->command(owner, key, value, [outcome](const client::Outcome& last) { *outcome = last; });
+  run([&] { return outcome->has_value(); });
+  return outcome->value_or(kEndedBySignal);
 }
 
 bool Session::interrupted() const {

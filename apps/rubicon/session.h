@@ -4,16 +4,19 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "apps/rubicon/exit_codes.h"
-#include "apps/rubicon/output.h"
+#include "apps/rubicon/output/output.h"
+#include "apps/rubicon/output/table.h"
 #include "apps/rubicon/settings.h"
-#include "apps/rubicon/table.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::cli {
+
+/// The outcome of a command that is not waited for any longer.
+inline const client::Outcome kEndedBySignal{"timed-out", "ended by a signal", 0, {}};
 
 /// One run of a command: the client, standard output, and signals that end it early. One per process.
 class Session {
@@ -48,6 +51,13 @@ class Session {
   /// Runs the loop until `done`, the end of `patience`, SIGINT, SIGTERM, or until the reader of our output closes it.
   /// Flushes the output after each turn. True: done.
   bool run(const std::function<bool()>& done, Duration patience = Duration::max());
+  /// Waits for work of the loop or for something to read from the descriptor, and does the work. Whether there is
+  /// something to read, or the other end is gone.
+  bool turn(int descriptor);
+  /// From now on a signal ends run() and turn(), not the program.
+  void catch_signals();
+  /// As Client::command(), but a signal ends it: timed-out.
+  client::Outcome command(OwnerId owner, std::string_view key, std::string_view value);
   /// Whether a signal came since the first run(). Before that, signals end the program as usual.
   bool interrupted() const;
   /// After an interrupt: run() waits again, until the next signal.

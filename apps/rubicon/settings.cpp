@@ -11,7 +11,7 @@
 #include <set>
 
 #include "base/config_reader.h"
-#include "base/host_port.h"
+#include "base/text.h"
 #include "client/ecology_options.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
@@ -310,7 +310,7 @@ void SettingsOptions::add_engines_to(CLI::App& app) {
   app.add_option("--broker", broker_, "MQTT broker where the islands of all sites meet")
       ->type_name("HOST[:PORT][/SPACE]")
       ->group(kGroup);
-  app.add_option("--broker-user", broker_user_, "whom the broker knows this program as")
+  app.add_option("--broker-user", broker_user_, "user name of this program at the broker")
       ->type_name("NAME")
       ->group(kGroup);
   app.add_option("--broker-password-file", broker_password_, "file with the password of that user")

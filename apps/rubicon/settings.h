@@ -31,7 +31,7 @@ class SettingsOptions {
  public:
   void add_to(CLI::App& app);
   /// The file first, then the environment, then the command line. Errors name the source of the wrong value. The file
-  /// is that of --config, else, where nothing says where to look, ecology_file().
+  /// is the one of --config; if no option says where to look, it is ecology_file().
   Result<Settings> read() const;
 
  private:
@@ -51,7 +51,7 @@ class SettingsOptions {
   CLI::App* app_ = nullptr;
 };
 
-/// What the tools of this user, or of all users of this host, join where nothing else is said:
+/// The ecology that the tools of this user, or of all users of this host, join by default:
 /// ~/.config/rubicon/ecology.yaml, /etc/rubicon/ecology.yaml. Empty: there is none.
 std::string ecology_file();
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
 #include "model/point_keys.h"

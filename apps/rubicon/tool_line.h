@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/rubicon/island_option.h"
 #include "apps/rubicon/session.h"
+#include "apps/rubicon/targets/options.h"
 
 namespace rubicon::cli {
 
@@ -21,7 +21,7 @@ struct ToolTags {
   std::string_view tag_of(const nlohmann::json& asked) const { return request_tag ? request_tag(asked) : request; }
 };
 
-/// Which network of which island a tool talks to.
+/// The island and the network that a tool talks to.
 struct NetworkChoice {
   std::string type{};     ///< `knx`
   IslandOption island{};  ///< any, unless one is named

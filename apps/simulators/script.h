@@ -97,7 +97,7 @@ Result<std::vector<Step>> read_script(const Grammar<Step>& grammar, std::string_
       std::find_if(steps.begin(), steps.end(), [](auto& one) { return one.kind == Step::Kind::kRepeat; });
   if (repeat != steps.end() && repeat + 1 != steps.end())
     return fail(ErrorCode::kInvalid,
-                fmt::format("line {}: is never reached, expected a time before that of 'repeat'", (repeat + 1)->line));
+                fmt::format("line {}: is never reached, expected a time before 'repeat'", (repeat + 1)->line));
   return steps;
 }
 

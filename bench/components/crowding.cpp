@@ -35,8 +35,9 @@ Json one_of_many(const Meeting& meeting, const Json& options) {
   const auto used = own_processor_seconds(), since = wall_seconds();
   until(settled + idle);
   const auto percent = (own_processor_seconds() - used) / (wall_seconds() - since) * 100;
+  const auto all = resident_mb(), own = private_mb();
   until(settled + idle + 1);
-  return {{"seen_s", seen}, {"idle_percent", percent}, {"lost_peers", lost}};
+  return {{"seen_s", seen}, {"idle_percent", percent}, {"lost_peers", lost}, {"resident_mb", all}, {"private_mb", own}};
 }
 
 }  // namespace rubicon::bench

@@ -16,7 +16,7 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr Duration kLongestRole = std::chrono::minutes(6);
+constexpr Duration kMaxRole = std::chrono::minutes(6);
 
 std::vector<char*> pointers_to(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
@@ -88,7 +88,7 @@ Child start_role(const std::string& role, const Meeting& meeting, const Json& op
 }
 
 Json result_of(Child& child) {
-  const auto text = child.output(kLongestRole);
+  const auto text = child.output(kMaxRole);
   auto result = Json::parse(text, nullptr, false);
   if (result.is_discarded()) give_up("a role answered what is no JSON: " + text.substr(0, 200));
   return result;

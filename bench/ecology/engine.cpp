@@ -5,9 +5,8 @@
 #include "ecology/measurements.h"
 #include "transport/local_transports.h"
 #include "tuples/dds/dds_ecology.h"
-#include "tuples/host/disk_folder.h"
+#include "tuples/host/folder.h"
 #include "tuples/host/host_ecology.h"
-#include "tuples/host/places.h"
 
 namespace rubicon::bench {
 

@@ -5,6 +5,10 @@
 #include "components/report.h"
 #include "tuples/dds/dds_options.h"
 
+namespace CLI {
+class App;
+}
+
 namespace rubicon::bench {
 
 /// The engine that the meeting names.
@@ -16,6 +20,8 @@ Json holder(const Meeting& meeting, const Json& options);
 Json taker(const Meeting& meeting, const Json& options);
 Json keeper(const Meeting& meeting, const Json& options);
 Json visitors(const Meeting& meeting, const Json& options);
+Json lamp(const Meeting& meeting, const Json& options);
+Json switcher(const Meeting& meeting, const Json& options);
 
 /// Half round trips of a Unix stream between two processes, the floor of engine host.
 Json bare_ping(const Meeting& meeting, const Json& options);
@@ -28,6 +34,8 @@ void measure_remote_sets(const Plan& plan, Report& report);
 void measure_joins(const Plan& plan, Report& report);
 void measure_memory(const Plan& plan, Report& report);
 void measure_crowd(const Plan& plan, Report& report);
+void add_crowd_option(CLI::App& app);
+void measure_lamp(const Plan& plan, Report& report);
 void measure_churn(const Plan& plan, Report& report);
 
 }  // namespace rubicon::bench

@@ -1,4 +1,4 @@
-// Measures src/history: rubicon-bench-history prints one JSON object (docs/benchmarks.md, "History").
+// Measures src/history: rubicon-bench-history prints one JSON object (bench/README.md, "History").
 #include "frame/program.h"
 #include "history/measurements.h"
 

@@ -1,4 +1,4 @@
-// Measures networks/knx: rubicon-bench-knx prints one JSON object (docs/benchmarks.md, "KNX").
+// Measures networks/knx: rubicon-bench-knx prints one JSON object (bench/README.md, "KNX").
 #include "frame/program.h"
 #include "knx/measurements.h"
 

@@ -100,7 +100,7 @@ class LossyRelay {
 
  private:
   std::unique_ptr<transport::UdpSocket> open(std::function<void(const transport::Endpoint&, ByteView)> received) {
-    transport::UdpCalls calls{std::move(received), [](const Error&) {}, [](const Error&) {}};
+    transport::UdpCallbacks calls{std::move(received), [](const Error&) {}, [](const Error&) {}};
     auto opened = lines_.open_udp({{"127.0.0.1", 0}}, std::move(calls));
     if (!opened) throw std::runtime_error(opened.error().text);
     return std::move(*opened);

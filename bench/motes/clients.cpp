@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <set>
 
-#include "motes/forwarder_stream.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 
@@ -63,7 +62,7 @@ class Client {
   Client(transport::Transports& transports, int first, int count) {
     transport::TcpOptions options;
     options.remote = {"127.0.0.1", kSharePort};
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.connected = [this, first, count] {
       must(stream_->send(rubicon::motes::kForwarderHello));
       for (int i = 0; i < count; ++i) must(stream_->send(rubicon::motes::forwarder_packet(packet(kIsland, first + i))));
@@ -116,7 +115,7 @@ class BareLine {
   BareLine(transport::Transports& transports, int commands, bool paced) : commands_(commands) {
     transport::TcpOptions options;
     options.remote = {"127.0.0.1", kFirstPort};
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.connected = [] {};
     calls.received = [this, paced](ByteView bytes) {
       while (const auto frame = reader_.next(bytes)) {

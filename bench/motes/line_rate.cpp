@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/line_sink.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"

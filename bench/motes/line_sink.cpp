@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::bench::motes {

@@ -1,4 +1,4 @@
-// Measures networks/wsn: rubicon-bench-motes prints one JSON object (docs/benchmarks.md, "Motes").
+// Measures networks/wsn: rubicon-bench-motes prints one JSON object (bench/README.md, "Motes").
 #include "frame/program.h"
 #include "motes/measurements.h"
 

@@ -18,7 +18,7 @@ struct Plan {
   std::chrono::minutes quiet{10};    ///< without a subscriber, and with one
 };
 
-// Each adds its figures (docs/benchmarks.md, "Motes").
+// Each adds its figures (bench/README.md, "Motes").
 void measure_line_rate(const Plan& plan, Json& out);
 void measure_sinks(const Plan& plan, Json& out);
 void measure_paced_clients(const Plan& plan, Json& out);

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 #include "transport/asio_scheduler.h"
@@ -124,7 +124,7 @@ class BareReader {
   BareReader(transport::Transports& transports, std::uint16_t port, Joins& joins) : joins_(joins) {
     transport::TcpOptions options;
     options.remote = {"127.0.0.1", port};
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.connected = [] {};
     calls.received = [this](ByteView bytes) {
       while (const auto frame = reader_.next(bytes)) look(frame->packet);

@@ -12,7 +12,7 @@
 
 #include "frame/daemon.h"
 #include "frame/process_figures.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 #include "support/private_network.h"
@@ -29,7 +29,7 @@ using support::Process;
 constexpr int kSinkMotes = 20;
 constexpr std::uint32_t kDomain = 198;
 /// 12 sensors; the other one has two.
-const std::string kLargestBoard = "EM1000", kSmallestBoard = "SE1000";
+const std::string kMaxBoard = "EM1000", kMinBoard = "SE1000";
 
 /// A client in this process, which sees the daemon over DDS.
 class Watcher {
@@ -156,7 +156,7 @@ void measure(const Plan& plan, const std::string& board, Json& figures) {
   watcher.run(plan.silence / 2);  // from now on each mote is probed each half of the silence
   figures["idle_probed"] = watcher.load(daemon, plan.sampled);
   for (const auto& [name, period] : {std::pair{"each_10_s", 10s}, std::pair{"each_1_s", 1s}}) {
-    if (board != kLargestBoard || plan.sampled < period) continue;
+    if (board != kMaxBoard || plan.sampled < period) continue;
     watcher.demand(period);
     watcher.run(5s + 2 * period);  // a mote reports what it read a period before (wsn.md 9.4)
     figures[name] = watcher.load(daemon, plan.sampled);
@@ -172,7 +172,7 @@ void measure_sinks(const Plan& plan, Json& out) {
   const support::PrivateNetwork network;  // without one, its ports and DDS domain may meet others'
   auto& figures = out["sinks"];
   figures = {{"sinks", plan.sinks}, {"private_network", network.entered()}};
-  for (const auto& board : {kLargestBoard, kSmallestBoard}) measure(plan, board, figures[board]);
+  for (const auto& board : {kMaxBoard, kMinBoard}) measure(plan, board, figures[board]);
 }
 
 }  // namespace rubicon::bench::motes

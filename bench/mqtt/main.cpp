@@ -1,4 +1,4 @@
-// Measures bridges/mqtt: rubicon-bench-mqtt prints one JSON object (docs/benchmarks.md, "MQTT bridge").
+// Measures bridges/mqtt: rubicon-bench-mqtt prints one JSON object (bench/README.md, "MQTT bridge").
 #include "frame/program.h"
 #include "mqtt/measurements.h"
 

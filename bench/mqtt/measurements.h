@@ -14,7 +14,7 @@ struct Plan {
   int restarts = 20;  ///< of the broker, which loses what it retained
 };
 
-// Each adds its figures (docs/benchmarks.md, "MQTT bridge"); all need mosquitto in a private network.
+// Each adds its figures (bench/README.md, "MQTT bridge"); all need mosquitto in a private network.
 void measure_announcement(const Plan& plan, Json& out);
 void measure_mirror(const Plan& plan, Json& out);
 void measure_commands(const Plan& plan, Json& out);

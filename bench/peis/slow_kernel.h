@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "frame/figures.h"
-#include "tuples/peis/packages.h"
+#include "tuples/peis/connection.h"
 
 namespace rubicon::bench::peis {
 

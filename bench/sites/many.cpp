@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "client/device_watch.h"
+#include "client/points.h"
 #include "frame/connection_figures.h"
 #include "sites/engine.h"
 #include "sites/measurements.h"

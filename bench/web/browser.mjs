@@ -1,4 +1,4 @@
-// The page in Chromium before an island of generated devices: prints lines of JSON (docs/benchmarks.md, "The page").
+// The page in Chromium before an island of generated devices: prints lines of JSON (bench/README.md, "The page").
 //   node bench/web/browser.mjs PROGRAM DEVICES SECONDS
 // PROGRAM is rubicon-bench-web, whose islands are started on loopback: run it by `rubicon-bench-web --only browser`.
 import { spawn } from "node:child_process";

@@ -1,4 +1,4 @@
-// Measures src/web and web/: rubicon-bench-web prints one JSON object (docs/benchmarks.md, "The page"). It starts
+// Measures src/web and web/: rubicon-bench-web prints one JSON object (bench/README.md, "The page"). It starts
 // itself again as what is measured, or as what publishes to the peer.
 #include <string_view>
 

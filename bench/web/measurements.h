@@ -14,7 +14,7 @@ struct Plan {
   std::chrono::seconds silence{10};  ///< of the client that reads nothing
 };
 
-// Each adds its figures (docs/benchmarks.md, "The page"). The peer is mosquitto's WebSocket listener.
+// Each adds its figures (bench/README.md, "The page"). The peer is mosquitto's WebSocket listener.
 void measure_updates(const Plan& plan, Json& out);
 void measure_connections(const Plan& plan, Json& out);
 void measure_slow_reader(const Plan& plan, Json& out);

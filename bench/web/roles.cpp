@@ -140,7 +140,7 @@ int play_publisher(int devices, std::uint16_t port) {
   transport::MqttOptions options;
   options.host = "127.0.0.1";
   options.port = port;
-  transport::MqttCalls calls;
+  transport::MqttCallbacks calls;
   calls.connected = [&loop](const transport::MqttConnack&) { loop.stop(); };
   calls.received = [](const transport::MqttMessage&) {};
   calls.refused = [](std::string_view, const Error&) {};

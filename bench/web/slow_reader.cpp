@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 constexpr int kRate = 10'000;
 constexpr double kFresh = 250;   ///< ms: five intervals of the subscription
-constexpr double kLongest = 30;  ///< s
+constexpr double kMaxTime = 30;  ///< s
 
 /// A client that takes nothing for a while, and then reads again.
 template <class Client, class Resident>
@@ -26,7 +26,7 @@ Json fall_silent(const Plan& plan, RoleProcess& source, int port, Resident resid
   client.seen.restart();
   const auto again = Clock::now();
   auto& ages = client.seen.ages_ms;
-  while (seconds_since(again) < kLongest && (ages.empty() || ages.back() > kFresh)) client.watch(1ms);
+  while (seconds_since(again) < kMaxTime && (ages.empty() || ages.back() > kFresh)) client.watch(1ms);
   const auto fresh = milliseconds(Clock::now() - again);
   const auto behind = client.seen.bytes;
   const auto made = source.set_rate(0);

@@ -14,15 +14,15 @@ class DirectTransports final : public transport::Transports {
  public:
   explicit DirectTransports(Scheduler& scheduler) : scheduler_(scheduler) {}
 
-  void deliver(std::string_view topic, std::string_view payload) { calls_.received({topic, payload, false}); }
+  void deliver(std::string_view topic, std::string_view payload) { callbacks_.received({topic, payload, false}); }
 
   Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
     return fail(ErrorCode::kNotFound, path);
   }
   Result<std::unique_ptr<transport::MqttLine>> open_mqtt(const transport::MqttOptions&,
-                                                         transport::MqttCalls calls) override {
-    calls_ = std::move(calls);
-    scheduler_.post([this] { calls_.connected({}); });
+                                                         transport::MqttCallbacks calls) override {
+    callbacks_ = std::move(calls);
+    scheduler_.post([this] { callbacks_.connected({}); });
     return std::make_unique<Line>();
   }
 
@@ -36,7 +36,7 @@ class DirectTransports final : public transport::Transports {
   };
 
   Scheduler& scheduler_;
-  transport::MqttCalls calls_;
+  transport::MqttCallbacks callbacks_;
 };
 
 }  // namespace rubicon::bench::zigbee

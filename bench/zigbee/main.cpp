@@ -1,4 +1,4 @@
-// Measures networks/zigbee: rubicon-bench-zigbee prints one JSON object (docs/benchmarks.md, "ZigBee").
+// Measures networks/zigbee: rubicon-bench-zigbee prints one JSON object (bench/README.md, "ZigBee").
 #include "frame/program.h"
 #include "zigbee/measurements.h"
 

@@ -17,7 +17,7 @@ struct Plan {
   int restarts = 20;  ///< of the broker, with and without persistence
 };
 
-// Each adds its figures (docs/benchmarks.md, "ZigBee"). The last four need mosquitto in a private network.
+// Each adds its figures (bench/README.md, "ZigBee"). The last four need mosquitto in a private network.
 void measure_lists(const Plan& plan, Json& out);
 void measure_texts(const Plan& plan, Json& out);
 void measure_states(const Plan& plan, Json& out);

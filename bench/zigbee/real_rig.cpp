@@ -43,7 +43,7 @@ std::unique_ptr<transport::MqttLine> RealRig::connect(std::function<void(const t
   options.host = "127.0.0.1";
   options.port = kPort;
   bool connected = false;
-  transport::MqttCalls calls;
+  transport::MqttCallbacks calls;
   calls.connected = [&connected](const transport::MqttConnack&) { connected = true; };
   calls.received = std::move(received);
   calls.too_long = std::move(too_long);

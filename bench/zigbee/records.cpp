@@ -35,7 +35,7 @@ std::vector<std::string> device_records(int devices, std::string_view model) {
   base::NullLogSink silence;
   zigbee_simulator::World world({}, time, Log(silence, "world"));
   std::string list;
-  world.publish = [&list](const transport::MqttPublication& message) {
+  world.topics().publish = [&list](const transport::MqttPublication& message) {
     if (message.topic == "zigbee2mqtt/bridge/devices") list = message.payload;
   };
   const auto models = zigbee_simulator::model_names();

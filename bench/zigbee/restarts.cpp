@@ -21,7 +21,7 @@ class Bridge {
   explicit Bridge(RealRig& rig) : rig_(rig), world_(options(), rig.scheduler(), Log(nowhere(), "world")) {
     for (int i = 0; i < kDevices; ++i)
       std::ignore = world_.add(*zigbee_simulator::find_model(i % 2 == 0 ? "lamp" : "thermometer"));
-    world_.publish = [this](transport::MqttPublication message) {
+    world_.topics().publish = [this](transport::MqttPublication message) {
       if (connected_) std::ignore = line_->publish(std::move(message));
     };
     open();
@@ -29,7 +29,7 @@ class Bridge {
   std::map<std::string, int> sets;  ///< topic and payload -> how often
   std::vector<std::string> lamps() {
     std::vector<std::string> names;
-    for (auto* device : world_.devices()) {
+    for (auto* device : world_.registry().devices()) {
       if (device->model().values.contains("brightness")) names.push_back(device->address().substr(2));
     }
     return names;
@@ -47,7 +47,7 @@ class Bridge {
     options.host = "127.0.0.1";
     options.port = kPort;
     options.will = transport::MqttWill{"zigbee2mqtt/bridge/state", R"({"state":"offline"})"};
-    transport::MqttCalls calls;
+    transport::MqttCallbacks calls;
     calls.connected = [this](const transport::MqttConnack&) {
       connected_ = true;
       for (const auto* filter : {"zigbee2mqtt/+/set", "zigbee2mqtt/+/get", "zigbee2mqtt/bridge/request/#"})

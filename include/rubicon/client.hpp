@@ -102,7 +102,8 @@ struct Component {
   Summary summary;  ///< empty if it published none
 };
 
-/// A program in a PEIS network with which this component cannot exchange tuples, or of which it cannot tell who it is.
+/// A program in a PEIS network with which this component cannot exchange tuples, or that this component cannot
+/// identify.
 struct PeisTrouble {
   enum class Kind : std::uint8_t {
     kForeignNetwork,  ///< it belongs to another network
@@ -159,13 +160,13 @@ struct DeviceQuery {
 };
 
 /// One sensor, actuator or property with its value, its quality and the state of its line. The quality tells whether
-/// the value can be trusted; it is empty if the tuple is no point of an island.
+/// the value can be trusted; it is empty if the tuple is not a point of an island.
 struct Point {
   Tuple tuple;             ///< its `.value` tuple
   PointStatus status;      ///< quality (docs/tuple-keys.md#quality), reason, times, last command
   LineStatus line;         ///< of its network
   std::string type, unit;  ///< `temperature`, `degC`; unit `1` = dimensionless
-  /// Its values are events (a button, a scene), each of which counts. The value is empty but for the 2 s after an
+  /// Its values are events (a button, a scene): each one counts. The value is empty except for the 2 s after an
   /// event; `status.heard` says when the last one came.
   bool is_event = false;
 
@@ -181,7 +182,7 @@ std::vector<Point> points_from(const std::vector<Tuple>& tuples);
 
 /// A change of a point.
 enum class PointEvent : std::uint8_t {
-  kValue,    ///< its value was set, also to an equal value. That an event is over is no change
+  kValue,    ///< its value was set, also to an equal value. That an event is over is not a change
   kState,    ///< its quality, the reason or the state of its line changed, not the value
   kRemoved,  ///< its tuple was deleted or, if `tuple.owner_present` is false, its island did not return
 };
@@ -311,9 +312,8 @@ class Client final {
   // -- commands
   /// Sets a tuple of another component and tracks the result: of a `.command` tuple of a point until a final state, of
   /// others until the owner's reply. `time_to_live` (zero = 5 s) is sent with the command. `ended` receives the final
-  /// state, `progress` each state before it. The tracking ends as timed-out when the time that the island gives for a
-  /// state has passed by more than the timeout; the command was then not executed, unless the island could not report
-  /// it.
+  /// state, `progress` each state before it. It ends as timed-out if no news comes for `timeout` after a state should
+  /// have ended. Then it is not known whether the command was executed.
   void command(OwnerId owner, std::string_view key, std::string_view value, OutcomeCall ended,
                Duration time_to_live = {}, Duration timeout = std::chrono::seconds(15), OutcomeCall progress = {});
   /// The same. Blocks.

@@ -15,7 +15,7 @@ namespace rubicon::model {
 inline constexpr std::size_t kMaxKeyLength = 255;  ///< bytes
 inline constexpr std::size_t kMaxKeyParts = 12;
 
-/// kInvalid if it is no key; the text names the position of the fault and quotes the key.
+/// kInvalid if it is not a key; the text names the position of the fault and quotes the key.
 Result<void> check_key(std::string_view key);
 
 /// Makes one key part of any text: replaces each character that a part may not contain by `_`, and cuts at `limit`

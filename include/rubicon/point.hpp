@@ -37,6 +37,7 @@ struct LineStatus {
   WallTime since{};
   std::uint64_t attempts = 0;  ///< attempts to open the line since the island started
   WallTime next_attempt{};     ///< zero = none scheduled
+  std::string finding{};       ///< a word for the reason (docs/errors.md#findings); empty = there is none
 
   /// The line is up, or is a recording that was replayed to its end.
   bool works() const { return line == "up" || line == "ended"; }

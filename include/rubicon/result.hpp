@@ -28,6 +28,8 @@ std::string_view to_string(ErrorCode code);
 struct Error {
   ErrorCode code = ErrorCode::kInvalid;
   std::string text;
+  /// For programs that know a remedy (`rubicon doctor`): a word of model/findings.h; empty = there is none. A literal.
+  std::string_view finding{};
 
   friend bool operator==(const Error&, const Error&) = default;
 };
@@ -41,8 +43,8 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
 };
 
 /// `return fail(ErrorCode::kInvalid, "...")` from any function that returns a Result.
-inline tl::unexpected<Error> fail(ErrorCode code, std::string text) {
-  return tl::unexpected<Error>(Error{code, std::move(text)});
+inline tl::unexpected<Error> fail(ErrorCode code, std::string text, std::string_view finding = {}) {
+  return tl::unexpected<Error>(Error{code, std::move(text), finding});
 }
 inline tl::unexpected<Error> fail(Error error) {
   return tl::unexpected<Error>(std::move(error));

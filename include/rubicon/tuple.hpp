@@ -87,7 +87,7 @@ struct RemoteSet {
   bool time_to_live_given = false;  ///< by the sender; if not, the owner may use a default of its own
   bool append = false;              ///< append `value` to the present one; an empty media type = that of the tuple
   std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before the policy is called
-  /// Whose wish it is, as `from` says, who hands it on: `user:ann`, `member:desk`, `token:tablet`; empty = its own. The
+  /// Who asks, as `from` says, who hands it on: `user:ann`, `member:desk`, `token:tablet`; empty = its own. The
   /// owner believes it where its rights let `from` vouch for that name (docs/rights.md). Engine peis cannot say it.
   std::string asker{};
 };

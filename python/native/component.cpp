@@ -20,8 +20,8 @@ py::dict error_answer(std::string_view code, const std::string& text) {
 
 py::dict row_of(const client::Tuple& tuple) {
   return py::dict(py::arg("owner") = model::number(tuple.owner), py::arg("key") = tuple.key,
-                  py::arg("value") = text_or_none(tuple.value), py::arg("mimetype") = tuple.media_type,
-                  py::arg("seq") = tuple.sequence, py::arg("write") = seconds_of(tuple.write_time),
+                  py::arg("value") = text_or_none(tuple.value), py::arg("media") = tuple.media_type,
+                  py::arg("sequence") = tuple.sequence, py::arg("write") = seconds_of(tuple.write_time),
                   py::arg("user") = seconds_of(tuple.user_time));
 }
 
@@ -35,16 +35,22 @@ py::dict answer_of(const client::Outcome& outcome, bool is_final) {
 
 py::dict answer_of(const Reply& reply, OwnerId owner) {
   const auto who = std::to_string(model::number(owner));
+  const auto not_applied = [&](std::string_view code, const std::string& text) {
+    auto answer = error_answer(code, text);
+    answer["verdict"] = std::string(to_string(reply.verdict));
+    answer["request"] = reply.request;
+    return answer;
+  };
   switch (reply.verdict) {
     case Verdict::kApplied:
       return py::dict(py::arg("state") = "applied", py::arg("request") = reply.request,
                       py::arg("sequence") = reply.sequence, py::arg("final") = true);
-    case Verdict::kRefused: return error_answer(base::to_string(reply.code), reply.text);
-    case Verdict::kNoSuchOwner: return error_answer("not-found", "no component " + who + " is present");
+    case Verdict::kRefused: return not_applied(base::to_string(reply.code), reply.text);
+    case Verdict::kNoSuchOwner: return not_applied("not-found", "no component " + who + " is present");
     case Verdict::kExpired:
     case Verdict::kTimedOut: break;
   }
-  return error_answer("expired", "component " + who + ": " + reply.text);
+  return not_applied("expired", "component " + who + ": " + reply.text);
 }
 
 py::dict message_of(const client::UserMessage& message) {
@@ -53,7 +59,7 @@ py::dict message_of(const client::UserMessage& message) {
                   py::arg("device") = message.device);
 }
 
-py::dict wish_of(const tuples::RemoteSet& set) {
+py::dict row_of_set(const tuples::RemoteSet& set) {
   return py::dict(py::arg("from") = model::number(set.from), py::arg("key") = set.key,
                   py::arg("value") = py::bytes(set.value), py::arg("media") = set.media_type,
                   py::arg("append") = set.append, py::arg("asker") = set.asker);
@@ -62,7 +68,7 @@ py::dict wish_of(const tuples::RemoteSet& set) {
 /// A judge that fails refuses; what it raised is printed as that of a destructor is.
 tuples::SetDecision decide(const py::function& call, const tuples::RemoteSet& set) {
   try {
-    const py::object why_not = call(wish_of(set));
+    const py::object why_not = call(row_of_set(set));
     if (why_not.is_none()) return tuples::SetDecision::applied();
     return tuples::SetDecision::refused({ErrorCode::kRefused, py::str(why_not)});
   } catch (py::error_already_set& error) {

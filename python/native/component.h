@@ -36,7 +36,7 @@ class Component {
   void close();
 
   py::list islands() const;
-  /// `call(list of {owner, key, value, mimetype, seq, write, user})`, once.
+  /// `call(list of {owner, key, value, media, sequence, write, user})`, once.
   void read(const std::string& pattern, double timeout, py::function call);
   /// `call(frame)` for each frame, in the form of docs/api.md. Ends with end().
   std::uint64_t subscribe(const std::string& pattern, const py::dict& flow, bool full, py::function call);

@@ -19,12 +19,12 @@ from ._errors import Error, Refused
 from ._feed import Watch
 from ._listening import Judge, Messages
 from ._space import Space
-from ._values import Device, Event, Island, LogLine, Message, Outcome, Sample, Value, Waiting, Wish
+from ._values import Device, Event, Island, LogLine, Message, Outcome, RemoteSet, Sample, Value, Waiting
 
 __version__ = "0.1.0"
 __all__ = ["connect", "join", "run", "Device", "Error", "Event", "Island", "Judge", "LogLine",
            "Message", "Messages", "Outcome", "Refused",
-           "Sample", "Space", "Value", "Waiting", "Watch", "Wish"]
+           "RemoteSet", "Sample", "Space", "Value", "Waiting", "Watch"]
 
 _Result = TypeVar("_Result")
 

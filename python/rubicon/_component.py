@@ -6,9 +6,9 @@ import asyncio
 import logging
 import re
 from fnmatch import fnmatchcase
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 
-from ._door import Door, Following, error_of
+from ._door import NONE, Door, Following, outcome_of
 from ._errors import Error
 from ._feed import Stream
 from ._values import Island, Json, Message, Outcome, parsed
@@ -28,6 +28,7 @@ class ComponentDoor(Door):
         self._component: Any = None
         self._streams: Dict[Stream, int] = {}
         self._listeners: Dict[Callable[[Message], None], int] = {}
+        self._asked: Set[asyncio.Future[Any]] = set()
 
     async def open(self) -> None:
         self._component = self._made(self._options)
@@ -40,12 +41,26 @@ class ComponentDoor(Door):
         if self._component is not None:
             asyncio.get_running_loop().remove_reader(self._component.descriptor())
             self._component.close()
+        for future in self._asked:
+            if not future.done():
+                future.set_exception(Error("invalid", "this space was closed"))
         for feed in {stream.feed for stream in self._streams}:
             feed.end()
 
     def _wake(self) -> None:
         """What a call posted is done in the next turn, not at the next sign of another component."""
         asyncio.get_running_loop().call_soon(self._component.poll)
+
+    async def _answer(self, ask: Callable[..., None], *arguments: object) -> Any:
+        """What a call of the component is answered, which is asked in this turn: one of asyncio takes longer."""
+        future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self._asked.add(future)
+        try:
+            ask(*arguments, lambda answer: None if future.done() else future.set_result(answer))
+            self._component.poll()
+            return await future
+        finally:
+            self._asked.discard(future)
 
     async def islands(self) -> List[Island]:
         return [Island.of(row) for row in self._component.islands()]
@@ -59,10 +74,7 @@ class ComponentDoor(Door):
         return sorted((row for row in rows if row["network"] and _matches(row, query)), key=_natural)
 
     async def read(self, pattern: str) -> List[Json]:
-        future: asyncio.Future[List[Json]] = asyncio.get_running_loop().create_future()
-        self._component.read(pattern, PATIENCE, lambda rows: None if future.done() else future.set_result(rows))
-        self._wake()
-        return sorted(await future, key=_natural)
+        return sorted(await self._answer(self._component.read, pattern, PATIENCE), key=_natural)
 
     def subscribe(self, stream: Stream) -> None:
         flow = {**stream.flow._asdict(), "minimum": stream.flow.minimum or 0.0}
@@ -74,19 +86,17 @@ class ComponentDoor(Door):
 
     async def write(self, key: str, value: bytes, options: Json, wait: float) -> Outcome:
         owner, key = key.split(":", 1)
+        if "append" in options or not key.endswith(".command"):
+            return outcome_of(NONE, await self._answer(self._component.write, int(owner), key, value, options))
         following = Following()
         self._component.write(int(owner), key, value, options, following.take)
-        self._component.poll()  # now: a turn of asyncio takes longer than the owner's answer
+        self._component.poll()
         return await following.outcome(wait)
 
     async def send(self, to: int, kind: str, data: bytes, network: str, device: str) -> None:
-        future: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-        done = lambda error: None if future.done() else future.set_result(error)  # noqa: E731
-        self._component.send(to, kind, data, network, device, done)
-        self._wake()
-        error = await future
+        error = await self._answer(self._component.send, to, kind, data, network, device)
         if error:
-            raise error_of({"error": {"code": "unreachable", "text": error}}, error)
+            raise Error("unreachable", error)
 
     async def listen(self, kind: str, call: Callable[[Message], None]) -> None:
         def deliver(row: Json) -> None:

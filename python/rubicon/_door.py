@@ -11,6 +11,7 @@ from ._feed import Stream
 from ._values import Island, Json, Message, Outcome, utc
 
 FINAL = {"confirmed", "assumed", "applied", "refused", "failed", "timed-out", "expired", "superseded", "no-such-owner"}
+NONE = Outcome("unknown", "the owner did not answer")
 
 
 class Door(ABC):
@@ -33,7 +34,7 @@ class Door(ABC):
 
     @abstractmethod
     async def read(self, pattern: str) -> List[Json]:
-        """The present tuples: {owner, key, value, mimetype, seq, write, user}."""
+        """The present tuples: {owner, key, value, media, sequence, write, user}."""
 
     @abstractmethod
     def subscribe(self, stream: Stream) -> None:
@@ -74,11 +75,11 @@ class Following:
     """Takes the answers to a set or a command, the last of which is final."""
 
     def __init__(self) -> None:
-        self._outcome = Outcome("unknown", "the owner did not answer")
+        self._outcome = NONE
         self._end: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def take(self, answer: Json) -> None:
-        self._outcome = _outcome(self._outcome, answer)
+        self._outcome = outcome_of(self._outcome, answer)
         if self._outcome.state in FINAL or self._outcome.code == "unreachable":
             self._stop()
 
@@ -96,13 +97,14 @@ class Following:
         return self._outcome
 
 
-def _outcome(before: Outcome, answer: Json) -> Outcome:
+def outcome_of(before: Outcome, answer: Json) -> Outcome:
     request = answer.get("request", before.request)
     if answer.get("lost"):
         return Outcome("unknown", "the line to the server was lost", request, before.sequence, "unreachable")
     if answer.get("ok") is False:
         error = error_of(answer, "refused")
-        state = {"expired": "expired", "not-found": "no-such-owner"}.get(error.code, "refused")
+        unnamed = {"expired": "timed-out", "not-found": "no-such-owner"}.get(error.code, "refused")  # by older islands
+        state = str(answer.get("verdict", unnamed))
         return Outcome(state, error.text, request, code=error.code)
     if "state" not in answer:
         return Outcome("queued", "", request, answer.get("sequence", 0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from types import TracebackType
-from typing import Any, AsyncIterator, Awaitable, Callable, Deque, Dict, Iterable, List, NamedTuple, Optional, Set, Type
+from typing import Any, AsyncIterator, Awaitable, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Type
 
 from ._errors import Error
 from ._names import Query
@@ -60,25 +60,29 @@ class Feed:
     """Begins with `start`, which gets the streams one after the other, and ends with `end`."""
 
     def __init__(self, owner: str, query: Query, flow: Flow, start: Callable[[Stream], None]) -> None:
-        self.queue: Deque[Event] = deque()
-        self.merged = 0
+        self.queue: Deque[Subject] = deque()  # whose latest value waits, or whose state; and some that do no more
+        self.loose: Deque[Event] = deque(maxlen=MAX_EVENTS)  # those that no later one may replace
         self.lost = 0
         self.error: Optional[Error] = None
         self.ended = False
         self.streams: List[Stream] = []
+        self._merged = 0  # of events that were read
         self._start = start
         self._owner = owner
         self._query = query
         self._flow = flow
         self._subjects: Dict[str, Subject] = {}
-        self._held: Dict[int, Dict[str, Event]] = {}
+        self._held: Dict[int, Dict[Subject, List[Any]]] = {}
         self._snapshots: Dict[int, Set[str]] = {}
         self._woken: Set[str] = set()
         self._waiter: Optional[asyncio.Future[None]] = None
         self._is_point = query.key.endswith(".value") and query.key.count(".") == 5
-        self.loose = 0  #: events in the queue that no later one may replace
         self._missing: Set[str] = set()  # names from before the line was lost that did not come again
         self._by_key = self._is_point and query.wanted is not None and not flow.passive
+
+    @property
+    def merged(self) -> int:
+        return self._merged + sum(subject.merged for subject in self.queue)
 
     def begin(self) -> None:
         passive = Flow(passive=True)
@@ -138,77 +142,76 @@ class Feed:
         self._notify()
 
     def _take_values(self, numbers: Dict[int, Subject], entries: Iterable[List[Any]]) -> None:
+        find = numbers.get
         append = self.queue.append
         for entry in entries:
-            subject = numbers.get(entry[0])
+            subject = find(entry[0])
             if subject is None:
                 continue
             if not subject.plain:
                 self._first(subject, entry)
                 continue
             subject.entry = entry
-            event = subject.pending
-            if event is None:
-                subject.pending = event = Event(subject, entry)
-                append(event)
+            if not subject.waits:
+                subject.waits = "value"
+                append(subject)
             else:
-                event._replace(entry)
-                self.merged += 1
+                subject.merged += subject.waits != "state"
+                subject.waits = "value"
 
     def _first(self, subject: Subject, entry: List[Any]) -> None:
         """The first value of a line, of a tuple that is not in the usual course, or of one whose values all count."""
-        again = subject.before is not None and subject.before[1:4] == entry[1:4]
-        subject.entry, subject.before = entry, None
         if len(entry) > 4:
             subject.media = str(entry[4].get("m") or subject.media)
+        if self._is_point and not self._snapshots.get(subject.owner, set()) >= {"status", "description"}:
+            self._held.setdefault(subject.owner, {})[subject] = entry
+            return
+        how = "again" if subject.before is not None and subject.before[1:4] == entry[1:4] else "value"
+        subject.entry, subject.before = entry, None
         if self._is_point and entry[1] == "":
             return  # nothing was reported yet, or an event is over
-        event = Event(subject, entry, "again" if again else "value")
-        known = not self._is_point or self._snapshots.get(subject.owner, set()) >= {"status", "description"}
-        if not known:
-            self._held.setdefault(subject.owner, {})[subject.key] = event
-        elif subject.about.get("report") == "event":
-            self._append_loose(event)
-        else:
-            if subject.pending is None:
-                subject.pending = event
-                self.queue.append(event)
-            else:
-                subject.pending._replace(entry)
-                self.merged += 1
-            subject.plain = bool(subject.about)  # others may change their media type
+        if subject.about.get("report") == "event":
+            return self._append_loose(_event(subject, how))
+        subject.merged += subject.waits not in ("", "state")
+        self._append(subject, "value" if subject.waits else how)
+        subject.plain = bool(subject.about)  # others may change their media type
+
+    def _append(self, subject: Subject, how: str) -> None:
+        if not subject.waits:
+            self.queue.append(subject)
+        subject.waits = how
 
     def _append_loose(self, event: Event) -> None:
-        self.queue.append(event)
-        self.loose += 1
-        while self.loose > MAX_EVENTS:
-            del self.queue[next(place for place, one in enumerate(self.queue) if one._subject.pending is not one)]
-            self.loose -= 1
-            self.lost += 1
+        self.lost += len(self.loose) == MAX_EVENTS
+        self.loose.append(event)
 
     def _know(self, subject: Subject, role: str, content: Json) -> None:
         if role == "description":
             subject.about = content
             return
         before, subject.status = subject.status, content
-        if subject.pending is not None:
-            subject.pending._status = content
-        elif before and (before.get("quality"), before.get("reason")) != (content.get("quality"), content.get("reason")):
+        if before and (before.get("quality"), before.get("reason")) != (content.get("quality"), content.get("reason")):
             self._state(subject)
 
     def _state(self, subject: Subject) -> None:
-        if subject.entry is not None and subject.pending is None and (subject.plain or not self._is_point):
-            subject.pending = Event(subject, subject.entry, "state")
-            self.queue.append(subject.pending)
+        if subject.entry and not subject.waits and (subject.plain or not self._is_point):
+            self._append(subject, "state")
 
     def gone(self, subject: Subject, how: str) -> None:
         if self._subjects.pop(f"{subject.owner}:{subject.key}", None) is None:
             return
-        self.loose += subject.pending is not None
-        subject.pending = None
-        if subject.entry is not None:
+        if subject.waits:
+            self._append_loose(_event(subject, subject.waits))
+            subject.waits = ""
+        if subject.entry:
             subject.status = {"quality": "unknown", "reason": how}
-            self._append_loose(Event(subject, subject.entry, "gone"))
+            self._append_loose(_event(subject, "gone"))
+        subject.entry = []
+        self._held.get(subject.owner, {}).pop(subject, None)
+        if len(self.queue) > 2 * len(self._subjects) + MAX_EVENTS:  # most wait no more
+            waiting = [one for one in self.queue if one.waits]
+            self.queue.clear()
+            self.queue.extend(waiting)
         self._notify()
 
     def snapshot(self, role: str, owner: int) -> None:
@@ -217,8 +220,8 @@ class Feed:
         if role == ("description" if self._by_key else "value"):
             self._lose(lambda subject: subject.owner == owner)
         if seen >= {"status", "description"}:
-            for event in self._held.pop(owner, {}).values():
-                self._first(event._subject, event._entry)
+            for subject, entry in self._held.pop(owner, {}).items():
+                self._first(subject, entry)
         self._notify()
 
     def patience_ended(self) -> None:
@@ -247,7 +250,7 @@ class Feed:
         self._snapshots.clear()
         self._held.clear()
         for name, subject in self._subjects.items():
-            if subject.entry is not None:
+            if subject.entry:
                 subject.before = subject.entry
                 self._missing.add(name)
             subject.plain = False
@@ -264,27 +267,32 @@ class Feed:
 
     # -- what the program asks
 
-    def next(self) -> Event:
-        """IndexError if none waits."""
-        event = self.queue.popleft()
-        if event._subject.pending is event:
-            event._subject.pending = None
-        else:
-            self.loose -= 1
-        return event
-
-    def drain(self) -> List[Event]:
-        """All that wait."""
-        events = list(self.queue)
-        self.queue.clear()
-        self.loose = 0
-        for event in events:
-            event._subject.pending = None
-        return events
+    def waiting(self) -> Iterator[Event]:
+        """What waits, each as it is when it is asked for."""
+        queue, loose = self.queue, self.loose
+        while True:
+            while loose:
+                yield loose.popleft()
+            if not queue:
+                return
+            subject = queue.popleft()
+            if not subject.waits:
+                continue
+            event = Event()  # as _event(), without a call: this is what a watch spends its time with
+            event._subject = subject
+            event._status = subject.status
+            event._entry = subject.entry
+            event._how = subject.waits
+            event.merged = merged = subject.merged
+            subject.waits = ""
+            if merged:
+                self._merged += merged
+                subject.merged = 0
+            yield event
 
     async def wait(self) -> bool:
         """Until an event waits; False: the watch ended. Raises what made it fail."""
-        while not self.queue:
+        while not (self.queue or self.loose):
             if self.error is not None:
                 raise self.error
             if self.ended:
@@ -295,8 +303,18 @@ class Feed:
 
     def _notify(self) -> None:
         waiter = self._waiter
-        if waiter is not None and not waiter.done() and (self.queue or self.ended or self.error):
+        if waiter is not None and not waiter.done() and (self.queue or self.loose or self.ended or self.error):
             waiter.set_result(None)
+
+
+def _event(subject: Subject, how: str) -> Event:
+    event: Event = Event()
+    event._subject = subject
+    event._status = subject.status
+    event._entry = subject.entry
+    event._how = how
+    event.merged = subject.merged
+    return event
 
 
 class Watch:
@@ -326,21 +344,18 @@ class Watch:
 
     async def __aiter__(self) -> AsyncIterator[Event]:
         feed = await self.start()
-        queue = feed.queue
         while await feed.wait():
-            while queue:  # as feed.next(), without a call for each event
-                event = queue.popleft()
-                subject = event._subject
-                if subject.pending is event:
-                    subject.pending = None
-                else:
-                    feed.loose -= 1
+            for event in feed.waiting():
                 yield event
 
     async def batch(self) -> List[Event]:
         """All events that wait, at least one; an empty list when the watch ended."""
         feed = await self.start()
-        return feed.drain() if await feed.wait() else []
+        while await feed.wait():
+            events = list(feed.waiting())
+            if events:
+                return events
+        return []
 
     def close(self) -> None:
         """Ends the subscription, and with it the demand for what was watched."""

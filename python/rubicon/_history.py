@@ -16,6 +16,7 @@ ROWS = 1000  #: at most, where no width is given
 MAX_BUCKETS = 5000  #: of a question
 MAX_KEYS = 32
 MAX_ROWS = 10_000_000
+SHOWN = {"mean": "mean", "first": "first", "last": "last", "minimum": "min", "maximum": "max", "count": "n"}
 
 
 class Range(NamedTuple):
@@ -71,21 +72,28 @@ def samples(answers: Sequence[Json]) -> List[Sample]:
     rows: List[Sample] = []
     for series in (series for answer in answers for series in answer["series"]):
         words = series.get("words") or []
-        _, values = _columns(series)
-        pairs = [(time, words[int(value)] if words else value) for time, value in zip(series.get("t", ()), values)]
-        pairs += [(time, None if text == "" else text) for time, text in series.get("texts", ())]
-        pairs += [(start, None) for start, _ in series.get("gaps", ())]
-        rows += [Sample(time, series["key"], value) for when, value in pairs if (time := utc(when)) is not None]
+        columns = [_values(series, name) for name in ("last", "first", "minimum", "maximum", "mean", "count")]
+        several: List[Tuple[Any, ...]] = [
+            (time, *(words[int(one)] if words else one for one in values[:4]), *values[4:])
+            for time, *values in zip(series.get("t", ()), *columns)]
+        single = [(time, text or None) for time, text in series.get("texts", ())]
+        single += [(start, None) for start, _ in series.get("gaps", ())]
+        several += [(time, value, value, value, value, None, int(value is not None)) for time, value in single]
+        rows += [Sample(time, series["key"], *values) for when, *values in several if (time := utc(when)) is not None]
     return sorted(rows, key=lambda row: (row.time, row.key))
 
 
-def _columns(series: Json) -> Tuple[List[Any], List[Any]]:
-    """Of each bucket the last value, and the one to show."""
-    last = series.get("v") or series.get("last") or []
-    return last, last if series.get("words") else series.get("v") or series.get("mean") or []
+def _values(series: Json, show: str) -> List[Any]:
+    """Of each bucket that has values."""
+    if show == "mean" and series.get("words"):
+        show = "last"
+    single = series.get("v")
+    if single:  # one in each
+        return [1] * len(single) if show == "count" else list(single)
+    return list(series.get(SHOWN[show], ()))
 
 
-def frame(answers: Sequence[Json], span: Range, now: float) -> Any:
+def frame(answers: Sequence[Json], span: Range, now: float, show: str = "mean") -> Any:
     """A DataFrame with a row for each bucket until now. A value holds until the next one, or until a gap begins."""
     import numpy
     import pandas
@@ -96,7 +104,8 @@ def frame(answers: Sequence[Json], span: Range, now: float) -> Any:
         for series in answer["series"]:
             parts.setdefault(series["key"], []).append(series)
     names = _short(list(parts))
-    columns = {names[key]: _column(numpy, several, span, rows) for key, several in parts.items()}
+    columns = {names[key]: _counts(numpy, several, span, rows) if show == "count" else
+               _column(numpy, several, span, rows, show) for key, several in parts.items()}
     index = pandas.to_datetime(numpy.arange(rows, dtype="int64") * span.width + span.start, unit="ms", utc=True)
     table = pandas.DataFrame(columns, index=index)
     table.index.name = "time"
@@ -106,7 +115,7 @@ def frame(answers: Sequence[Json], span: Range, now: float) -> Any:
     return table
 
 
-def _column(numpy: Any, several: List[Json], span: Range, rows: int) -> Any:
+def _column(numpy: Any, several: List[Json], span: Range, rows: int, show: str) -> Any:
     text = any(series.get("kind") == "text" for series in several)
     kind, nothing = ("object", None) if text else ("float64", math.nan)
     shown = numpy.full(rows + 1, nothing, dtype=kind)
@@ -114,22 +123,17 @@ def _column(numpy: Any, several: List[Json], span: Range, rows: int) -> Any:
     known = numpy.zeros(rows + 1, dtype=bool)
     gap = numpy.zeros(rows + 1, dtype=bool)
 
-    def places(times: Any) -> Any:
-        rounded = numpy.rint(numpy.asarray(times, dtype="float64") * 1000).astype("int64")
-        return numpy.clip((rounded - span.start) // span.width, 0, rows)
-
     for number, series in enumerate(several):
-        last, values = _columns(series)
         texts = series.get("texts") or []
         before = series.get("before")
         if before and not number:
             shown[0] = held[0] = before[1]
             known[0] = True
         for start, end in series.get("gaps", ()):
-            gap[slice(*places([start, end]))] = True
-        at = places([time for time, _ in texts] if text else series.get("t", ()))
-        shown[at] = [value or None for _, value in texts] if text else numpy.asarray(values, dtype="float64")
-        held[at] = shown[at] if text else numpy.asarray(last, dtype="float64")
+            gap[slice(*_places(numpy, [start, end], span, rows))] = True
+        at = _places(numpy, [time for time, _ in texts] if text else series.get("t", ()), span, rows)
+        shown[at] = [value or None for _, value in texts] if text else numpy.asarray(_values(series, show), dtype="float64")
+        held[at] = shown[at] if text else numpy.asarray(_values(series, "last"), dtype="float64")
         known[at] = True
         gap[at] = False
     known |= gap  # in a gap nothing is held
@@ -137,6 +141,21 @@ def _column(numpy: Any, several: List[Json], span: Range, rows: int) -> Any:
     source = numpy.maximum.accumulate(numpy.where(known, numpy.arange(rows + 1), -1))
     filled = numpy.where(source >= 0, held[source], nothing)
     return numpy.where(known, shown, filled)[:rows]
+
+
+def _counts(numpy: Any, several: List[Json], span: Range, rows: int) -> Any:
+    counts = numpy.zeros(rows + 1)
+    for series in several:
+        texts = series.get("texts") or []
+        numpy.add.at(counts, _places(numpy, [time for time, _ in texts], span, rows), [text != "" for _, text in texts])
+        numpy.add.at(counts, _places(numpy, series.get("t", ()), span, rows), _values(series, "count"))
+    return counts[:rows]
+
+
+def _places(numpy: Any, times: Any, span: Range, rows: int) -> Any:
+    """Rows of these times; what is beyond now is in the one after the last."""
+    rounded = numpy.rint(numpy.asarray(times, dtype="float64") * 1000).astype("int64")
+    return numpy.clip((rounded - span.start) // span.width, 0, rows)
 
 
 def _short(keys: List[str]) -> Dict[str, str]:

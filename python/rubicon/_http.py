@@ -7,13 +7,14 @@ import http.client
 import io
 import json
 import ssl
-from typing import Any, Dict, Mapping, NamedTuple, Optional
+from typing import Any, Awaitable, Dict, Mapping, NamedTuple, Optional, TypeVar
 from urllib.parse import urlsplit
 
 from ._door import error_of
 from ._errors import Error
 
 BUSY_PAUSE = 1.0  #: seconds before a busy server is asked again
+_Result = TypeVar("_Result")
 MAX_BODY = 256 * 1024 * 1024  #: bytes of an answer
 
 
@@ -35,7 +36,7 @@ class Server(NamedTuple):
         try:
             port = parts.port or (443 if parts.scheme == "https" else 80)
         except ValueError:
-            raise Error("invalid", f"{url!r}: its port is no number up to 65535") from None
+            raise Error("invalid", f"{url!r}: its port is not a number up to 65535") from None
         if parts.scheme == "http":
             if token and parts.hostname not in ("127.0.0.1", "::1", "localhost"):
                 raise Error("refused", f"{url}: a token goes to another host over https only")
@@ -65,11 +66,23 @@ class _Received:
         return io.BytesIO(self._data)
 
 
+async def within(seconds: float, what: Awaitable[_Result]) -> _Result:
+    """As asyncio.wait_for(), which before Python 3.12 loses a cancellation that comes together with the result."""
+    task = asyncio.ensure_future(what)
+    try:
+        await asyncio.wait({task}, timeout=seconds)
+        if task.done():
+            return task.result()
+    finally:
+        task.cancel()
+    raise asyncio.TimeoutError
+
+
 async def ask(server: Server, path: str, accept: str = "application/json") -> bytes:
     """The body of the answer. A server that is busy is asked again, twice. Raises Error."""
     for attempt in range(3):
         try:
-            return await asyncio.wait_for(_ask(server, path, accept), server.timeout)
+            return await within(server.timeout, _ask(server, path, accept))
         except asyncio.TimeoutError:
             raise Error("expired", f"{server.url}: no answer within {server.timeout:g} s") from None
         except Error as error:

@@ -7,7 +7,7 @@ import dataclasses
 import time as clock
 from datetime import datetime
 from types import TracebackType
-from typing import Any, Callable, Dict, Generator, Iterable, List, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, Generator, Iterable, List, Optional, Sequence, Tuple, Type, Union
 from urllib.parse import urlencode
 
 from . import _history
@@ -15,9 +15,10 @@ from ._door import Door
 from ._errors import Error, Refused
 from ._feed import Feed, Flow, Watch
 from ._listening import Judge, Messages
-from ._names import KINDS, Query, ambiguous, has_wildcard, not_found, query_of, split_owner
-from ._values import (Device, Devices, Island, Json, LogLine, Outcome, Span, Subject, Value, Values, Waiting, Wish,
-                      Sample, moment, parsed, seconds_of, text_of, utc)
+from ._names import (KINDS, Query, ambiguous, devices_called, has_wildcard, is_like_name, not_found, points_called, query_of,
+                     split_owner)
+from ._values import (Device, Devices, Island, Json, LogLine, Outcome, RemoteSet, Sample, Span, Subject, Value, Values, Waiting,
+                      When, moment, parsed, seconds_of, text_of, utc)
 
 MAX_ISLAND = 65532  #: other components have higher ids
 
@@ -121,15 +122,10 @@ class Space:
         return dataclasses.replace(device, points=tuple(points))
 
     async def _devices_named(self, name: str) -> List[Device]:
-        query: Dict[str, Any] = {"name": name}
-        if all(char.isalnum() or char in "_-.:*?" for char in name):
-            owner, key = split_owner(name)
-            *front, query["name"] = key.split(".")
-            query["network"] = front[-1] if front else ""
-            query["island"] = owner
-        found = list(await self.devices(**query))
-        exact = [one for one in found if one.id == query["name"]]
-        return exact or found
+        return devices_called(await self.devices(), await self._island_names(), name)
+
+    async def _island_names(self) -> Dict[int, str]:
+        return {one.id: one.name for one in await self._door.islands()}
 
     async def _owner(self, name: str) -> str:
         """The id of an island's id or name, or of another component's id."""
@@ -197,16 +193,25 @@ class Space:
 
     async def _query(self, pattern: str) -> Tuple[str, Query]:
         """Owner, or `*`, and what a pattern or a name means."""
-        owner, key = split_owner(pattern)
-        if has_wildcard(key):
-            return await self._owner(owner) or "*", query_of(key)
+        try:
+            owner, key = split_owner(pattern)
+            if has_wildcard(key):
+                return await self._owner(owner) or "*", query_of(key)
+        except Error as error:
+            if has_wildcard(pattern):
+                owner, key = self._only(pattern, await self._called(pattern, "value", error=error))
+                return owner, query_of(key)
         owner, key = await self._tuple(pattern, "value")
         return owner, Query(key, None)
 
     async def _tuple(self, name: str, leaf: str) -> Tuple[str, str]:
         """Owner and key of a name: a point with this leaf, or a tuple with exactly this key."""
-        owner, key = split_owner(name)
-        owner = await self._owner(owner)
+        try:
+            owner, key = split_owner(name)
+            if owner and not owner.isdigit():
+                owner = await self._owner(owner)
+        except Error as error:
+            return self._only(name, await self._called(name, leaf, error=error))
         parts = key.split(".")
         if len(parts) == 5 and parts[3] in KINDS:
             parts.append(leaf)
@@ -215,12 +220,20 @@ class Space:
             if found:
                 return self._only(name, found)
         key = ".".join(parts)
-        if owner:
-            return owner, key
-        found = [(str(row["owner"]), str(row["key"])) for row in await self._door.read(f"*:{key}")]
-        if not found:
-            raise not_found("tuple", name, await self._known_names(parts, leaf))
-        return self._only(name, found)
+        if owner and (len(parts) not in (2, 3) or parts[0] == "proxy" or int(owner) > MAX_ISLAND):
+            return owner, key  # whole: its owner says whether there is one
+        found = [(str(row["owner"]), str(row["key"])) for row in await self._door.read(f"{owner or '*'}:{key}")]
+        return self._only(name, found or await self._called(name, leaf, parts))
+
+    async def _called(self, name: str, leaf: str, parts: Sequence[str] = (),
+                      error: Optional[Error] = None) -> List[Tuple[str, str]]:
+        """The tuples of the points that people call so. Raises where there are none: `error` says what else is wrong."""
+        found = points_called(await self.devices(), await self._island_names(), name, leaf == "command")
+        if found:
+            return [(owner, f"{key}.{leaf}") for owner, key in found]
+        if error is not None and (error.code == "not-found" or not is_like_name(name)):
+            raise error
+        raise not_found("tuple", name, await self._known_names(parts, leaf))
 
     async def _points_named(self, owner: str, parts: List[str], leaf: str) -> List[Tuple[str, str]]:
         *network, device, point = parts
@@ -239,14 +252,16 @@ class Space:
             raise ambiguous("tuple", name, [f"{owner}:{key}" for owner, key in found])
         return found[0]
 
-    async def _known_names(self, parts: List[str], leaf: str) -> List[str]:
+    async def _known_names(self, parts: Sequence[str], leaf: str) -> List[str]:
         """Names of the same form as the one that was given."""
         names = []
         for one in await self.devices():
-            front = {2: f"{one.id}.", 3: f"{one.network}.{one.id}."}.get(len(parts))
+            fronts = {2: [one.id, one.name], 3: [f"{one.network}.{one.id}"], 0: [one.name]}.get(len(parts))
             for kind, points in zip(KINDS, (one.sensors, one.actuators, one.properties)):
-                if leaf != "command" or kind != "sensor":
-                    names += [f"{front}{point}" if front else f"{one.key}.{kind}.{point}.{leaf}" for point in points]
+                if leaf == "command" and kind == "sensor":
+                    continue
+                for point in points:
+                    names += [f"{front}.{point}" for front in fronts if front] if fronts else [f"{one.key}.{kind}.{point}.{leaf}"]
         return names
 
     # -- commands and tuples
@@ -269,10 +284,9 @@ class Space:
         options: Json = {"ttl": seconds_of(ttl, "ttl")}
         if sequence is not None:
             options["sequence"] = sequence
-        if media_type:
+        media_type = media_type or _media(value)
+        if media_type != "text/plain":
             options["media"] = media_type
-        elif _media(value) != "text/plain":
-            options["media"] = _media(value)
         if time is not None:
             options["user"] = time.timestamp()
         if lifetime is not None:
@@ -306,11 +320,11 @@ class Space:
         self._check()
         self._door.erase(key)
 
-    def judge(self, pattern: str, call: Callable[[Wish], Optional[str]], *, appends: bool = False) -> Judge:
+    def judge(self, pattern: str, call: Callable[[RemoteSet], Optional[str]], *, appends: bool = False) -> Judge:
         """Lets `call` decide about sets of own tuples by others, until the result is closed: None accepts, a text
         refuses and says why. Without a judge such sets are refused. Of several the narrowest pattern decides."""
         self._check()
-        return Judge(self._door.judge(pattern, appends, lambda row: call(Wish.of(row))))
+        return Judge(self._door.judge(pattern, appends, lambda row: call(RemoteSet.of(row))))
 
     # -- messages
 
@@ -327,38 +341,39 @@ class Space:
 
     # -- the past
 
-    async def history(self, pattern: str, *, since: Union[Span, datetime] = "1h", until: Union[Span, datetime] = 0,
-                      every: Span = 0) -> Any:
-        """Past values as a pandas.DataFrame: a column for each key, a row each `every`, the index in UTC. Of numbers the
-        mean of each row, of words the number of the last one (`attrs["words"]`). NaN: nothing was known. Units are in
-        `attrs["units"]`. `every` is a width of docs/history.md; 0 = the finest that gives at most 1,000 rows. Where
-        pandas is not installed: a list of Sample, the values that were kept."""
+    async def history(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0,
+                      show: str = "mean") -> Any:
+        """Past values as a pandas.DataFrame: a column for each key, a row each `every`, the index in UTC. NaN: nothing
+        was known. Words are their numbers, with the words in `attrs["words"]`. Units are in `attrs["units"]`.
+
+        `show`: what of the values of a row: mean (by time; the last of words), first, last, minimum, maximum, count.
+        `every` is a width of docs/history.md; 0 = the finest that gives at most 1,000 rows. Where pandas is not
+        installed: a list of Sample."""
+        if show not in _history.SHOWN:
+            raise Error("invalid", f"show is {show!r}; expected {', '.join(_history.SHOWN)}")
         now, span, answers = await self._past(pattern, since, until, every)
         try:
             import pandas  # noqa: F401
         except ImportError:
             return _history.samples(answers)
-        return await asyncio.get_running_loop().run_in_executor(None, _history.frame, answers, span, now)
+        return await asyncio.get_running_loop().run_in_executor(None, _history.frame, answers, span, now, show)
 
-    async def samples(self, pattern: str, *, since: Union[Span, datetime] = "1h", until: Union[Span, datetime] = 0,
-                      every: Span = 0) -> List[Sample]:
-        """As history(), as rows (time, key, value), without pandas. A value None begins a gap."""
+    async def samples(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0) -> List[Sample]:
+        """As history(), as rows without pandas: time, key, the last value, and first, minimum, maximum, mean and n (how many) of
+        those within `every`. A value None begins a gap."""
         return _history.samples((await self._past(pattern, since, until, every))[2])
 
-    async def export(self, pattern: str, *, since: Union[Span, datetime] = "1h", until: Union[Span, datetime] = 0,
-                     every: Span = 0) -> str:
+    async def export(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0) -> str:
         """As history(), as CSV: a line for each bucket that has values, with the columns of the API."""
         span, keys = await self._asked(pattern, since, until, every)
         texts: List[str] = [await self._door.history(path, "text/csv") for path in span.paths(keys)]
         return texts[0] + "".join(text.partition("\n")[2] for text in texts[1:])
 
-    async def _past(self, pattern: str, since: Union[Span, datetime], until: Union[Span, datetime],
-                    every: Span) -> Tuple[float, _history.Range, List[Json]]:
+    async def _past(self, pattern: str, since: When, until: When, every: Span) -> Tuple[float, _history.Range, List[Json]]:
         span, keys = await self._asked(pattern, since, until, every)
         return clock.time(), span, [await self._door.history(path) for path in span.paths(keys)]
 
-    async def _asked(self, pattern: str, since: Union[Span, datetime], until: Union[Span, datetime],
-                     every: Span) -> Tuple[_history.Range, List[str]]:
+    async def _asked(self, pattern: str, since: When, until: When, every: Span) -> Tuple[_history.Range, List[str]]:
         self._check()
         now = clock.time()
         span = _history.Range.of(moment(since, now, "since"), moment(until, now, "until"), seconds_of(every, "every"))
@@ -434,8 +449,8 @@ def _bytes(value: object) -> bytes:
 
 
 def _value(row: Json, about: Optional[Json] = None, status: Optional[Json] = None) -> Value:
-    subject = Subject(row["owner"], row["key"], row.get("mimetype", ""), about, status or {})
-    return Value(subject, [0, row.get("value"), row.get("seq", 0), row.get("user") or row.get("write") or 0])
+    subject = Subject(row["owner"], row["key"], row.get("media", ""), about, status or {})
+    return Value(subject, [0, row.get("value"), row.get("sequence", 0), row.get("user") or row.get("write") or 0])
 
 
 def _points(rows: Iterable[Json], query: Query) -> Iterable[Value]:

@@ -13,6 +13,7 @@ from ._errors import Error
 
 Json = Dict[str, Any]
 Span = Union[str, int, float, timedelta]
+When = Union[Span, datetime]  #: a span is before now
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 _UNITS = {"1": "", "Cel": "°C", "[degF]": "°F", "[ppm]": "ppm", "[ppb]": "ppb", "deg": "°", "dB[mW]": "dBm",
@@ -23,11 +24,10 @@ _FALSE = {"off", "false", "0", "no"}
 
 
 def utc(seconds: object) -> Optional[datetime]:
-    """Seconds since 1970 as a datetime; None for 0 and for what is no time."""
-    if not isinstance(seconds, (int, float)) or not seconds:
-        return None
+    """Seconds since 1970, or their text, as a datetime; None for 0 and for what is no time."""
     try:
-        return _EPOCH + timedelta(seconds=seconds)
+        number = float(seconds) if isinstance(seconds, (int, float, str)) else 0.0
+        return _EPOCH + timedelta(seconds=number) if number else None
     except (OverflowError, ValueError):
         return None
 
@@ -44,7 +44,7 @@ def seconds_of(span: Span, what: str) -> float:
     return float(match[1]) * _SECONDS[match[2]]
 
 
-def moment(when: Union[Span, datetime], now: float, what: str) -> float:
+def moment(when: When, now: float, what: str) -> float:
     """Seconds since 1970 of a datetime, or of a span before now. A datetime without a zone is local time."""
     return when.timestamp() if isinstance(when, datetime) else now - seconds_of(when, what)
 
@@ -79,7 +79,7 @@ def unit_text(code: str) -> str:
 class Subject:
     """A tuple and what is known of it beside its value. Shared by all values of it."""
 
-    __slots__ = ("owner", "key", "media", "about", "status", "pending", "entry", "before", "plain", "absent")
+    __slots__ = ("owner", "key", "media", "about", "status", "entry", "before", "plain", "absent", "waits", "merged")
 
     def __init__(self, owner: int, key: str, media: str = "", about: Optional[Json] = None, status: Json = {}) -> None:
         self.owner = owner
@@ -87,11 +87,12 @@ class Subject:
         self.media = media
         self.about: Json = about or {}
         self.status = status
-        self.pending: Optional[Event] = None
-        self.entry: Optional[List[Any]] = None
+        self.entry: List[Any] = []
         self.before: Optional[List[Any]] = None
         self.plain = False
         self.absent = False
+        self.waits = ""  # to be read by a program: Event.kind, or again
+        self.merged = 0
 
 
 class Value:
@@ -204,13 +205,10 @@ class Event(Value):
 
     __slots__ = ("_how", "merged")
 
-    def __init__(self, subject: Subject, entry: List[Any], how: str = "value") -> None:
-        self._subject = subject
-        self._status = subject.status
-        self._entry = entry
-        self._how = how
-        #: So many values of this tuple were replaced by this one, because the program did not read them in time.
-        self.merged = 0
+    __init__ = object.__init__  # type: ignore[assignment]  # a feed fills it, in half the time
+    _how: str
+    #: So many values of this tuple were replaced by this one, because the program did not read them in time.
+    merged: int
 
     @property
     def kind(self) -> str:
@@ -222,12 +220,6 @@ class Event(Value):
     def again(self) -> bool:
         """The value was delivered before: it came once more because the line to the server was lost."""
         return self._how == "again"
-
-    def _replace(self, entry: List[Any]) -> None:
-        self.merged += self._how != "state"
-        self._entry = entry
-        self._status = self._subject.status
-        self._how = "value"
 
 
 def _decoded(text: Optional[str], subject: Subject) -> Any:
@@ -334,8 +326,7 @@ class Values(List[Value]):
         return _table(self)
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """How a command ended (docs/life-of-a-command.md)."""
 
     #: confirmed, assumed, applied; refused, failed, timed-out, expired, superseded, no-such-owner; queued, sent: `wait`
@@ -364,7 +355,7 @@ class Message:
 
 
 @dataclass(frozen=True)
-class Wish:
+class RemoteSet:
     """What another component wants to set of a tuple of this one."""
 
     sender: int
@@ -372,7 +363,7 @@ class Wish:
     data: bytes
     media_type: str = "text/plain"
     append: bool = False  #: to the present value
-    asker: str = ""  #: whose wish it is, as `sender` says: `user:ann`, `token:tablet`; empty = its own
+    asker: str = ""  #: who asked for it, as `sender` says: `user:ann`, `token:tablet`; empty = its own
 
     @property
     def value(self) -> str:
@@ -380,7 +371,7 @@ class Wish:
         return self.data.decode(errors="replace")
 
     @classmethod
-    def of(cls, row: Json) -> Wish:
+    def of(cls, row: Json) -> RemoteSet:
         return cls(row["from"], row["key"], row["value"], row["media"], row["append"], row["asker"])
 
 
@@ -414,11 +405,16 @@ class LogLine:
 
 
 class Sample(NamedTuple):
-    """A row of a history where pandas is not installed."""
+    """A bucket of a history that has values (docs/history.md#answers)."""
 
-    time: datetime
+    time: datetime  #: when the bucket begins
     key: str
-    value: Union[float, str, None]  #: None: a gap begins
+    value: Union[float, str, None]  #: the last one; None: a gap begins
+    first: Union[float, str, None] = None
+    minimum: Union[float, str, None] = None
+    maximum: Union[float, str, None] = None
+    mean: Optional[float] = None  #: by time; None of texts
+    n: int = 0  #: how many came
 
 
 def _members(cls: Any, row: Json) -> Json:

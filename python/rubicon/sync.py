@@ -16,10 +16,10 @@ from typing import Any, Callable, Coroutine, Iterator, List, Optional, TypeVar, 
 import rubicon
 
 from ._errors import Error
-from ._values import Device, Devices, Event, Island, LogLine, Message, Outcome, Sample, Span, Value, Values, Waiting, Wish
+from ._values import (Device, Devices, Event, Island, LogLine, Message, Outcome, RemoteSet, Sample, Span, Value, Values, Waiting,
+                      When)
 
 _Result = TypeVar("_Result")
-_When = Union[Span, datetime]
 
 
 def connect(url: str = "", token: Optional[str] = None, *, token_file: Union[str, Path, None] = None,
@@ -129,7 +129,7 @@ class Space:
     def erase(self, key: str) -> None:
         self._wait(self._space.erase(key))
 
-    def judge(self, pattern: str, call: Callable[[Wish], Optional[str]], *, appends: bool = False) -> rubicon.Judge:
+    def judge(self, pattern: str, call: Callable[[RemoteSet], Optional[str]], *, appends: bool = False) -> rubicon.Judge:
         async def begin() -> rubicon.Judge:
             return self._space.judge(pattern, call, appends=appends)
 
@@ -154,13 +154,14 @@ class Space:
         finally:
             self._wait(messages.__aexit__())
 
-    def history(self, pattern: str, *, since: _When = "1h", until: _When = 0, every: Span = 0) -> Any:
-        return self._wait(self._space.history(pattern, since=since, until=until, every=every))
+    def history(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0,
+                show: str = "mean") -> Any:
+        return self._wait(self._space.history(pattern, since=since, until=until, every=every, show=show))
 
-    def samples(self, pattern: str, *, since: _When = "1h", until: _When = 0, every: Span = 0) -> List[Sample]:
+    def samples(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0) -> List[Sample]:
         return self._wait(self._space.samples(pattern, since=since, until=until, every=every))
 
-    def export(self, pattern: str, *, since: _When = "1h", until: _When = 0, every: Span = 0) -> str:
+    def export(self, pattern: str, *, since: When = "1h", until: When = 0, every: Span = 0) -> str:
         return self._wait(self._space.export(pattern, since=since, until=until, every=every))
 
     def inbox(self) -> List[Waiting]:

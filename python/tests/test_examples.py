@@ -82,6 +82,14 @@ class Examples(unittest.TestCase):
                 "print(kinds.count('text/html'), kinds.count('image/png'))")
         self.assertEqual(self.run_program("-c", code, str(EXAMPLES / "notebook.ipynb")), "2 1\n")
 
+    @unittest.skipUnless(installed("pandas"), "pandas is not installed")
+    def test_the_measurements_run(self):
+        figures = json.loads(self.run_program("-W", "error", str(ROOT / "bench/python/rubicon-bench-python"), "--rounds", "3",
+                                              "--runs", "1", "--programs", str(PROGRAMS)))
+        self.assertGreater(figures["updates_per_s"], 0)
+        self.assertGreater(figures["million_points_to_frame_s"], 0)
+        self.assertEqual(installed("rubicon._native"), "native_updates_per_s" in figures)
+
     def test_the_page(self):
         """What stands in docs/python.md as a program runs."""
         blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.S)

@@ -51,11 +51,21 @@ class Rows(unittest.TestCase):
         self.assertEqual(rows, [(100, "1:b", "on"), (100, "654", 1), (150, "1:c", "a"), (200.5, "654", 2),
                                 (250, "1:c", None), (300, "654", None)])
 
+    def test_buckets_of_several_values(self):
+        (one, other) = samples([{"series": [
+            series(t=[100], first=[1], min=[0.5], max=[4], mean=[2], last=[3], n=[7]),
+            {"key": "6541:z", "kind": "words", "t": [100], "first": [0], "min": [0], "max": [1], "mean": [0.2], "last": [1],
+             "n": [2], "words": ["off", "on"], "gaps": []},
+        ]}])  # fmt: skip
+        self.assertEqual(one[2:], (3, 1, 0.5, 4, 2, 7))
+        self.assertEqual(other[2:], ("on", "off", "off", "on", 1, 2))
+        self.assertEqual(samples([{"series": [series(t=[100], v=[5])]}])[0][2:], (5, 5, 5, 5, 5, 1))
+
 
 @unittest.skipIf(pandas is None, "pandas is not installed")
 class Frames(unittest.TestCase):
-    def made(self, *members, span=Range(0, 600_000, 60_000), now=600.0):
-        return frame([{"series": list(members)}], span, now)
+    def made(self, *members, span=Range(0, 600_000, 60_000), now=600.0, show="mean"):
+        return frame([{"series": list(members)}], span, now, show)
 
     def column(self, *members, **options):
         table = self.made(*members, **options)
@@ -72,6 +82,14 @@ class Frames(unittest.TestCase):
     def test_a_value_holds_until_the_next_one(self):
         column = self.column(series(t=[60, 240], mean=[1, 4], last=[2, 5], before=[-5, 9]))
         self.assertEqual(column, [9, 1, 2, 2, 4, 5, 5, 5, 5, 5])
+
+    def test_what_of_a_row_is_shown(self):
+        bucket = series(t=[60], first=[1], min=[0.5], max=[4], mean=[2], last=[3], n=[7])
+        for show, expected in (("first", 1), ("minimum", 0.5), ("maximum", 4), ("mean", 2), ("last", 3)):
+            self.assertEqual(self.column(bucket, show=show)[:3], [None, expected, 3], show)
+        self.assertEqual(self.column(bucket, show="count")[:3], [0, 7, 0])
+        texts = {"key": "1:c", "kind": "text", "texts": [[60, "a"], [61, "b"], [240, ""]], "gaps": []}
+        self.assertEqual(self.column(texts, show="count")[:5], [0, 2, 0, 0, 0])
 
     def test_a_gap_is_nan(self):
         column = self.column(series(t=[60, 420], v=[1, 7], gaps=[[180, 400]]))

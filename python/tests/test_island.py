@@ -2,12 +2,15 @@
 
 import asyncio
 import importlib.util
+import os
+import subprocess
+import sys
 import unittest
 from unittest import mock
 
 import rubicon
 
-from .island import Island, first, needs_island, open_space
+from .island import PYTHONPATH, Island, first, needs_island, open_space
 
 LIGHT = "proxy.dummy-rooms.living.sensor.light-1.value"
 
@@ -60,7 +63,19 @@ class Calls:
         error = await self.fails("not-found", self.space.get("hom:living.light-1"))
         self.assertEqual(error.candidates, ("home",))
         await self.fails("not-found", first(self.space.watch("nobody.light-1")))
-        await self.fails("invalid", self.space.get("two words"))
+        await self.fails("not-found", self.space.get("two words"))
+        await self.fails("invalid", self.space.get("two..dots"))
+        error = await self.fails("not-found", self.space.get("Living rom.light-1"))
+        self.assertEqual(error.candidates[0], "Living room.light-1")
+
+    async def test_names_that_people_give(self):
+        for name in ("Living room.light-1", "living ROOM.light", "home:Living room.light-1", "living.light"):
+            with self.subTest(name):
+                self.assertEqual((await self.space.get(name)).key, LIGHT)
+        self.assertEqual((await self.space.command("Living room.lamp", "on")).state, "confirmed")
+        self.assertEqual(len(await self.space.read("Living room.l*")), 2)
+        self.assertEqual((await self.space.device("UPSTAIRS")).id, "bedroom")
+        await self.fails("not-found", self.space.command("Living room.light", "on"))
 
     async def test_a_watch_wakes_sensors_and_ends_when_it_is_left(self):
         event = await first(self.space.watch("living.light-1"), lambda event: event.good)
@@ -187,6 +202,18 @@ class OverTheWeb(Calls, unittest.IsolatedAsyncioTestCase):
 
         await asyncio.get_running_loop().run_in_executor(None, elsewhere)
 
+    async def test_a_loop_that_was_closed(self):
+        """A program that ran asyncio.run() twice; what it left open is dropped without a word."""
+        code = ("import asyncio, gc, rubicon\nspace = rubicon.connect()\nwatch = None\n"
+                "async def begin():\n    global watch\n    await space\n    watch = space.watch('living.*')\n"
+                "    await watch.start()\nasyncio.run(begin())\n"
+                "try:\n    asyncio.run(space.islands())\nexcept rubicon.Error as error:\n    print(error)\n"
+                "watch = None\ngc.collect()\n")
+        done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": PYTHONPATH},
+                              capture_output=True, text=True, timeout=60)
+        self.assertIn("belongs to another event loop", done.stdout)
+        self.assertEqual(done.stderr, "")
+
     async def test_a_space_that_is_closed_says_so(self):
         watching = asyncio.ensure_future(first(self.space.watch("nothing.*", passive=True)))
         watching.cancel()
@@ -246,17 +273,17 @@ class AsAComponent(Calls, unittest.IsolatedAsyncioTestCase):
             await self.space.own("robot.speed", 1)
             owner = self.space._door._component.id
             await self.refused(other, owner, "read-only")
-            wishes = []
+            asked = []
 
-            def judge(wish):
-                wishes.append(wish)
-                return None if float(wish.value) < 2 else "too fast"
+            def judge(one):
+                asked.append(one)
+                return None if float(one.value) < 2 else "too fast"
 
             with self.space.judge("robot.speed", judge):
                 self.assertEqual(await other.set(f"{owner}:robot.speed", 1.5), 2)
                 await self.refused(other, owner, "too fast")
-            self.assertEqual((wishes[0].key, wishes[0].sender), ("robot.speed", other._door._component.id))
-            with self.space.judge("robot.speed", lambda wish: 1 / 0), mock.patch("sys.unraisablehook") as raised:
+            self.assertEqual((asked[0].key, asked[0].sender), ("robot.speed", other._door._component.id))
+            with self.space.judge("robot.speed", lambda one: 1 / 0), mock.patch("sys.unraisablehook") as raised:
                 await self.refused(other, owner, "failed")
             raised.assert_called_once()
 
@@ -280,6 +307,17 @@ class AsAComponent(Calls, unittest.IsolatedAsyncioTestCase):
             self.assertEqual((await first(watch)).quality, "network-down")
             self.island.start()
             self.assertTrue((await first(watch, lambda event: event.good)).value)
+
+    async def test_a_space_that_is_closed_ends_the_calls_that_wait(self):
+        space = await rubicon.join(folder=str(self.island.space_folder))
+        self.island.pause(True)
+        try:
+            waiting = asyncio.ensure_future(space.set("6541:proxy.inbox", "approve x", ttl=60))
+            await asyncio.sleep(0.05)
+            await space.close()
+            await self.fails("invalid", asyncio.wait_for(waiting, 30))
+        finally:
+            self.island.pause(False)
 
     async def test_options_that_are_unsound(self):
         with self.assertRaises(rubicon.Error) as caught:

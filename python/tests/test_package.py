@@ -1,5 +1,6 @@
 """The package itself: types, what it imports, and its documentation."""
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -34,11 +35,16 @@ class Package(unittest.TestCase):
             if not name.startswith("_"):
                 self.assertTrue(inspect.getdoc(call) or name == "open", name)
 
-    def test_lines_and_files_fit(self):
-        for file in (ROOT / "python").rglob("*.py"):
-            for number, line in enumerate(file.read_text().splitlines(), 1):
+    def test_lines_and_functions_fit(self):
+        """As the rules of tests/structure for C++; that of the length of files is there."""
+        files = [file for folder in ("python", "examples/python") for file in (ROOT / folder).rglob("*.py")]
+        for file in (*files, *(ROOT / "bench/python").glob("rubicon-*")):
+            text = file.read_text()
+            for number, line in enumerate(text.splitlines(), 1):
                 self.assertLessEqual(len(line), 130, f"{file}:{number}")
-            self.assertLessEqual(number, 500, file)
+            for node in ast.walk(ast.parse(text)):
+                if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                    self.assertLessEqual(node.end_lineno - node.lineno, 40, f"{file}: {node.name}")
 
 
 if __name__ == "__main__":

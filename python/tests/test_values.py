@@ -2,7 +2,8 @@ import json
 import unittest
 from datetime import datetime, timedelta, timezone
 
-from rubicon import Device, Error, Island, Value
+from rubicon import Device, Error, Island, Outcome, Value
+from rubicon._door import outcome_of
 from rubicon._values import Devices, Subject, Values, moment, seconds_of, text_of, utc
 
 
@@ -91,6 +92,23 @@ class Spans(unittest.TestCase):
         for given, text in ((True, "true"), (21.5, "21.5"), (7, "7"), ("on", "on"), (b"\xff", b"\xff")):
             self.assertEqual(text_of(given), text)
         self.assertEqual(json.loads(text_of({"r": 1})), {"r": 1})
+
+
+class Outcomes(unittest.TestCase):
+    """docs/api.md, `verdict`."""
+
+    def state(self, code, **more):
+        return outcome_of(Outcome("unknown"), {"ok": False, "error": {"code": code, "text": ""}, **more}).state
+
+    def test_what_was_not_executed_is_told_apart_from_what_nobody_knows(self):
+        self.assertEqual(self.state("expired", verdict="expired"), "expired")
+        self.assertEqual(self.state("expired", verdict="timed-out"), "timed-out")
+        self.assertEqual(self.state("expired"), "timed-out", "an older island does not say which")
+
+    def test_a_refusal_is_one_whatever_its_code(self):
+        self.assertEqual(self.state("not-found", verdict="refused"), "refused")
+        self.assertEqual(self.state("not-found", verdict="no-such-owner"), "no-such-owner")
+        self.assertEqual(self.state("busy"), "refused")
 
 
 if __name__ == "__main__":

@@ -72,6 +72,18 @@ class Answers(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(await self.asked(busy, busy, answer({"islands": []})), {"islands": []})
             await self.fails("busy", busy)
 
+    async def test_a_cancellation_that_comes_with_the_result_counts(self):
+        future = asyncio.get_running_loop().create_future()
+        task = asyncio.ensure_future(_http.within(60, future))
+        await asyncio.sleep(0)
+        future.set_result(1)
+        await asyncio.sleep(0)
+        task.cancel()
+        with self.assertRaises(asyncio.CancelledError):
+            await task
+        with self.assertRaises(asyncio.TimeoutError):
+            await _http.within(0, asyncio.get_running_loop().create_future())
+
     async def test_endless_answers_are_bounded(self):
         with mock.patch.object(_http, "MAX_BODY", 1000):
             await self.fails("out-of-range", answer(b"x" * 2000))

@@ -72,6 +72,25 @@ inline std::string_view as_text(ByteView bytes) {
 }  // namespace rubicon::base
 
 namespace rubicon {
+
 using base::Bytes;
 using base::ByteView;
+
 }  // namespace rubicon
+
+namespace rubicon::base {
+
+/// Receives bytes in order: a file opened for appending, a vector in tests.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  /// Appends all bytes. After an error a part of them may have been appended.
+  virtual Result<void> append(ByteView bytes) = 0;
+};
+
+/// Base 64 with padding, on one line (RFC 4648, section 4).
+std::string to_base64(std::string_view bytes);
+/// kInvalid names the position of the first character that is wrong; padding is required, blanks are not allowed.
+Result<std::string> from_base64(std::string_view text);
+
+}  // namespace rubicon::base

@@ -1,4 +1,4 @@
-#include "base/config_node.h"
+#include "base/config_reader.h"
 
 #include <map>
 #include <string_view>

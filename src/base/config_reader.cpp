@@ -6,9 +6,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/nearest.h"
+#include "base/compare_text.h"
 
-#include "base/printable.h"
 #include "base/text.h"
 
 namespace rubicon::base {

@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "base/deadline.h"
 #include "base/scheduler.h"
 
 namespace rubicon::base {
 
 /// Queues whose items expire while they wait: each item has a member `expires` (SteadyTime). One timer serves them all
-/// and runs at most once each 10 ms. Whoever takes an item looks at `expires` once more.
+/// and runs at most once each 10 ms. The code that takes an item checks `expires` again.
 template <class Item>
 class ExpiringQueues {
  public:
@@ -60,7 +59,7 @@ class ExpiringQueues {
       for (Item& item : queue) {
         if (item.expires <= now) {
           over.push_back(std::move(item));
-          item.expires = SteadyTime::min();  // marks what was moved away
+          item.expires = SteadyTime::min();  // marks an item that was moved away
         } else {
           next = std::min(next, item.expires);
         }

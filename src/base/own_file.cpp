@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -87,6 +88,12 @@ Result<void> OwnFile::write(std::string_view bytes, const std::string& path) con
     bytes.remove_prefix(static_cast<std::size_t>(count));
   }
   return {};
+}
+
+std::string whole_path(const std::string& path) {
+  std::error_code error;
+  const auto whole = std::filesystem::absolute(path, error);
+  return error ? path : whole.lexically_normal().string();  // the folder of this process is gone
 }
 
 }  // namespace rubicon::base

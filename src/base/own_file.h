@@ -22,7 +22,7 @@ class OwnFile {
   /// kRefused: no permission; kNotFound: the folder does not exist; kInvalid: it is a symbolic link; kIo: other errors
   /// of the system.
   static Result<OwnFile> open(const std::string& path, int flags);
-  /// Takes over a descriptor that the system gave; a negative one is no file.
+  /// Takes over a descriptor that the system gave; a negative one is not a file.
   static OwnFile of_descriptor(int descriptor) { return OwnFile(descriptor); }
   /// Only takes away access by others, from a file that need not exist.
   static void close_to_others(const std::string& path);
@@ -41,5 +41,14 @@ class OwnFile {
 }  // namespace rubicon::base
 
 namespace rubicon {
+
 using base::OwnFile;
+
 }  // namespace rubicon
+
+namespace rubicon::base {
+
+/// The path from the root, as programs in other folders find the file; without `.` and `..`.
+std::string whole_path(const std::string& path);
+
+}  // namespace rubicon::base

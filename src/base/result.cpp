@@ -1,3 +1,7 @@
+#include <cstdio>
+#include <cstdlib>
+
+#include "base/assert.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::base {
@@ -16,6 +20,11 @@ std::string_view to_string(ErrorCode code) {
     case ErrorCode::kIo: return "io";
   }
   return "unknown";
+}
+
+void assertion_failed(const char* condition, const char* file, int line) {
+  std::fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, condition);
+  std::abort();
 }
 
 }  // namespace rubicon::base

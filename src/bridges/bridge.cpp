@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bridges/mqtt/mqtt_bridge.h"
+#include "bridges/ros2/ros2_bridge.h"
 #include "model/json_members.h"
 
 namespace rubicon::bridges {
@@ -11,6 +12,7 @@ namespace {
 
 constexpr BridgeType kTypes[] = {
     {"mqtt", "topics of an MQTT broker, and discovery for Home Assistant", mqtt::make},
+    {"ros2", "topics of ROS 2 for robots, and theirs as tuples", ros2::make},
 };
 
 }  // namespace
@@ -31,10 +33,17 @@ std::string bridge_type_names() {
   return all;
 }
 
+void BridgeStatus::add(std::string_view finding, const std::string& text) {
+  reason += (reason.empty() ? "" : "; ") + text;
+  findings.emplace_back(finding, text);
+}
+
 std::string to_json(const BridgeStatus& status, WallTime since) {
   nlohmann::ordered_json json{
       {"state", status.state}, {"reason", status.reason}, {"peer", status.peer}, {"since", model::seconds_json(since)}};
   for (const auto& [name, value] : status.counters) json[name] = value;
+  for (const auto& [finding, text] : status.findings)
+    json["findings"].push_back({{"finding", finding}, {"text", text}});
   return model::dump(json);
 }
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/config_reader.h"
 #include "base/log.h"
@@ -23,8 +25,12 @@ namespace rubicon::bridges {
 struct BridgeStatus {
   std::string state;   ///< connecting, up, or refused (the other side is there and does not accept us)
   std::string reason;  ///< of a state that is not up; of `up` what does not work though; empty = nothing
-  std::string peer;    ///< whom it is connected with: `127.0.0.1:1883`
+  std::string peer;    ///< what it is connected to: `127.0.0.1:1883`
   std::map<std::string, std::uint64_t> counters{};
+  std::vector<std::pair<std::string, std::string>> findings{};  ///< what add() got
+
+  /// One more reason; `finding`: its word (model/findings.h), empty = it has none.
+  void add(std::string_view finding, const std::string& text);
 
   friend bool operator==(const BridgeStatus&, const BridgeStatus&) = default;
 };
@@ -43,7 +49,7 @@ struct BridgeHost {
   tuples::Judge* judge = nullptr;
 };
 
-/// A running bridge; destroyed = ended. It tries again for ever where the other side cannot be reached.
+/// A running bridge; destroyed = ended. It keeps trying if the other side cannot be reached.
 class Bridge {
  public:
   virtual ~Bridge() = default;

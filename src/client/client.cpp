@@ -1,5 +1,3 @@
-#include "rubicon/client.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,20 +6,58 @@
 #include <list>
 #include <utility>
 
-#include "base/limited_log.h"
-#include "client/device_watch.h"
+#include "base/log.h"
 #include "client/ecology_options.h"
 #include "client/message_client.h"
-#include "client/peer_discovery.h"
-#include "client/peis_view.h"
-#include "client/point_watch.h"
+#include "client/points.h"
 #include "client/remote_set_tracker.h"
 #include "client/tuple_query.h"
-#include "transport/host_name.h"
+#include "rubicon/client.hpp"
+#include "transport/host_names.h"
 #include "transport/poll_loop.h"
-#include "transport/poll_sockets.h"
+#include "tuples/peis/peis_ecology.h"
+#include "tuples/peis/presence.h"
+#include "tuples/peis/session.h"
 
 namespace rubicon::client {
+
+/// What the component of this process sees of its PEIS network.
+PeisView view_of(const tuples::peis::PeisEcology& ecology);
+
+namespace {
+
+using tuples::peis::TroubleKind;
+
+PeisTrouble::Kind kind_of(TroubleKind kind) {
+  switch (kind) {
+    case TroubleKind::kForeignNetwork: return PeisTrouble::Kind::kForeignNetwork;
+    case TroubleKind::kForeignVersion: return PeisTrouble::Kind::kForeignVersion;
+    case TroubleKind::kUnreachable: return PeisTrouble::Kind::kUnreachable;
+    case TroubleKind::kOwnId: return PeisTrouble::Kind::kOwnId;
+    case TroubleKind::kSharedId: return PeisTrouble::Kind::kSharedId;
+  }
+  return PeisTrouble::Kind::kUnreachable;
+}
+
+}  // namespace
+
+PeisView view_of(const tuples::peis::PeisEcology& ecology) {
+  PeisView view;
+  const auto count = [&view](std::string_view name, std::uint64_t value) {
+    if (value > 0) view.counters[std::string(name)] += value;
+  };
+  for (const auto* presence : ecology.presences()) {
+    tuples::peis::each_counter(presence->counters(), count);
+    const auto* node = presence->node();
+    if (!node) continue;
+    tuples::peis::each_counter(node->counters(), count);
+    view.local = transport::to_string(node->local());
+    view.connections += node->links().size();
+    for (const auto& one : node->troubles())
+      view.troubles.push_back({kind_of(one.kind), one.id, one.name, one.detail, one.times});
+  }
+  return view;
+}
 
 namespace {
 
@@ -102,10 +138,10 @@ struct Client::Impl {
       for (const auto owner : owners) all.push_back(fmt::format("component {}", number(owner)));
       if (ecology->host()) std::ranges::move(ecology->host()->awaited(), std::back_inserter(all));
       if (all.empty()) return;
-      limited_log.warning("unanswered",
-                          fmt::format("{} has not answered within {} s: the result lacks its tuples{}", all.front(),
-                                      std::chrono::duration<double>(patience).count(),
-                                      all.size() > 1 ? fmt::format(", and those of {} more", all.size() - 1) : ""));
+      limited_log.warning(
+          "unanswered", fmt::format("{} has not answered within {} s: the result lacks its tuples{}", all.front(),
+                                    std::chrono::duration<double>(patience).count(),
+                                    all.size() > 1 ? fmt::format(", and the tuples of {} more", all.size() - 1) : ""));
     };
   }
 

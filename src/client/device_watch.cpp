@@ -1,10 +1,9 @@
-#include "client/device_watch.h"
+#include "client/points.h"
 
 #include <algorithm>
 
-#include "base/glob.h"
-#include "client/points.h"
-#include "model/former_types.h"
+#include "base/compare_text.h"
+#include "model/type_names.h"
 
 namespace rubicon::client {
 
@@ -94,7 +93,7 @@ void DeviceWatch::line_stated(const Event& event) {
   const Name network{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   if (event.kind != EventKind::kSet) return void(lines_.erase(network));
   auto line = model::line_status_from_json(event.tuple.value);
-  if (line.line.empty()) return;  // a tuple of three parts that is no line
+  if (line.line.empty()) return;  // a tuple of three parts that is not a line
   const auto& [island, key] = network;
   auto& known = lines_[network];
   const bool same = known.line == line.line && known.reason == line.reason;

@@ -10,7 +10,7 @@ namespace rubicon::client {
 namespace {
 
 constexpr std::uint32_t kFirstId = 65536;
-constexpr std::size_t kMostTargets = 64;
+constexpr std::size_t kMaxTargets = 64;
 
 std::vector<std::string> interfaces_of(const Options& options) {
   return options.interfaces.empty() ? std::vector<std::string>{"lo"} : options.interfaces;
@@ -113,16 +113,17 @@ Result<void> check_peis(const Options& options) {
   if (peis.network.empty() || peis.network.size() > tuples::peis::kMaxNameLength)
     return fail(ErrorCode::kInvalid, fmt::format("PEIS network '{}': expected 1 to {} characters", peis.network,
                                                  tuples::peis::kMaxNameLength));
-  if (peis.connect.size() > kMostTargets)
+  if (peis.connect.size() > kMaxTargets)
     return fail(ErrorCode::kInvalid, fmt::format("PEIS: {} components to connect to, expected at most {}",
-                                                 peis.connect.size(), kMostTargets));
+                                                 peis.connect.size(), kMaxTargets));
   for (const auto& url : peis.connect) {
     const auto target = tuples::peis::connect_target(url);
     if (!target) return fail(ErrorCode::kInvalid, fmt::format("PEIS: connect to '{}': {}", url, target.error().text));
     if (tuples::peis::leaves_loopback(interfaces_of(options), *target))
       return fail(
           ErrorCode::kInvalid,
-          fmt::format("PEIS: connect to '{}': lo reaches no other host, expected interfaces too, such as eth0", url));
+          fmt::format("PEIS: connect to '{}': lo reaches no other host, expected another interface too, such as eth0",
+                      url));
   }
   return {};
 }

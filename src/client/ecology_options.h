@@ -9,7 +9,7 @@
 
 namespace rubicon::client {
 
-/// Who is who at the broker of the options; nullptr: they name no authority of a realm. The errors of
+/// The users and members at the broker of the options; nullptr: the options name no authority of a realm. The errors of
 /// LiveRealm::open().
 Result<std::shared_ptr<trust::site::LiveRealm>> open_realm(const Options& options, Scheduler& scheduler,
                                                            base::LogSink& log);

@@ -37,7 +37,8 @@ void MessageClient::send(const Address& to, std::string_view type, std::string_v
   if (!sent) return;
   waiting_[number].sent = std::move(sent);
   if (to.island != self_) return;
-  lifetime_.post(scheduler_, [this, number] { taken(number); });  // our own gateway reports only what others took
+  // Our own gateway reports only messages that others took.
+  lifetime_.post(scheduler_, [this, number] { taken(number); });
 }
 
 void MessageClient::taken(std::uint64_t number) {

@@ -3,8 +3,8 @@
 #include <list>
 #include <map>
 
-#include "base/lifetime.h"
 #include "base/log.h"
+#include "base/scheduler.h"
 #include "gateway/gateway.h"
 #include "rubicon/client.hpp"
 

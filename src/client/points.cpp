@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
-#include "base/natural_order.h"
-#include "client/device_watch.h"
+#include "base/compare_text.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::client {
@@ -145,6 +145,169 @@ bool listed_before(const Device& a, const Device& b) {
   if (place(a) != place(b)) return place(a) < place(b);
   if (a.network != b.network) return base::natural_less(a.network, b.network);
   return base::natural_less(a.id, b.id);
+}
+
+namespace {
+
+constexpr std::size_t kSnapshots = 4;
+/// Of a value, after its owner sent it.
+constexpr Duration kOnItsWay = std::chrono::milliseconds(250);
+
+/// What a reader has to know; times alone are no news.
+bool same(const PointStatus& a, const PointStatus& b) {
+  return a.quality == b.quality && a.reason == b.reason;
+}
+bool same(const LineStatus& a, const LineStatus& b) {
+  return a.line == b.line && a.reason == b.reason;
+}
+
+}  // namespace
+
+PointWatch::PointWatch(Scheduler& scheduler, TupleSpace& space, const PointPatterns& patterns, const Flow& flow,
+                       PointCall call)
+    : scheduler_(scheduler),
+      space_(space),
+      hold_(flow.minimum > Duration(0) ? flow.minimum + kOnItsWay : Duration(0)),
+      call_(std::move(call)) {
+  const Flow passive{.passive = true};
+  const auto follow = [this](const Pattern& pattern, const Flow& pace, void (PointWatch::*take)(const tuples::Event&)) {
+    handles_.push_back(space_.subscribe(
+        pattern, pace, [this, take](const tuples::Event& event) { (this->*take)(event); },
+        [this](OwnerId owner) { arrived(owner); }));
+  };
+  follow(patterns.lines, passive, &PointWatch::line_stated);
+  follow(patterns.descriptions, passive, &PointWatch::described);
+  follow(patterns.statuses, passive, &PointWatch::stated);
+  follow(patterns.values, flow, &PointWatch::valued);
+  handles_.push_back(
+      space_.watch_peers([this](OwnerId owner, tuples::PeerEvent event) { peer_changed(owner, event); }));
+}
+
+void PointWatch::valued(const tuples::Event& event) {
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
+  if (event.kind != tuples::EventKind::kSet) {
+    auto gone = entries_.extract(name);
+    touched_.erase(name);
+    if (gone) gone.mapped().point.tuple.owner_present = event.kind != tuples::EventKind::kLost;
+    if (gone && gone.mapped().reported) call_(PointEvent::kRemoved, shown(name, gone.mapped()));
+    return forget_lost(name.first);
+  }
+  auto& entry = entries_[name];
+  if (!entry.has_value) note_if_lost(event.tuple);
+  if (entry.fresh) std::ignore = report(name, entry);  // two sets within a turn are two events
+  entry.point.tuple = Tuple(event.tuple);
+  entry.has_value = entry.fresh = true;
+  touch(name);
+}
+
+void PointWatch::stated(const tuples::Event& event) {
+  if (event.kind != tuples::EventKind::kSet) return;
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
+  auto& entry = entries_[name];
+  auto status = model::point_status_from_json(event.tuple.value);
+  const bool improved = status.quality == "good" && entry.point.status.quality != "good";
+  entry.point.status = std::move(status);
+  if (improved) entry.improved_at = scheduler_.now();
+  touch(name);
+}
+
+void PointWatch::described(const tuples::Event& event) {
+  if (event.kind != tuples::EventKind::kSet) return;
+  describe(entries_[{event.tuple.owner, std::string(model::parent_key(event.tuple.key))}].point, event.tuple.value);
+}
+
+void PointWatch::line_stated(const tuples::Event& event) {
+  const Name line{event.tuple.owner, std::string(event.tuple.key)};
+  if (event.kind != tuples::EventKind::kSet) return void(lines_.erase(line));
+  auto status = model::line_status_from_json(event.tuple.value);
+  if (status.line.empty()) return;  // a tuple of three parts that is not a line
+  const bool news = !same(std::exchange(lines_[line], status), status);
+  const auto below = std::string(model::parent_key(line.second)) + ".";
+  for (auto at = entries_.lower_bound({line.first, below});
+       news && at != entries_.end() && at->first.first == line.first && at->first.second.starts_with(below); ++at)
+    touch(at->first);
+}
+
+void PointWatch::arrived(OwnerId owner) {
+  if (++arrived_[owner] >= kSnapshots && !touched_.empty()) settle_at(scheduler_.now());
+}
+
+void PointWatch::peer_changed(OwnerId owner, tuples::PeerEvent event) {
+  if (event == tuples::PeerEvent::kUp) {
+    lost_.erase(owner);
+  } else {
+    lost_.insert(owner);
+    arrived_.erase(owner);
+  }
+  for (auto at = entries_.lower_bound({owner, {}}); at != entries_.end() && at->first.first == owner; ++at)
+    touch(at->first);
+  forget_lost(owner);
+}
+
+/// A copy from an owner that was lost before this watch began: neither a snapshot nor the loss is reported.
+void PointWatch::note_if_lost(const tuples::TupleView& tuple) {
+  const auto now = space_.get(tuple.owner, tuple.key);
+  if (now && !now->owner_present) lost_.insert(tuple.owner);
+}
+
+/// None of its points is shown from now on.
+void PointWatch::forget_lost(OwnerId owner) {
+  const auto first = entries_.lower_bound({owner, {}});
+  if (first == entries_.end() || first->first.first != owner) lost_.erase(owner);
+}
+
+void PointWatch::touch(const Name& name) {
+  touched_.insert(name);
+  settle_at(scheduler_.now());
+}
+
+void PointWatch::settle_at(SteadyTime when) {
+  if (timer_.pending() && settle_at_ <= when) return;
+  settle_at_ = when;
+  timer_ = scheduler_.at(when, [this] { settle(); });
+}
+
+void PointWatch::settle() {
+  auto later = SteadyTime::max();
+  for (const auto& name : std::exchange(touched_, {})) {
+    const auto found = entries_.find(name);
+    if (found == entries_.end() || report(name, found->second)) continue;
+    touched_.insert(name);
+    if (complete(name.first)) later = std::min(later, *found->second.improved_at + hold_);
+  }
+  if (later != SteadyTime::max()) settle_at(later);
+}
+
+bool PointWatch::report(const Name& name, Entry& entry) {
+  if (!entry.has_value) return true;  // it is reported with its value
+  if (!complete(name.first)) return false;
+  if (entry.point.is_event && entry.point.tuple.value.empty()) entry.fresh = false;  // it is over, or none came yet
+  const auto point = shown(name, entry);
+  const bool news = !same(point.status, entry.shown_status) || !same(point.line, entry.shown_line);
+  if (!entry.fresh && !news) return true;
+  const bool held_back = entry.improved_at && scheduler_.now() < *entry.improved_at + hold_;
+  if (!entry.fresh && entry.reported && point.good() && held_back) return false;
+  const auto event = std::exchange(entry.fresh, false) ? PointEvent::kValue : PointEvent::kState;
+  entry.reported = true;
+  entry.improved_at.reset();
+  entry.shown_status = point.status;
+  entry.shown_line = point.line;
+  call_(event, point);
+  return true;
+}
+
+bool PointWatch::complete(OwnerId owner) const {
+  if (owner == space_.self() || lost_.contains(owner)) return true;
+  const auto found = arrived_.find(owner);
+  return found != arrived_.end() && found->second >= kSnapshots;
+}
+
+Point PointWatch::shown(const Name& name, const Entry& entry) const {
+  auto point = entry.point;
+  const auto line = lines_.find({name.first, line_key(name.second)});
+  if (line != lines_.end()) point.line = line->second;
+  if (lost_.contains(name.first)) hide_behind_lost_island(point);
+  return point;
 }
 
 }  // namespace rubicon::client

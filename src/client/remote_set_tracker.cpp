@@ -15,7 +15,7 @@ namespace {
 constexpr Duration kMove = std::chrono::seconds(2);
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
 /// Islands name shorter times; a larger one is cut to this.
-constexpr Duration kLongestState = std::chrono::hours(24 * 366);
+constexpr Duration kMaxState = std::chrono::hours(24 * 366);
 
 bool is_final(std::string_view state) {
   return state != "queued" && state != "sent" && !state.empty();
@@ -24,7 +24,7 @@ bool is_final(std::string_view state) {
 /// How long the state may last by the island's own clock; ours may be another.
 Duration longest_of(const model::CommandStatus& command) {
   if (command.until <= command.since) return Duration(0);
-  return std::min<Duration>(command.until - command.since, kLongestState);
+  return std::min<Duration>(command.until - command.since, kMaxState);
 }
 
 /// The commander that superseded a command.
@@ -124,10 +124,12 @@ void RemoteSetTracker::status_changed(const tuples::Event& event) {
     if (tuple.owner == owner_) device_left();
     return;
   }
+  // With many commanders the outcomes beside it are a long list, which each of their commands would read.
+  if (!seen_ && tuple.value.find(fmt::to_string(outcome_.request)) == tuple.value.npos) return;
   const auto command = model::command_status_from_json(tuple.value);
   if (!command) return;
   if (command->commander.creator != self_ || command->commander.request != outcome_.request) {
-    // Before the reply it may be that of a request with this number of an earlier start.
+    // Before the reply, the status may belong to a request with the same number from an earlier start.
     if (const auto ended =
             !applied_ ? std::nullopt : model::command_outcome_from_json(tuple.value, self_, outcome_.request)) {
       outcome_.state = ended->state;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "model/point_keys.h"
 #include "model/point_tuples.h"
@@ -8,11 +7,11 @@
 
 namespace rubicon::client {
 
-/// Follows one remote set until its outcome is known: the owner's reply, or for a command the final state in the status
-/// of its point. Commands of the tuples of islands have states, and those that the owner describes
-/// (`<point>.description`); other tuples called `.command` end with the reply. Waits as long as the island says that
-/// each state may last, and `patience` longer for the news. `replied` receives the owner's reply, before or after the
-/// first state. Destruction ends it without a call.
+/// Follows one remote set until its outcome is known. For a command with states that is the final state in the status
+/// of its point, else the owner's reply. Commands have states if their tuple is one of those of islands, or if its
+/// owner describes the point (`<point>.description`). Waits as long as the island says that each state may last, and
+/// `patience` longer for the news. `replied` receives the owner's reply, before or after the first state. Destruction
+/// ends it without a call.
 class RemoteSetTracker {
  public:
   RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,

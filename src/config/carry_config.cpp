@@ -1,4 +1,4 @@
-#include "config/carry_config.h"
+#include "config/engine_config.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

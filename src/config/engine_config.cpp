@@ -3,27 +3,101 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "base/text.h"
-#include "config/carry_config.h"
-#include "tuples/host/places.h"
+#include "transport/mqtt_tls.h"
+#include "tuples/host/folder.h"
 
 namespace rubicon::config {
+
+namespace {
+
+constexpr const char* kRealmFile = "realm.p7s";
+constexpr std::size_t kMaxSpare = 8;
+constexpr Duration kMaxBrokerLease = std::chrono::minutes(10);
+
+void check_user(ConfigReader& mqtt, const transport::MqttOptions& line) {
+  if (line.user.empty()) return;
+  if (const auto good = tuples::mqtt::check_user(line.user); !good) mqtt.error("broker", good.error().text);
+}
+
+std::vector<base::HostPort> read_spare(ConfigReader& mqtt, std::uint16_t port) {
+  std::vector<base::HostPort> spare;
+  for (const auto& text : mqtt.texts("spare_brokers")) {
+    const auto address = base::parse_host_port(text, port);
+    if (address && !address->host.empty()) {
+      spare.push_back(*address);
+    } else {
+      mqtt.error("spare_brokers", fmt::format("has '{}', expected HOST[:PORT]", base::one_line(text.substr(0, 60))));
+    }
+  }
+  if (spare.size() > kMaxSpare) mqtt.error("spare_brokers", fmt::format("expected at most {}", kMaxSpare));
+  return spare;
+}
+
+}  // namespace
+
+MqttSpaceSetup read_mqtt_space(ConfigReader& tuples, const std::string& directory) {
+  MqttSpaceSetup setup;
+  auto mqtt = tuples.map("mqtt");
+  setup.broker = transport::read_mqtt_broker(mqtt, directory);
+  check_user(mqtt, setup.broker.line);
+  setup.spare = read_spare(mqtt, setup.broker.line.port);
+  setup.space = mqtt.text("space", setup.space);
+  if (!tuples::mqtt::is_space(setup.space)) mqtt.error("space", "expected 1 to 64 of A-Z a-z 0-9 . _ -");
+  setup.lease = mqtt.duration("lease", setup.lease);
+  if (setup.lease < tuples::mqtt::kMinLease || setup.lease > kMaxBrokerLease)
+    mqtt.error("lease", "expected from 13s to 10min: a broker notices a silent connection only so late");
+  setup.trust_broker = mqtt.boolean("trust_broker", setup.trust_broker);
+  setup.watch_all = mqtt.choice("watch", "met", {"met", "all"}) == "all";
+  mqtt.finish();
+  return setup;
+}
+
+Result<tuples::mqtt::SpaceOptions> MqttSpaceSetup::options(transport::Transports& transports) const {
+  auto line = broker.with_password(transports);
+  if (!line) return fail(std::move(line.error()));
+  tuples::mqtt::SpaceOptions found;
+  tuples::mqtt::SpaceBroker first{std::move(*line)};
+  if (!first.line.user.empty()) {
+    first.user = first.line.user;
+  } else if (first.line.tls && !first.line.tls->certificate_file.empty()) {
+    auto name = transport::certificate_name(first.line.tls->certificate_file);
+    if (!name) return fail(std::move(name.error()));
+    first.user = std::move(*name);
+  }
+  found.brokers = tuples::mqtt::with_spare(std::move(first), spare);
+  found.space = space;
+  found.lease = lease;
+  found.trust_broker = trust_broker;
+  found.watch_all = watch_all;
+  return found;
+}
+
+std::string MqttSpaceSetup::realm_folder() const {
+  const auto& tls = broker.line.tls;
+  if (!tls || tls->ca_file.empty()) return {};
+  const auto folder = std::filesystem::path(tls->ca_file).parent_path();
+  std::error_code none;
+  return std::filesystem::exists(folder / kRealmFile, none) ? folder.string() : std::string();
+}
 
 namespace {
 
 using tuples::dds::DdsOptions;
 using tuples::dds::DdsTransport;
 
-constexpr Duration kShortestLease = std::chrono::milliseconds(500);
-constexpr Duration kLongestLease = std::chrono::seconds(60);
-constexpr std::size_t kMostPeers = 64;
-constexpr std::size_t kLongestTag = 64;
-constexpr std::size_t kLongestInterface = 15;  // of Linux, net/if.h
-constexpr std::size_t kLongestHost = 253;      // RFC 1035, 2.3.4
+constexpr Duration kMinLeaseTime = std::chrono::milliseconds(500);
+constexpr Duration kMaxLease = std::chrono::seconds(60);
+constexpr std::size_t kMaxPeerCount = 64;
+constexpr std::size_t kMaxTag = 64;
+constexpr std::size_t kMaxInterface = 15;  // of Linux, net/if.h
+constexpr std::size_t kMaxHostText = 253;  // RFC 1035, 2.3.4
 constexpr const char* kLoopback = "lo";
-constexpr const char* kReachesNobody = "lo reaches no other host, expected interfaces too, such as interfaces: [eth0]";
+constexpr const char* kReachesNobody =
+    "lo reaches no other host, expected another interface too, such as interfaces: [eth0]";
 
 bool is_made_of(std::string_view text, std::string_view more) {
   return std::all_of(text.begin(), text.end(), [more](char c) {
@@ -48,7 +122,7 @@ void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
   std::set<std::string> taken;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto& name = names[i];
-    if (name.empty() || name.size() > kLongestInterface || !is_made_of(name, "._-"))
+    if (name.empty() || name.size() > kMaxInterface || !is_made_of(name, "._-"))
       item_error(tuples, "interfaces", i, "expected the name of a network interface, such as eth0");
     if (!taken.insert(name).second) item_error(tuples, "interfaces", i, fmt::format("'{}' is listed twice", name));
     if (name == kLoopback && names.size() > 1)
@@ -62,7 +136,7 @@ void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
 const char* peer_error(std::string_view peer, bool tcp) {
   const auto colon = peer.find(':');
   const auto host = peer.substr(0, colon);
-  if (host.empty() || host.size() > kLongestHost || !is_made_of(host, ".-")) {
+  if (host.empty() || host.size() > kMaxHostText || !is_made_of(host, ".-")) {
     return "expected host or host:port, the host as a name or an IPv4 address";
   }
   if (colon == peer.npos) return tcp ? "expected host:port: over tcp every process has a port of its own" : nullptr;
@@ -73,8 +147,8 @@ const char* peer_error(std::string_view peer, bool tcp) {
 void read_peers(ConfigReader& tuples, DdsOptions& dds) {
   dds.peers = tuples.texts("peers");
   const bool tcp = dds.transport == DdsTransport::kTcp;
-  if (dds.peers.size() > kMostPeers)
-    tuples.error("peers", fmt::format("has {} hosts, expected at most {}", dds.peers.size(), kMostPeers));
+  if (dds.peers.size() > kMaxPeerCount)
+    tuples.error("peers", fmt::format("has {} hosts, expected at most {}", dds.peers.size(), kMaxPeerCount));
   for (std::size_t i = 0; i < dds.peers.size(); ++i) {
     if (const auto* wrong = peer_error(dds.peers[i], tcp)) item_error(tuples, "peers", i, wrong);
   }
@@ -95,8 +169,8 @@ void read_ways(ConfigReader& tuples, DdsOptions& dds) {
 void read_domain(ConfigReader& tuples, DdsOptions& dds) {
   dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
   dds.tag = tuples.text("tag", dds.tag);
-  if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
-    tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kLongestTag));
+  if (dds.tag.size() > kMaxTag || !is_made_of(dds.tag, "._-"))
+    tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kMaxTag));
 }
 
 /// What is wrong with a name in `engine`; empty = nothing.
@@ -154,7 +228,7 @@ void warn(ConfigReader& tuples, const std::string& key, std::string_view text, E
   engine.warnings.push_back(fmt::format("{}: {}.{}: {}", to_string(tuples.node(key)->place), tuples.path(), key, text));
 }
 
-/// Before there was engine host, a domain and a tag divided a host as spaces do now.
+/// Before the engine `host` existed, a domain and a tag divided a host as spaces do now.
 void read_old_space(ConfigReader& tuples, DdsOptions& dds, EngineSetup& engine) {
   read_domain(tuples, dds);
   const std::string key = tuples.has("tag") ? "tag" : "domain";
@@ -177,8 +251,8 @@ void read_connect(ConfigReader& peis, tuples::peis::PeisOptions& options) {
       item_error(peis, "connect", connect.size(), kReachesNobody);
     connect.push_back(std::move(target).value_or(url));
   }
-  if (connect.size() > kMostPeers)
-    peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMostPeers));
+  if (connect.size() > kMaxPeerCount)
+    peis.error("connect", fmt::format("has {} components, expected at most {}", connect.size(), kMaxPeerCount));
 }
 
 /// 0 = the file has none.
@@ -213,17 +287,17 @@ void check_keys_of_engines(ConfigReader& tuples, EngineSetup& engine) {
   if (tuples.has("interfaces")) tuples.error("interfaces", "only engines dds and peis have this option");
   if (!tuples.has("trust_lan")) return;
   if (tuples.has("engine")) return tuples.error("trust_lan", "only engines dds and peis have this option");
-  warn(tuples, "trust_lan", "without interfaces nobody on another host reaches this island: it changes nothing",
-       engine);
+  warn(tuples, "trust_lan", "without interfaces no other host reaches this island: it has no effect", engine);
 }
 
 /// Without the engine no option is examined: one error for each is enough.
 void refuse_dds(ConfigReader& tuples, bool peis) {
-  const std::pair<const char*, const char*> keys[] = {{"domain", "peis.network decides who sees whom"},
-                                                      {"tag", "peis.network decides who sees whom"},
-                                                      {"peers", "peis.connect names other hosts"},
-                                                      {"port", "peis.listen is the port"},
-                                                      {"transport", "it is always tcp"}};
+  const std::pair<const char*, const char*> keys[] = {
+      {"domain", "peis.network decides which components see each other"},
+      {"tag", "peis.network decides which components see each other"},
+      {"peers", "peis.connect names other hosts"},
+      {"port", "peis.listen is the port"},
+      {"transport", "it is always tcp"}};
   for (const auto& [key, instead] : keys) {
     if (tuples.node(key))
       tuples.error(key,
@@ -271,7 +345,7 @@ EngineSetup read_engine(ConfigReader& root, const std::string& directory) {
     refuse_dds(tuples, engine.peis);
   }
   dds.lease = tuples.duration("lease", dds.lease);
-  if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
+  if (dds.lease < kMinLeaseTime || dds.lease > kMaxLease) tuples.error("lease", "expected from 500ms to 60s");
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
   if (tuples.has("trust_lan")) engine.trust_lan = tuples.node("trust_lan")->place;
   if (engine.mqtt && !tuples.node("mqtt")) {

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "rights/rights.h"
+
 namespace rubicon::config {
 
 namespace {
 
-using trust::rights::Right;
-using trust::rights::RightSet;
-using trust::rights::Rule;
+using rights::Right;
+using rights::RightSet;
+using rights::Rule;
 
 constexpr const char* kAll = "all";
 
@@ -16,7 +18,7 @@ RightSet rights_in(ConfigReader& entry) {
   RightSet rights;
   const auto words = entry.texts("may");
   for (const auto& word : words) {
-    const auto right = trust::rights::right_of(word);
+    const auto right = rights::right_of(word);
     if (right) {
       rights.add(*right);
     } else if (word == kAll) {
@@ -34,7 +36,7 @@ RightSet rights_in(ConfigReader& entry) {
 std::vector<std::string> patterns_of(ConfigReader& entry, const std::string& key) {
   auto patterns = entry.texts(key);
   for (const auto& pattern : patterns) {
-    if (const auto good = trust::rights::check_rule_key(pattern); !good) entry.error(key, good.error().text);
+    if (const auto good = rights::check_rule_key(pattern); !good) entry.error(key, good.error().text);
   }
   if (entry.has(key) && patterns.empty())
     entry.error(key, "is empty, expected patterns of keys, such as [\"proxy.**\"]");
@@ -44,7 +46,7 @@ std::vector<std::string> patterns_of(ConfigReader& entry, const std::string& key
 std::vector<std::string> members_in(ConfigReader& entry) {
   auto who = entry.texts("who");
   for (const auto& word : who) {
-    if (const auto good = trust::rights::check_who(word); !good) entry.error("who", good.error().text);
+    if (const auto good = rights::check_who(word); !good) entry.error("who", good.error().text);
   }
   if (who.empty())
     entry.error("who", "is missing, expected names or roles of members, everybody, lan, peis, or island:<id>");
@@ -64,9 +66,9 @@ void read_vouch(ConfigReader& entry, Rule& rule) {
   rule.keys.clear();
   rule.names = entry.texts("names");
   for (const auto& name : rule.names) {
-    if (const auto good = trust::rights::check_vouched(name); !good) entry.error("names", good.error().text);
+    if (const auto good = rights::check_vouched(name); !good) entry.error("names", good.error().text);
   }
-  if (rule.names.empty()) entry.error("names", "is missing, expected whom it vouches for, such as [\"user:*\"]");
+  if (rule.names.empty()) entry.error("names", "is missing, expected the names it vouches for, such as [\"user:*\"]");
   entry.finish();
 }
 
@@ -74,7 +76,7 @@ Rule read_rule(ConfigReader& entry) {
   Rule rule;
   rule.place = to_string(entry.here().place);
   rule.who = members_in(entry);
-  if (entry.has("may") && entry.texts("may") == std::vector{std::string(trust::rights::kVouch)}) {
+  if (entry.has("may") && entry.texts("may") == std::vector{std::string(rights::kVouch)}) {
     read_vouch(entry, rule);
     return rule;
   }
@@ -96,9 +98,23 @@ std::optional<RightsSetup> read_rights(ConfigReader& root) {
   RightsSetup setup;
   setup.place = root.here().find("rights")->place;
   auto entries = root.list("rights");
-  if (entries.size() > kMostRules)
-    root.error("rights", fmt::format("has {} rules, expected at most {}", entries.size(), kMostRules));
+  if (entries.size() > kMaxRules)
+    root.error("rights", fmt::format("has {} rules, expected at most {}", entries.size(), kMaxRules));
   for (auto& entry : entries) setup.rules.push_back(read_rule(entry));
+  return setup;
+}
+
+AuditSetup read_audit(ConfigReader& root) {
+  auto audit = root.map("audit");
+  AuditSetup setup;
+  setup.file = audit.text("file", "");
+  if (audit.has("file") && setup.file.empty()) audit.error("file", "empty path, expected a file");
+  setup.hide = audit.texts("hide");
+  for (const auto& key : setup.hide) {
+    if (const auto good = rights::check_rule_key(key); !good) audit.error("hide", good.error().text);
+  }
+  setup.size = audit.size("size", setup.size, kMinAudit);
+  audit.finish();
   return setup;
 }
 

@@ -150,12 +150,6 @@ void ConsoleWriter::answer(std::string line) {
   impl_->put(std::move(line));
 }
 
-bool ConsoleWriter::screen(std::string text) {
-  if (!impl_->empty()) return false;
-  impl_->put(std::move(text));
-  return true;
-}
-
 bool ConsoleWriter::crowded() const {
   return impl_->lines.size() >= kMaxLines / 2 || impl_->waiting_bytes >= kMaxBytes / 2;
 }
@@ -172,7 +166,7 @@ void ConsoleWriter::when_empty(std::function<void()> call) {
 }
 
 struct ConsoleReader::Impl : std::enable_shared_from_this<ConsoleReader::Impl> {
-  Impl(asio::io_context& context, int descriptor, std::size_t longest, Calls some_calls)
+  Impl(asio::io_context& context, int descriptor, std::size_t longest, Callbacks some_calls)
       : waiter(context, descriptor, O_RDONLY), timer(context), max_line(longest), calls(std::move(some_calls)) {}
 
   void next() {
@@ -198,10 +192,6 @@ struct ConsoleReader::Impl : std::enable_shared_from_this<ConsoleReader::Impl> {
       return calls.end();
     }
     const auto keep = shared_from_this();  // a line may end everything
-    if (calls.bytes) {
-      calls.bytes({buffer.data(), static_cast<std::size_t>(count)});
-      return next();
-    }
     for (const char c : std::string_view(buffer.data(), static_cast<std::size_t>(count))) take(c);
     next();
   }
@@ -224,12 +214,12 @@ struct ConsoleReader::Impl : std::enable_shared_from_this<ConsoleReader::Impl> {
   Waiter waiter;
   asio::steady_timer timer;
   std::size_t max_line;
-  Calls calls;
+  Callbacks calls;
   std::string partial;
   bool overlong = false;
 };
 
-ConsoleReader::ConsoleReader(asio::io_context& context, int descriptor, std::size_t max_line, Calls calls)
+ConsoleReader::ConsoleReader(asio::io_context& context, int descriptor, std::size_t max_line, Callbacks calls)
     : impl_(std::make_shared<Impl>(context, descriptor, max_line, std::move(calls))) {
   impl_->next();
 }

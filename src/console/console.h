@@ -27,8 +27,6 @@ class ConsoleWriter {
   bool event(std::string line);
   /// Always taken; ask crowded() before making more.
   void answer(std::string line);
-  /// Text as it is, for screens; false: the last screen is still being written, this one is dropped.
-  bool screen(std::string text);
 
   bool crowded() const;
   bool empty() const;
@@ -41,17 +39,16 @@ class ConsoleWriter {
   std::shared_ptr<Impl> impl_;
 };
 
-/// Standard input, line by line, or in pieces as they come; pauses while asked to.
+/// Standard input, line by line; pauses while asked to.
 class ConsoleReader {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(std::string_view)> line;
-    std::function<void(std::string_view)> bytes;  ///< if given: pieces, no lines
     std::function<void()> too_long;
     std::function<void()> end;
     std::function<bool()> pause;  ///< true: ask again a little later
   };
-  ConsoleReader(boost::asio::io_context& context, int descriptor, std::size_t max_line, Calls calls);
+  ConsoleReader(boost::asio::io_context& context, int descriptor, std::size_t max_line, Callbacks calls);
   ~ConsoleReader();
 
  private:

@@ -9,20 +9,30 @@
 #include <string_view>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "tuples/meta_tuple.h"
+#include "verbs/answers.h"
+#include "verbs/requests.h"
 
 namespace rubicon::console {
 
-/// The line interface of `run --shell`: an ordinary component that reads command lines and writes JSON lines; no I/O of
-/// its own. Answers come in the order of the commands, each with "ok"; events of subscriptions come between them. The
-/// commands are in docs/shell.md.
+/// The first word; `rest` loses it and the blanks around it.
+std::string_view take_word(std::string_view& rest);
+
+/// In front of a key: not this tuple, but the one its reference leads to.
+inline constexpr std::string_view kArrow = "->";
+
+/// The line interface of `run --shell`: an ordinary component that reads requests, a line each, and writes JSON lines;
+/// no I/O of its own. A line is a request of docs/api.md, or words, which docs/shell.md lists; words that mean such a
+/// request become it first. Answers come in the order of the lines, each with "ok"; events of subscriptions come
+/// between them.
 class Shell {
  public:
   using Write = std::function<void(std::string line)>;
 
   /// `space` is the shell's own component, `prefix` the first key part of the island's tuples.
-  Shell(TupleSpace& space, OwnerId island, std::string prefix, Write answer, Write event, std::function<void()> quit);
+  Shell(Scheduler& scheduler, TupleSpace& space, OwnerId island, std::string prefix, Write answer, Write event,
+        std::function<void()> quit);
   ~Shell();
 
   /// What `reload` does: reads the configuration again, or says what that would change. The one thing here that no
@@ -41,53 +51,66 @@ class Shell {
 
  private:
   using Words = std::vector<std::string_view>;
+  using Members = verbs::Members;
   /// One command's answer lines; kept until all earlier commands are answered.
   struct Answer {
-    std::vector<std::string> lines;
+    verbs::Line begin = verbs::Line::object();  ///< of the last line: the id of the request, if it has one
+    std::vector<std::string> lines{};
     bool done = false;
     std::vector<tuples::Handle> waits{};  ///< what brings the answer
+  };
+  struct Subscribed {
+    std::string name;  ///< the pattern, as it was given
+    tuples::Handle handle;
   };
   using Slot = std::shared_ptr<Answer>;
   struct Command {
     const char* usage;
-    void (Shell::*run)(std::string_view rest, const Slot& slot);
+    void (Shell::*run)(std::string_view word, std::string_view rest, const Slot& slot);
   };
   static const std::map<std::string_view, Command>& commands();
 
-  void set(std::string_view rest, const Slot& slot);
-  void append(std::string_view rest, const Slot& slot);
-  void link(std::string_view rest, const Slot& slot);
-  void unlink(std::string_view rest, const Slot& slot);
-  void get(std::string_view rest, const Slot& slot);
-  void answer_get(const tuples::TupleName& name, const Slot& slot);
-  void fetch(const tuples::TupleName& name, const Slot& slot);
-  void list(std::string_view rest, const Slot& slot);
-  void subscribe(std::string_view rest, const Slot& slot);
-  void unsubscribe(std::string_view rest, const Slot& slot);
-  void devices(std::string_view rest, const Slot& slot);
-  void stats(std::string_view rest, const Slot& slot);
-  void post(std::string_view rest, const Slot& slot);
-  void help(std::string_view rest, const Slot& slot);
-  void inbox(std::string_view rest, const Slot& slot);
-  void approve(std::string_view rest, const Slot& slot);
-  void ignore(std::string_view rest, const Slot& slot);
-  void decide(std::string_view word, std::string_view rest, const Slot& slot);
-  void reload(std::string_view rest, const Slot& slot);
-  void quit(std::string_view rest, const Slot& slot);
+  // -- requests of docs/api.md
+  void request(std::string_view line, const Slot& slot);
+  void run(std::string_view verb, Members& members, const Slot& slot);
+  /// Puts the key in the place of what people call a tuple of the island.
+  Result<void> resolve(std::string_view verb, Members& members) const;
+  void get(const Pattern& tuple, const Slot& slot);
+  void fetch(const Pattern& tuple, const Slot& slot);
+  void answer_get(const Pattern& tuple, const Slot& slot);
+  /// `name`: as it was typed; it replaces the subscription of that name, and may begin with an arrow.
+  void subscribe(Members& members, const Slot& slot, std::string_view name = {});
 
-  void remote_set(OwnerId owner, const std::string& key, std::string_view value, std::string_view media_type,
-                  const Slot& slot);
-  /// `KEY[@SEQ] VALUE` behind `set` or `append`.
-  void write(bool append, std::string_view rest, const Slot& slot);
+  // -- words that become such requests; `word` is the first one, `rest` what follows it
+  void write(std::string_view word, std::string_view rest, const Slot& slot);
+  void get_word(std::string_view word, std::string_view rest, const Slot& slot);
+  void subscribe_word(std::string_view word, std::string_view rest, const Slot& slot);
+  void unsubscribe_word(std::string_view word, std::string_view rest, const Slot& slot);
+  /// The member `key` of `[->][OWNER:]KEY`; behind an arrow, the tuple that the meta tuple leads to now.
+  Result<std::string> place(std::string_view text) const;
+
+  // -- words of the shell alone
+  void link(std::string_view word, std::string_view rest, const Slot& slot);
+  void unlink(std::string_view word, std::string_view rest, const Slot& slot);
+  void list(std::string_view word, std::string_view rest, const Slot& slot);
+  void devices(std::string_view word, std::string_view rest, const Slot& slot);
+  void stats(std::string_view word, std::string_view rest, const Slot& slot);
+  void post(std::string_view word, std::string_view rest, const Slot& slot);
+  void help(std::string_view word, std::string_view rest, const Slot& slot);
+  void inbox(std::string_view word, std::string_view rest, const Slot& slot);
+  void decide(std::string_view word, std::string_view rest, const Slot& slot);
+  void reload(std::string_view word, std::string_view rest, const Slot& slot);
+  void quit(std::string_view word, std::string_view rest, const Slot& slot);
+
+  void send(const verbs::Set& set, const Slot& slot);
   tuples::ReplyCall reply_to(const Slot& slot, OwnerId owner, std::string key);
-  /// `[->][OWNER:]KEY`; behind an arrow, the tuple that the meta tuple leads to now.
-  Result<tuples::TupleName> place(std::string_view word) const;
   Result<tuples::TupleName> link_called(std::string_view word) const;
   tuples::Handle follow(std::string_view name, const tuples::TupleName& meta, const tuples::Flow& flow);
-  void finish(const Slot& slot, std::string last_line);
-  void fail_with(const Slot& slot, ErrorCode code, std::string text);
+  void finish(const Slot& slot, const verbs::Line& content = verbs::Line::object(), const Result<void>& done = {});
+  void fail_with(const Slot& slot, Error error);
   void flush();
 
+  Scheduler& scheduler_;
   TupleSpace& space_;
   OwnerId island_;
   std::string prefix_;
@@ -96,7 +119,8 @@ class Shell {
   Reload reload_;
   bool quitting_ = false;
   std::deque<Slot> slots_;
-  std::map<std::string, tuples::Handle> subscriptions_;
+  std::map<unsigned, Subscribed> subscriptions_;
+  unsigned last_subscription_ = 0;
   tuples::Handle everything_;  ///< passive: what get, ls, devices and stats answer from
   base::Lifetime lifetime_;
 };

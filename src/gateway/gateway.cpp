@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "base/assert.h"
-#include "base/lifetime.h"
-#include "base/limited_log.h"
+#include "base/log.h"
+#include "base/scheduler.h"
 #include "gateway/gateway_tuple.h"
-#include "gateway/inbox.h"
-#include "gateway/listeners.h"
 #include "gateway/message_rights.h"
+#include "gateway/network_queue.h"
+#include "gateway/questions.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::gateway {
@@ -54,7 +54,7 @@ bool is_answer(const Message& message) {
   return message.kind() == MessageKind::kAcknowledge;
 }
 
-/// Anyone may hand on an answer, with any origin and number.
+/// Every component may pass on an answer, with any origin and number.
 bool may_be_noted(const Message& message) {
   return !is_answer(message) || message.hops <= 1;
 }
@@ -101,7 +101,7 @@ struct Gateway::Impl {
               log.warning("foreign", fmt::format("refused a message of component {}: {}", number(from), why));
             }) {}
 
-  Inbox& inbox(const std::string& network);
+  NetworkQueue& queue_of(const std::string& network);
   Result<void> on_arrival(Foreign message, std::size_t size);
   std::uint64_t send(Message message);
   void stamp(Message& message);
@@ -109,8 +109,8 @@ struct Gateway::Impl {
   /// Counts and answers.
   void undelivered(const Envelope& envelope, Outcome outcome, std::string why);
   void answer(const Envelope& envelope, Outcome outcome, std::string why);
-  void report_drops(Inbox& box);
-  void refuse(Inbox& box, const Message& message);
+  void report_drops(NetworkQueue& queue);
+  void refuse(NetworkQueue& queue, const Message& message);
 
   /// True: the rights allowed the message, so later ones with its origin and number count as repeated.
   bool route(Message& message, Counters& count);
@@ -136,11 +136,12 @@ struct Gateway::Impl {
   network::Supervisor* networks = nullptr;
   NetworksOf networks_of;
   PartsOf parts_of;
+  NextCall look_ahead;
   CommandCall handle_command;
   MayCommand may_command;
   std::uint64_t last_number;  ///< starts at the wall clock, so that numbers are unique over restarts
-  std::map<std::string, Inbox> inboxes;
-  Inbox* last_inbox = nullptr;
+  std::map<std::string, NetworkQueue> queues;
+  NetworkQueue* last_queue = nullptr;
   std::vector<Foreign> foreign;  ///< from other processes
   std::vector<Message> outbox;   ///< from own components
   Relay relay;                   ///< of the message that is on its way through route()
@@ -153,10 +154,10 @@ struct Gateway::Impl {
   GatewayTuple gateway_tuple;
 };
 
-Inbox& Gateway::Impl::inbox(const std::string& network) {
-  if (last_inbox == nullptr || last_inbox->network() != network)
-    last_inbox = &inboxes.try_emplace(network, network, limits).first->second;
-  return *last_inbox;
+NetworkQueue& Gateway::Impl::queue_of(const std::string& network) {
+  if (last_queue == nullptr || last_queue->network() != network)
+    last_queue = &queues.try_emplace(network, network, limits).first->second;
+  return *last_queue;
 }
 
 void Gateway::Impl::stamp(Message& message) {
@@ -170,14 +171,14 @@ void Gateway::Impl::turn() {
   auto from_islands = std::exchange(foreign, {});
   auto from_components = std::exchange(outbox, {});
   foreign_bytes = 0;
-  for (auto& [network, box] : inboxes) {
-    box.drain([&, count = &box.counters](Message& message) { route(message, *count); });
-    report_drops(box);
+  for (auto& [network, queue] : queues) {
+    queue.drain(look_ahead, [&, count = &queue.counters](Message& message) { route(message, *count); });
+    report_drops(queue);
   }
   for (auto& one : from_islands) {
     relay = std::move(one.relay);
     const auto to = one.message.destination;  // as it came
-    // Who is refused must not use up the numbers of others.
+    // A refused sender must not use up the numbers of others.
     if (!gateway_tuple.is_repeated(one.message) && route(one.message, own)) gateway_tuple.note(one.message, to);
   }
   relay.reset();
@@ -233,18 +234,18 @@ void Gateway::Impl::answer(const Envelope& envelope, Outcome outcome, std::strin
   next_turn.request();
 }
 
-void Gateway::Impl::report_drops(Inbox& box) {
-  const auto dropped = box.counters.dropped_readings;
-  if (dropped == box.reported_drops) return;
+void Gateway::Impl::report_drops(NetworkQueue& queue) {
+  const auto dropped = queue.counters.dropped_readings;
+  if (dropped == queue.reported_drops) return;
   const auto text = fmt::format("network {}: {} readings dropped so far because more than {} were waiting",
-                                box.network(), dropped, limits.queue);
-  if (log.warning(box.network() + " drops", text)) box.reported_drops = dropped;
+                                queue.network(), dropped, limits.queue);
+  if (log.warning(queue.network() + " drops", text)) queue.reported_drops = dropped;
 }
 
-void Gateway::Impl::refuse(Inbox& box, const Message& message) {
-  ++box.counters.refused_busy;
-  auto why = fmt::format("too many messages of network {} are waiting", box.network());
-  log.warning(box.network(), why);
+void Gateway::Impl::refuse(NetworkQueue& queue, const Message& message) {
+  ++queue.counters.refused_busy;
+  auto why = fmt::format("too many messages of network {} are waiting", queue.network());
+  log.warning(queue.network(), why);
   if (message.kind() == MessageKind::kOpaque) answer(Envelope(message), Outcome::kBusy, std::move(why));
 }
 
@@ -269,6 +270,7 @@ bool Gateway::Impl::names_only_a_device(const Message& message) const {
 }
 
 bool Gateway::Impl::permits(const Message& message, std::string_view where) {
+  if (!message.sender) return true;
   auto answer = rights.may_send(message, relay, {std::string(where)});
   if (answer) return true;
   ++own.not_permitted;
@@ -289,7 +291,7 @@ bool Gateway::Impl::to_device(Message& message, Counters& count) {
   auto found = networks_of(to.device);
   if (found.empty()) return to_listeners(message, count);
   auto first = found.front();
-  // The others are not there for its sender. Without any the first one refuses, for all.
+  // Networks that its sender may not reach do not exist for it. If none is left, the first one refuses for all.
   if (found.size() > 1) std::erase_if(found, [&](const auto& network) { return !may_reach(message, network); });
   if (found.size() > 1) {
     refuse_ambiguous(message, found);
@@ -331,16 +333,24 @@ void Gateway::Impl::not_taken(Message& message, Error why, bool hide) {
 }
 
 bool Gateway::Impl::to_listeners(const Message& message, Counters& count) {
-  if (!is_answer(message) && !permits(message, kOwn)) return false;
-  std::size_t calls = listeners[message.body.index()].call(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
+  const bool asks_history = opaque && opaque->type == kHistoryQuestion;
+  // Whoever answers it judges `read` of its sender, and of nobody who hands it on.
+  const bool is_question =
+      asks_history && !relay && message.destination.network.empty() && message.destination.device.empty();
+  if (!is_answer(message) && !is_question && !permits(message, kOwn)) return false;
+  if (asks_history && relay) {
+    undelivered(Envelope(message), Outcome::kRefused, "questions about the past are not handed on: ask this island");
+    return may_be_noted(message);
+  }
+  std::size_t calls = is_question ? 0 : listeners[message.body.index()].call(message);
   if (opaque) {
     const auto user = user_listeners.find(opaque->type);
     if (user != user_listeners.end()) calls += user->second.call(message);
   }
   const bool heard = calls > 0 || !requires_listener(message.kind());
   const auto taken = heard ? Result<void>() : fail(nobody_hears(message));
-  if (!is_answer(message)) rights.record(message, relay, kOwn, taken);
+  if (!is_answer(message) && !is_question) rights.record(message, relay, kOwn, taken);
   if (taken) {
     ++count.delivered;
   } else {
@@ -403,20 +413,24 @@ Gateway::~Gateway() = default;
 
 void Gateway::limit(GatewayLimits limits) {
   impl_->limits = limits;
-  for (auto& [network, box] : impl_->inboxes) box.limit(limits);
+  for (auto& [network, queue] : impl_->queues) queue.limit(limits);
 }
 
 void Gateway::forget(const std::string& network) {
-  const auto box = impl_->inboxes.find(network);
-  if (box == impl_->inboxes.end()) return;
-  add(impl_->own, box->second.counters);  // the island's sums never shrink
-  impl_->last_inbox = nullptr;
-  impl_->inboxes.erase(box);
+  const auto queue = impl_->queues.find(network);
+  if (queue == impl_->queues.end()) return;
+  add(impl_->own, queue->second.counters);  // the island's sums never shrink
+  impl_->last_queue = nullptr;
+  impl_->queues.erase(queue);
 }
 
 void Gateway::set_device_lookup(NetworksOf networks_of, PartsOf parts_of) {
   impl_->networks_of = std::move(networks_of);
   impl_->parts_of = std::move(parts_of);
+}
+
+void Gateway::set_look_ahead(NextCall call) {
+  impl_->look_ahead = std::move(call);
 }
 
 void Gateway::set_command_handler(CommandCall call, MayCommand may) {
@@ -448,21 +462,21 @@ void Gateway::on_accepted(std::function<void(std::uint64_t number)> call) {
 void Gateway::from_network(const std::string& network, Message message) {
   RUBICON_DEBUG_ASSERT(impl_->scheduler.on_loop_thread());
   impl_->stamp(message);
-  Inbox& box = impl_->inbox(network);
-  if (!box.add(message)) impl_->refuse(box, message);
+  NetworkQueue& queue = impl_->queue_of(network);
+  if (!queue.add(message)) impl_->refuse(queue, message);
   impl_->next_turn.request();
 }
 
 Gateway::Counters Gateway::counters() const {
   Counters sum = impl_->own;
   add(sum, impl_->gateway_tuple.counters);
-  for (const auto& [network, box] : impl_->inboxes) add(sum, box.counters);
+  for (const auto& [network, queue] : impl_->queues) add(sum, queue.counters);
   return sum;
 }
 
 Gateway::Counters Gateway::counters(const std::string& network) const {
-  const auto found = impl_->inboxes.find(network);
-  return found == impl_->inboxes.end() ? Counters{} : found->second.counters;
+  const auto found = impl_->queues.find(network);
+  return found == impl_->queues.end() ? Counters{} : found->second.counters;
 }
 
 }  // namespace rubicon::gateway

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,10 @@ class Gateway final : public network::MessageSink {
 
   /// Subscribes to all messages of this kind that reach this island, from own networks or other islands.
   [[nodiscard]] Handle subscribe(MessageKind kind, MessageCall call);
+  /// `call` gets the messages of a network that are routed next, a few at a time, to fetch the memory that they need;
+  /// nullptr ends it.
+  using NextCall = std::function<void(std::span<const Message>)>;
+  void set_look_ahead(NextCall call);
   /// Subscribes to all Opaque messages with this type tag.
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
@@ -55,12 +60,13 @@ class Gateway final : public network::MessageSink {
   using PartsOf = std::function<std::string(const std::string& network, const std::string& device)>;
   void set_device_lookup(NetworksOf networks_of, PartsOf parts_of = nullptr);
 
-  /// Accepts and answers, or refuses by an error (also for want of the right `set`), an Actuate or SetProperty of
-  /// others (devices, other islands, components) for a device of an own network. They never reach a network directly
-  /// (docs/decisions/015). `through`: the member that handed it on and names its sender; empty = its sender was here.
+  /// Decides an Actuate or SetProperty from others (devices, other islands, components) for a device of an own network:
+  /// accepts and answers it, or refuses it by an error, also if the right `set` is missing. They never reach a network
+  /// directly (docs/decisions/015). `through`: the member that handed it on and names its sender; empty = its sender
+  /// was here.
   using CommandCall = std::function<Result<void>(const Message&, const std::string& through)>;
-  /// Whether the sender of such a message may set what it amounts to: a question, neither counted nor recorded. Of
-  /// several networks that have its device only those count where it may.
+  /// Whether the sender of such a message may set the tuple that the message would set. Only a question: the answer is
+  /// neither counted nor recorded. If several networks have the device, those are left out where the sender may not.
   using MayCommand = std::function<bool(const Message&)>;
   void set_command_handler(CommandCall call, MayCommand may = nullptr);
 

@@ -1,18 +1,53 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <list>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "gateway/gateway.h"
 #include "gateway/message_rights.h"
-#include "gateway/seen_messages.h"
+#include "rubicon/address.hpp"
 
 namespace rubicon::gateway {
 
-/// The number that an answer to this message names: that of its request, or its own where it has none.
+/// Remembers which messages were accepted, so that duplicates that arrive on several ways are ignored. A number counts
+/// for one destination only: an island that may relay to some places must not use up the numbers of an origin for all
+/// others. Bounded: the last 4096 numbers of the 1024 latest origins.
+class SeenMessages {
+ public:
+  static constexpr std::size_t kNumbers = 4096;
+  static constexpr std::size_t kOrigins = 1024;
+
+  SeenMessages();
+
+  bool seen(const Address& to, IslandId origin, std::uint64_t number) const;
+  void note(const Address& to, IslandId origin, std::uint64_t number);
+
+ private:
+  struct Seen {
+    std::uint64_t number = 0, place = 0;
+    friend bool operator==(const Seen&, const Seen&) = default;
+  };
+  struct Window {
+    std::uint64_t highest = 0;
+    std::vector<Seen> numbers;  ///< a ring once it is full
+    std::size_t next = 0;
+    std::list<IslandId>::iterator age;
+  };
+  Window& window(IslandId origin);
+  std::uint64_t place_of(const Address& to) const;
+
+  std::uint64_t secret_;  ///< a stranger who does not know it cannot choose two destinations with the same place_of()
+  std::unordered_map<IslandId, Window> windows_;
+  std::list<IslandId> by_age_;  ///< latest first
+};
+
+/// The number that an answer to this message names: the number of the request, or the message's own one.
 std::uint64_t answerable_number(const Message& message);
 
 /// What is needed of a sent message to answer it if it cannot be delivered.
@@ -47,7 +82,7 @@ class GatewayTuple {
 
   /// If the message cannot be delivered, Failure is called, now or later. The error is the reason why it was not sent.
   Result<void> send(const Message& message);
-  /// Another message with this origin, number and destination was noted: counts it. Those without a number are never
+  /// Another message with this origin, number and destination was noted: counts it. Messages without a number are never
   /// repeated.
   bool is_repeated(const Message& message);
   /// The rights allowed this message, which came for `to`: later ones with its origin and number for there count as

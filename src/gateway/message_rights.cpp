@@ -6,10 +6,10 @@
 
 #include "base/bytes.h"
 #include "model/json_members.h"
-#include "model/message_types.h"
-#include "model/tool_request.h"
+#include "model/message.h"
+#include "model/message_fields.h"
 #include "rubicon/key.hpp"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::gateway {
 
@@ -46,9 +46,9 @@ std::size_t roles_elsewhere(const tuples::Member& who) {
   return who.roles.size() - static_cast<std::size_t>(std::count_if(who.roles.begin(), who.roles.end(), is_of_host));
 }
 
-/// Users and groups are those of another host: whoever handed the message on vouches for its user.
+/// Users and groups belong to another host. The component that passed the message on vouches for its user.
 void name_for_here(model::Sender& sender, const std::string& voucher) {
-  if (is_of_host(voucher)) return;  // an island of this host: its users are those of this one
+  if (is_of_host(voucher)) return;  // an island of this host has the same users
   std::erase_if(sender.roles, is_of_host);
   if (is_of_host(sender.name)) sender.name += "@" + voucher;
 }
@@ -118,7 +118,7 @@ Result<Relay> MessageRights::name_sender(OwnerId from, Message& message) const {
   const auto* who = tuples::SpaceRights::member_of(space_, from);
   if (is_relayed && !is_true_island(space_, from))
     return fail(ErrorCode::kRefused,
-                fmt::format("component {} relayed it, and is no island of its certificate", number(from)));
+                fmt::format("component {} relayed it, but its wire does not vouch for it as an island", number(from)));
   if (is_relayed && message.sender) {
     if (who) name_for_here(*message.sender, who->name);
     return who ? Relay(sender_of(*who)) : Relay();
@@ -156,14 +156,14 @@ Result<void> MessageRights::ask(const Message& message, const Relay& relay, cons
   auto* judge = tuples::SpaceRights::judge(space_);
   if (judge == nullptr || !message.sender) return {};
   if (relay) {
-    if (auto relayed = judge->ask(member_of(*relay), tuples::Act::kSend, where); !relayed) return relayed;
+    if (auto relayed = judge->would_allow(member_of(*relay), tuples::Act::kSend, where); !relayed) return relayed;
   }
-  return judge->ask(member_of(*message.sender), tuples::Act::kSend, where);
+  return judge->would_allow(member_of(*message.sender), tuples::Act::kSend, where);
 }
 
 bool MessageRights::is_believed(const Relay& relay, const Places& where) const {
   auto* judge = tuples::SpaceRights::judge(space_);
-  return judge == nullptr || !relay || judge->ask(member_of(*relay), tuples::Act::kSend, where);
+  return judge == nullptr || !relay || judge->would_allow(member_of(*relay), tuples::Act::kSend, where);
 }
 
 Result<void> MessageRights::may_relay(const Message& message, const Relay& relay, const Places& where) const {
@@ -172,7 +172,7 @@ Result<void> MessageRights::may_relay(const Message& message, const Relay& relay
   const auto who = member_of(*relay);
   auto answer = may_send_to(*judge, who, where);
   if (!answer) {
-    answer = fail(answer.error().code, fmt::format("{}, so it hands on nothing of others", answer.error().text));
+    answer = fail(answer.error().code, fmt::format("{}, so it passes on nothing from others", answer.error().text));
     judge->record(who, {message.origin, {}, "send", where.front(), about(message)}, answer);
   }
   return answer;

@@ -37,7 +37,7 @@ class MessageRights {
   explicit MessageRights(TupleSpace& space) : space_(space) {}
 
   /// Puts the sender into a message that a component posted, or believes what it says where a certified island relays
-  /// it. kRefused: it was relayed by a component that is no island of its certificate.
+  /// it. kRefused: it was relayed by a component for which its wire does not vouch as an island.
   Result<Relay> name_sender(OwnerId from, Message& message) const;
   /// Whether its sender may send it there: `island:N`, `<network>.<device>`, `own`; and may_relay(). A refusal leaves a
   /// line in the audit; of what is permitted record() writes it. A sender with more roles than a message may name sends

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "history/answer.h"
-#include "history/point.h"
+#include "history/series.h"
 
 namespace rubicon::history {
 

@@ -2,17 +2,124 @@
 
 #include <fmt/format.h>
 
-#include "base/lifetime.h"
-#include "base/limited_log.h"
+#include <algorithm>
+#include <new>
+#include <tuple>
+#include <utility>
+
+#include "base/log.h"
+#include "base/own_file.h"
+#include "base/scheduler.h"
 #include "base/text.h"
-#include "base/whole_path.h"
-#include "history/answer_text.h"
+#include "history/history_source.h"
 #include "history/intake.h"
 #include "history/keeper.h"
 #include "history/past.h"
+#include "model/json_members.h"
 #include "model/point_keys.h"
+#include "sqlite/database.h"
 
 namespace rubicon::history {
+
+namespace {
+
+Error late() {
+  constexpr auto kSeconds = std::chrono::duration_cast<std::chrono::seconds>(Questions::kMaxTime).count();
+  return {
+      ErrorCode::kExpired,
+      fmt::format("history: the answer took longer than {} s; ask for a shorter time or for fewer series", kSeconds)};
+}
+
+/// What the worker knows of a question.
+struct Job {
+  std::shared_ptr<Keeper> keeper;
+  Questions::Work work;
+  Questions::Clock clock;
+  const std::atomic<bool>& cancelled;
+
+  Result<std::string> run() const {
+    auto* store = keeper->store();
+    if (!store) return fail(keeper->why());
+    const auto end = clock() + Questions::kMaxTime;
+    bool is_late = false;
+    const auto ends = [&] {
+      is_late = is_late || clock() >= end;
+      return is_late || cancelled;
+    };
+    const sqlite::Interruption bound(store->database(), ends, keeper->ending());
+    try {
+      auto result = work(*store);
+      if (!result && is_late) return fail(late());
+      return result;
+    } catch (const std::bad_alloc&) {
+      return fail(ErrorCode::kBusy, "history: there is not enough memory for the answer; ask for fewer series");
+    }
+  }
+};
+
+}  // namespace
+
+Handle Questions::ask(const std::string& caller, Work work, HistorySource::TextCall call) {
+  auto asked = std::make_shared<Asked>();
+  asked->call = std::move(call);
+  drop_cancelled();
+  if (auto taken = put(caller, {asked, std::move(work)}); !taken) {
+    lifetime_.post(scheduler_, [asked, error = taken.error()] {
+      if (!asked->cancelled) std::exchange(asked->call, nullptr)(fail(error));
+    });
+  }
+  run_next();
+  return Handle([asked] {
+    asked->cancelled = true;
+    asked->call = nullptr;
+  });
+}
+
+Result<void> Questions::put(const std::string& caller, Waiting question) {
+  std::size_t count = 0;
+  for (const auto& line : lines_) count += line.questions.size();
+  auto line = std::find_if(lines_.begin(), lines_.end(), [&](const Line& one) { return one.caller == caller; });
+  const auto own = line == lines_.end() ? 0 : line->questions.size();
+  if (count >= kMaxCount || own >= kMaxOfCaller)
+    return fail(ErrorCode::kBusy,
+                fmt::format("history: {} questions wait already, {} of them of this caller; ask again "
+                            "when some are answered",
+                            count, own));
+  if (line == lines_.end()) line = lines_.insert(lines_.end(), {caller, {}});
+  line->questions.push_back(std::move(question));
+  return {};
+}
+
+void Questions::drop_cancelled() {
+  for (auto& line : lines_)
+    std::erase_if(line.questions, [](const Waiting& one) { return one.asked->cancelled.load(); });
+  std::erase_if(lines_, [](const Line& line) { return line.questions.empty(); });
+}
+
+void Questions::run_next() {
+  if (running_ || lines_.empty()) return;
+  auto line = std::move(lines_.front());
+  lines_.pop_front();
+  auto question = std::move(line.questions.front());
+  line.questions.pop_front();
+  if (!line.questions.empty()) lines_.push_back(std::move(line));
+  running_ = true;
+  run(std::move(question));
+}
+
+void Questions::run(Waiting question) {
+  const auto asked = question.asked;
+  auto done = std::make_shared<HistorySource::TextCall>(lifetime_.guard([this, asked](Result<std::string> result) {
+    running_ = false;
+    run_next();
+    if (!asked->cancelled) std::exchange(asked->call, nullptr)(std::move(result));
+  }));
+  Job job{keeper_, std::move(question.work), clock_, asked->cancelled};
+  worker_.run([asked, job = std::move(job), done, &scheduler = scheduler_] {
+    auto result = std::make_shared<Result<std::string>>(asked->cancelled ? std::string() : job.run());
+    scheduler.post([done, result] { (*done)(std::move(*result)); });
+  });
+}
 
 namespace {
 
@@ -59,7 +166,7 @@ struct History::Impl {
   Questions questions;
   TupleSpace* space = nullptr;
   std::vector<Handle> subscriptions;
-  Counters counters;
+  HistoryCounters counters;
   std::string reason;
   bool opened = false;
   bool writing = false;  ///< a job of the worker
@@ -96,7 +203,7 @@ void History::Impl::reported(Keeper::Report report) {
   counters.bytes = report.bytes;
   reason = std::move(report.reason);
   put_in_log(report);
-  intake.limit(kMostWaiting - std::min(report.waiting, kMostWaiting));
+  intake.limit(kMaxWaitingCount - std::min(report.waiting, kMaxWaitingCount));
   warn();
   if (!report.opened || std::exchange(opened, true)) return;
   intake.seed(report.series);
@@ -124,7 +231,7 @@ void History::Impl::warn() {
     reported_drops = intake.dropped();
   }
   if (intake.refused() > std::exchange(reported_refusals, intake.refused()))
-    log.warning("series", fmt::format("there are {} series, the most; no others are kept", Intake::kMostSeries));
+    log.warning("series", fmt::format("there are {} series, the most; no others are kept", Intake::kMaxSeries));
   for (const auto& series : intake.take_unfit()) {
     const auto name = to_string(series.name);
     log.warning(name, fmt::format("{}: a value does not fit: the series has {}; such values are not kept", name,
@@ -195,7 +302,7 @@ Handle History::series(const std::string& caller, Pattern pattern, SeriesRange r
   return impl_->questions.ask(caller, std::move(work), std::move(call));
 }
 
-Counters History::counters() const {
+HistoryCounters History::counters() const {
   auto counters = impl_->counters;
   counters.dropped += impl_->intake.dropped();
   counters.recording = impl_->opened && impl_->reason.empty();
@@ -214,6 +321,46 @@ const std::string& History::path() const {
 
 const config::HistorySetup& History::setup() const {
   return impl_->setup;
+}
+
+namespace {
+
+constexpr Duration kLookAtStateEvery = std::chrono::seconds(1);
+constexpr Duration kNumbersEvery = std::chrono::seconds(10);
+
+}  // namespace
+
+StatusTuple::StatusTuple(Scheduler& scheduler, TupleSpace& space, std::string key, const History& history)
+    : scheduler_(scheduler), space_(space), key_(std::move(key)), history_(history) {
+  look();
+}
+
+StatusTuple::~StatusTuple() {
+  std::ignore = space_.erase(key_);
+}
+
+void StatusTuple::look() {
+  timer_ = scheduler_.after(kLookAtStateEvery, [this] { look(); });
+  const auto now = scheduler_.now();
+  const auto state = history_.state();
+  if (state == shown_ && now < numbers_due_) return;
+  numbers_due_ = now + kNumbersEvery;
+  if (std::exchange(shown_, state).word != state.word) since_ = scheduler_.wall_now();
+  auto next = text();
+  if (next == text_) return;
+  text_ = std::move(next);
+  std::ignore = space_.set(key_, text_, {"application/json", {}, {}});
+}
+
+std::string StatusTuple::text() const {
+  const auto counters = history_.counters();
+  return model::dump(nlohmann::ordered_json{{"state", shown_.word},
+                                            {"reason", shown_.reason},
+                                            {"since", model::seconds_json(since_)},
+                                            {"file", history_.path()},
+                                            {"bytes", counters.bytes},
+                                            {"points", counters.points},
+                                            {"dropped", counters.dropped}});
 }
 
 }  // namespace rubicon::history

@@ -6,7 +6,7 @@
 
 #include "history/intake.h"
 #include "model/point_keys.h"
-#include "recording/each_item.h"
+#include "recording/recording_reader.h"
 
 namespace rubicon::history {
 
@@ -49,7 +49,7 @@ class Import {
     ++done.records;
     const auto moved = std::chrono::duration_cast<std::chrono::microseconds>(shift);
     now_ = record.seen + moved;
-    // The island started again: what was before is not known to have lasted until now.
+    // The island started again: an earlier value may not have lasted until now.
     if (record.kind == RecordKind::kMark || !wanted(rules_.patterns, record)) return {};
     if (record.kind == RecordKind::kDeleted || record.kind == RecordKind::kExpired) {
       intake_.gone(record.owner, record.key, Instant::recorded(now_));

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "config/history_config.h"
+#include "config/storage_config.h"
 #include "history/store.h"
 #include "transport/transports.h"
 

@@ -17,13 +17,13 @@ namespace {
 
 /// A point's value waits so long for its status and its description.
 constexpr auto kPatience = std::chrono::seconds(5);
-/// Times further from the clock are those of a recording.
+/// Times that differ more from the clock belong to a recording.
 constexpr auto kLive = std::chrono::hours(1);
 constexpr auto kFresh = std::chrono::seconds(2);
 /// The last of equal values is stored before another one, if the first was longer ago: a line between the stored points
 /// would otherwise rise or fall for minutes.
 constexpr std::int64_t kSteady = 10'000;
-constexpr std::size_t kLongestWord = 64;
+constexpr std::size_t kMaxWordLength = 64;
 
 using Pair = std::array<std::string_view, 2>;
 constexpr std::array<Pair, 4> kUsualWords{Pair{"off", "on"}, Pair{"false", "true"}, Pair{"closed", "open"},
@@ -60,7 +60,7 @@ void Intake::seed(const std::vector<Declaration>& known) {
 
 Intake::Series* Intake::series_of(OwnerId owner, std::string_view key, const Instant& now) {
   if (const auto found = slots_.find({owner, key}); found != slots_.end()) return &series_[found->second];
-  if (series_.size() >= kMostSeries) {
+  if (series_.size() >= kMaxSeries) {
     ++refused_;
     return nullptr;
   }
@@ -149,7 +149,7 @@ void Intake::describe(Series& series, std::string_view json, const Instant& now)
   }
   if (!series.kind_known && series.declaration.words.empty()) {
     for (const auto& word : description->words) {
-      if (series.declaration.words.size() < kMostWords && word.text.size() <= kLongestWord)
+      if (series.declaration.words.size() < kMaxWords && word.text.size() <= kMaxWordLength)
         series.declaration.words.push_back(word.text);
     }
   }
@@ -205,7 +205,7 @@ void Intake::store_word(Series& series, std::string_view text, std::int64_t time
   auto& words = series.declaration.words;
   auto found = std::find(words.begin(), words.end(), text);
   if (found == words.end()) {
-    if (words.size() == kMostWords || text.size() > kLongestWord) return refuse(series);
+    if (words.size() == kMaxWords || text.size() > kMaxWordLength) return refuse(series);
     words.emplace_back(text);
     series.declared = false;
     found = words.end() - 1;
@@ -215,7 +215,7 @@ void Intake::store_word(Series& series, std::string_view text, std::int64_t time
 }
 
 void Intake::store_text(Series& series, std::string_view text, std::int64_t time) {
-  if (text.size() > kLongestText) return refuse(series);
+  if (text.size() > kMaxTextLength) return refuse(series);
   if (series.last && !series.last->gap() && series.text == text && !series.event) return;
   if (!write_gap(series) || !room(series, kTextBytes + text.size()))
     return drop(series, series.last ? series.last->time + 1 : time);
@@ -278,7 +278,7 @@ bool Intake::room(Series& series, std::size_t bytes) {
   return true;
 }
 
-/// A line would otherwise go across the time of which points are missing.
+/// Else a graph would draw a line across the time without points.
 void Intake::drop(Series& series, std::int64_t gap) {
   ++dropped_;
   if (!series.last || series.last->gap()) return;
@@ -288,7 +288,7 @@ void Intake::drop(Series& series, std::int64_t gap) {
 
 void Intake::refuse(Series& series) {
   ++unfit_;
-  if (std::exchange(series.unfit, true) || named_.size() == kMostNamed) return;
+  if (std::exchange(series.unfit, true) || named_.size() == kMaxNamedEntries) return;
   named_.push_back(series.declaration);
 }
 

@@ -9,15 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "history/batch.h"
+#include "history/series.h"
 #include "model/point_tuples.h"
-#include "model/quality.h"
 #include "rubicon/key.hpp"
 #include "rubicon/tuple.hpp"
 
 namespace rubicon::history {
 
-/// The present by two clocks: that of the tuples' times, which may be set, and one that only goes on.
+/// The present time on two clocks: the clock of the tuples' times, which may be set, and a steady one.
 struct Instant {
   WallTime wall{};
   SteadyTime steady{};
@@ -47,17 +46,17 @@ class Intake {
   void limit(std::size_t bytes) { limit_ = bytes; }
   std::size_t bytes() const { return bytes_; }
   std::uint64_t dropped() const { return dropped_; }
-  /// Values that do not fit their series: a word among numbers, a text of more than kLongestText bytes.
+  /// Values that do not fit their series: a word among numbers, a text of more than kMaxTextLength bytes.
   std::uint64_t unfit() const { return unfit_; }
-  /// Series with such values since the last call, each once in a run: at most kMostNamed.
+  /// Series with such values since the last call, each once in a run: at most kMaxNamedEntries.
   std::vector<Declaration> take_unfit() { return std::exchange(named_, {}); }
-  /// Tuples that were not taken because there are kMostSeries already.
+  /// Tuples that were not taken because there are kMaxSeries already.
   std::uint64_t refused() const { return refused_; }
 
-  static constexpr std::size_t kLongestText = 4096;
-  static constexpr std::size_t kMostWords = 256;
-  static constexpr std::size_t kMostNamed = 20;
-  static constexpr std::size_t kMostSeries = 100'000;
+  static constexpr std::size_t kMaxTextLength = 4096;
+  static constexpr std::size_t kMaxWords = 256;
+  static constexpr std::size_t kMaxNamedEntries = 20;
+  static constexpr std::size_t kMaxSeries = 100'000;
 
  private:
   struct Held {
@@ -116,7 +115,7 @@ class Intake {
   std::unordered_map<std::pair<OwnerId, std::string_view>, Slot, Hash> slots_;  ///< the keys are in series_
   std::string key_;                                                             ///< of a value, put together
   Batch batch_;
-  std::size_t limit_ = kMostWaiting, bytes_ = 0;
+  std::size_t limit_ = kMaxWaitingCount, bytes_ = 0;
   std::vector<Declaration> named_;
   std::uint64_t dropped_ = 0, unfit_ = 0, refused_ = 0;
 };

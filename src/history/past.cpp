@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "base/natural_order.h"
-#include "history/answer_text.h"
+#include "base/compare_text.h"
+#include "history/history_source.h"
 
 namespace rubicon::history {
 
@@ -78,7 +78,7 @@ Overlapping::Block block_at(const Query& query) {
   block.sum.first = query.real_at(9);
   block.sum.area = query.real_at(10);
   // Within its bounds also in a damaged file; less than 0 = unknown.
-  block.sum.held = std::clamp<std::int64_t>(query.integer_at(11), -1, kLongestBlock);
+  block.sum.held = std::clamp<std::int64_t>(query.integer_at(11), -1, kMaxBlockLength);
   const auto data = query.blob_at(8);
   block.data.assign(data.begin(), data.end());
   return block;
@@ -95,7 +95,7 @@ Result<void> each_group(Store& store, SeriesRow row, std::int64_t from, std::int
       kReading);
   if (!statement) return fail(statement.error());
   Query query(*statement);
-  query.integer(row).integer(std::max(from, -kFurthest) - kLongestBlock).integer(to).integer(from);
+  query.integer(row).integer(std::max(from, -kFurthest) - kMaxBlockLength).integer(to).integer(from);
   const auto& open = store.series().at(row).open;
   bool open_waits = !open.empty() && open.start() < to && open.end() >= from;
   Overlapping group;
@@ -139,7 +139,7 @@ Result<std::optional<Point>> point_before(Store& store, SeriesRow row, std::int6
       "SELECT data FROM block WHERE series=? AND start<? AND start>=? ORDER BY start DESC,part DESC LIMIT 2", kReading);
   if (!statement) return fail(statement.error());
   Query query(*statement);
-  query.integer(row).integer(time).integer(time - kLongestBlock - kSilence);
+  query.integer(row).integer(time).integer(time - kMaxBlockLength - kSilence);
   while (true) {
     const auto there = query.next();
     if (!there) return fail(there.error());
@@ -151,9 +151,9 @@ Result<std::optional<Point>> point_before(Store& store, SeriesRow row, std::int6
   return before;
 }
 
-/// Hours of which only the summary is left.
+/// Hours that only have a summary.
 Result<void> collect_hours(Store& store, SeriesRow row, const Grid& grid, Collector& collector) {
-  // What earlier releases did not keep: the mean stands for it.
+  // Earlier releases did not keep this value: the mean replaces it.
   auto statement = store.database().prepare(
       fmt::format("SELECT start,until,count,minimum,maximum,sum,last,{} FROM hour WHERE series=? AND start>=? AND "
                   "start<? ORDER BY start",
@@ -250,7 +250,7 @@ Result<void> check(const Question& question) {
   return {};
 }
 
-/// What finds the first and the last times of a series.
+/// Statements that find the first and the last time of a series.
 Result<std::vector<Statement>> time_statements(Store& store) {
   std::vector<Statement> statements;
   for (const auto* sql : {"SELECT start FROM block WHERE series=? ORDER BY start LIMIT 1",

@@ -9,9 +9,7 @@
 
 #include "base/assert.h"
 #include "history/buckets.h"
-#include "history/history_file.h"
-#include "history/store_sql.h"
-#include "sqlite/interruption.h"
+#include "sqlite/database.h"
 
 namespace rubicon::history {
 
@@ -57,7 +55,7 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::File
   const sqlite::Interruption interruption(store->file_.database, {}, stop);
   auto done = store->prepare();
   if (done) return store;
-  // A sound file whose tables are not those of this program may be mended by its owner.
+  // The owner may repair a sound file whose tables are not the ones of this program.
   const bool unfit = done.error().code == ErrorCode::kInvalid && !store->database().damaged();
   return fail(unfit ? ErrorCode::kRefused : done.error().code, done.error().text);
 }
@@ -293,7 +291,7 @@ Result<bool> Store::join_last(SeriesRow row, Points& points) {
   const auto start = query.integer_at(0), part = query.integer_at(1), end = query.integer_at(2);
   const auto count = query.integer_at(3) + query.integer_at(4);
   const bool small = count < static_cast<std::int64_t>(kSmallBlock) && points.size() < kSmallBlock;
-  if (!small || end > points.front().time || points.back().time - start > kLongestBlock) return false;
+  if (!small || end > points.front().time || points.back().time - start > kMaxBlockLength) return false;
   auto before = codec_.decode(query.blob_at(5));
   if (!before) {
     count_damage();

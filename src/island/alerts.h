@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,8 +14,26 @@
 
 namespace rubicon::island {
 
+/// How much room the disks have that an island writes to. Looked up every ten seconds at most, and rounded down (to
+/// 1 MB, above 1 GB to 100 MB), so that it changes seldom.
+class FreeSpace {
+ public:
+  explicit FreeSpace(Scheduler& scheduler) : scheduler_(scheduler) {}
+
+  /// Bytes that the user of this process may still write beside the file; nullopt where there is no such folder.
+  std::optional<std::uint64_t> beside(const std::string& file);
+
+ private:
+  struct Known {
+    SteadyTime looked{};
+    std::optional<std::uint64_t> bytes;
+  };
+  Scheduler& scheduler_;
+  std::map<std::string, Known> known_;  ///< by folder: those of the configuration
+};
+
 /// Publishes what needs a person as `<prefix>.alerts`. Looks every two seconds, and writes the tuple when it changed.
-/// An alert is there as long as its cause: there is nothing to acknowledge.
+/// An alert lasts as long as its cause: users acknowledge nothing.
 class Alerts {
  public:
   /// Adds what is wrong at this moment; asked each time.
@@ -59,6 +79,12 @@ class StateFailures {
 };
 /// `not-written`: a recorder or the history, by what its status says.
 void add_unwritten(const std::string& about, std::string_view status, model::AlertList& list);
+/// `bridge-down`: a bridge that is not connected, by what its status says.
+void add_bridge(const std::string& about, std::string_view status, model::AlertList& list);
+/// `interface-down`: interfaces by which DDS reaches no other host, by the text `dds-interfaces` (docs/tuple-keys.md).
+void add_interfaces(const std::string& about, std::string_view text, model::AlertList& list);
+/// `held-back`: the island had certificates for DDS, as `why` shows, and does not take part by it; empty = no.
+void add_held_back(const std::string& about, const std::string& why, model::AlertList& list);
 /// `clock`: a clock before 2020 was never set.
 void add_clock(const std::string& about, WallTime now, model::AlertList& list);
 

@@ -9,21 +9,18 @@
 
 #include "config/yaml.h"
 #include "island/alerts.h"
-#include "island/free_space.h"
-#include "island/island_metrics.h"
-#include "island/island_presence.h"
+#include "island/config_checks.h"
+#include "island/island_commands.h"
 #include "island/island_state.h"
-#include "island/log_tuples.h"
-#include "island/network_controls.h"
-#include "island/network_memory.h"
-#include "island/options_file.h"
-#include "island/point_names.h"
+#include "island/island_tuples.h"
+#include "island/overview.h"
+#include "island/reload_plan.h"
 #include "island/rights_checks.h"
-#include "model/former_types.h"
 #include "model/point_keys.h"
+#include "model/type_names.h"
 #include "proxy/proxy.h"
-#include "transport/host_name.h"
-#include "tuples/space_rights.h"
+#include "transport/host_names.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::island {
 
@@ -57,6 +54,7 @@ struct Island::Impl {
         free_space(scheduler),
         metrics(scheduler, space, config.proxy.prefix),
         alerts(scheduler, space, config.proxy.prefix),
+        overview(space, config.proxy.prefix, state.get()),
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
@@ -98,10 +96,11 @@ struct Island::Impl {
   SettingsTuples settings;
   NetworkControls controls;
   std::unique_ptr<LogTuples> log_tuples;
-  std::shared_ptr<trust::rights::RightsJudge> judge;
+  std::shared_ptr<rights::RightsJudge> judge;
   FreeSpace free_space;
   IslandMetrics metrics;
   Alerts alerts;
+  Overview overview;
   IslandPresence presence;
   std::map<std::string, FileDigests> file_digests;  ///< of what options name, by network id
 };
@@ -135,6 +134,13 @@ void Island::Impl::watch_troubles(Scheduler& scheduler) {
         add_unwritten(std::string(model::parent_key(tuple.key)), tuple.value, list);
       });
     }
+    space.list({space.self(), island.bridge("*").status()}, [&](const TupleView& tuple) {
+      add_bridge(std::string(model::parent_key(tuple.key)), tuple.value, list);
+    });
+    const auto interfaces = island.property("dds-interfaces");
+    if (const auto seen = space.get(space.self(), interfaces))
+      add_interfaces(std::string(model::parent_key(interfaces)), seen->value, list);
+    add_held_back(island.text, config.engine.held_back, list);
   });
   alerts.add([this](model::AlertList& list) { proxy.add_alerts(list); });
 }
@@ -168,6 +174,7 @@ void Island::Impl::watch_numbers() {
     publish("inbox-unheard-messages", devices.discarded);
     recorders.publish_counters(publish);
     recorders.show();
+    if (const auto& why = config.engine.held_back; !why.empty()) publish.word("dds-held-back", why);
   });
   if (!state) return;
   metrics.add([this](const IslandMetrics::Publish& publish) {
@@ -231,16 +238,11 @@ void Island::show_log(LogLines& lines) {
                                                   model::IslandKey{impl_->config.proxy.prefix}.log_lines(), lines);
 }
 
-void Island::judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands) {
+void Island::judge_by(std::shared_ptr<rights::RightsJudge> judge, base::LogSink& commands) {
   impl_->proxy.log_commands_to(commands);
   impl_->judge = std::move(judge);
   impl_->metrics.add(
       [judge = impl_->judge](const IslandMetrics::Publish& publish) { publish("rights-refused", judge->refused()); });
-}
-
-void Island::show_held_back(std::string why) {
-  impl_->metrics.add(
-      [why = std::move(why)](const IslandMetrics::Publish& publish) { publish.word("dds-held-back", why); });
 }
 
 void Island::show_word(std::string name, std::function<std::string()> text) {
@@ -411,6 +413,7 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   gateway.limit(next.limits);
   config.directory = next.directory;
   config.limits = next.limits;
+  next.proxy.host = config.proxy.host;
   config.proxy = next.proxy;
   config.networks = std::move(next.networks);
   config.recorders = std::move(next.recorders);

@@ -5,15 +5,15 @@
 
 #include "base/log.h"
 #include "base/scheduler.h"
+#include "island/island_commands.h"
 #include "island/island_config.h"
-#include "island/log_lines.h"
+#include "island/island_tuples.h"
 #include "island/recorders.h"
 #include "island/reload_plan.h"
-#include "island/settings_tuples.h"
+#include "rights/rights_judge.h"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 #include "transport/transports.h"
-#include "trust/rights/rights_judge.h"
 #include "tuples/link.h"
 
 namespace rubicon::island {
@@ -36,9 +36,7 @@ class Island {
   /// The judge that the links of the process ask: a reload replaces its rules. Without one a reload that begins or ends
   /// `rights:` is refused. `commands` gets the lines that quote what was set, and must outlive the island: the log that
   /// show_log() shows would give them to those who may not read the actuators.
-  void judge_by(std::shared_ptr<trust::rights::RightsJudge> judge, base::LogSink& commands);
-  /// Shows that the island does not take part by DDS, and why, as `<prefix>.property.dds-held-back.value`.
-  void show_held_back(std::string why);
+  void judge_by(std::shared_ptr<rights::RightsJudge> judge, base::LogSink& commands);
   /// Shows what `text` says each time as `<prefix>.property.<name>.value`; empty = nothing. `name`: `[a-z-]+`.
   void show_word(std::string name, std::function<std::string()> text);
   /// Starts the recorders, shows what is remembered, then opens the lines.

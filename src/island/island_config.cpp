@@ -5,24 +5,63 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
-#include "base/nearest.h"
+#include "base/compare_text.h"
 #include "base/text.h"
-#include "config/network_numbers.h"
-#include "config/site_types.h"
-#include "config/yaml_text.h"
-#include "island/settings_tuples.h"
-#include "model/former_types.h"
+#include "config/config_file.h"
+#include "config/yaml.h"
+#include "island/island_commands.h"
 #include "model/point_keys.h"
+#include "model/type_names.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::island {
 
 namespace {
 
+Result<OwnTuple> read_one(const std::string& text, std::string_view prefix) {
+  const auto wrong = [&text](std::string_view why) {
+    return fail(ErrorCode::kInvalid, fmt::format("--tuple {}: {}", model::quoted(text), why));
+  };
+  const auto equals = text.find('=');
+  if (equals == text.npos) return wrong("expected KEY=VALUE");
+  OwnTuple tuple{text.substr(0, equals), text.substr(equals + 1)};
+  if (const auto good = model::check_key(tuple.key); !good) return wrong(good.error().text);
+  const auto first = model::key_parts(tuple.key).front();
+  if (first == prefix || first == "GATEWAY" || first == "RUBICON_GATEWAY" || first == "ROAMING")
+    return wrong(fmt::format("the island keeps the tuples of {} itself", first));
+  return tuple;
+}
+
+}  // namespace
+
+Result<std::vector<OwnTuple>> read_own_tuples(const std::vector<std::string>& texts, std::string_view prefix) {
+  std::vector<OwnTuple> tuples;
+  std::set<std::string> keys;
+  for (const auto& text : texts) {
+    auto tuple = read_one(text, prefix);
+    if (!tuple) return fail(std::move(tuple.error()));
+    if (!keys.insert(tuple->key).second)
+      return fail(ErrorCode::kInvalid, fmt::format("--tuple {}: its key is given twice", model::quoted(text)));
+    tuples.push_back(std::move(*tuple));
+  }
+  return tuples;
+}
+
+void OwnTuples::start() {
+  for (const auto& tuple : tuples_) {
+    judges_.push_back(space_.add_policy({space_.self(), tuple.key},
+                                        [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); }));
+    std::ignore = space_.set(tuple.key, tuple.value, {"text/plain"});
+  }
+}
+
+namespace {
+
 using base::ConfigErrors;
 
-constexpr std::uint64_t kSmallestState = 1 << 20;
+constexpr std::uint64_t kMinState = 1 << 20;
 
 void read_island(ConfigReader& root, IslandConfig& config) {
   auto island = root.map("island");
@@ -70,7 +109,7 @@ void read_state(ConfigReader& root, IslandConfig& config) {
   auto state = root.map("state");
   if (root.has("state")) config.state.file = state.required_text("file", "the file that remembers, such as home.state");
   config.state.max_bytes = state.size("size", config.state.max_bytes);
-  if (config.state.max_bytes < kSmallestState) state.error("size", "expected at least 1MB");
+  if (config.state.max_bytes < kMinState) state.error("size", "expected at least 1MB");
   config.proxy.save_period = positive(state, "save-every", config.proxy.save_period);
   state.finish();
 }
@@ -124,7 +163,7 @@ proxy::Valid read_rules(ConfigReader& map) {
   if (map.has("not")) rules.never.emplace();
   for (const auto& text : codes) {
     const auto code = base::parse_number<double>(text);
-    code ? rules.never->push_back(*code) : map.error("not", fmt::format("'{}' is no number", text));
+    code ? rules.never->push_back(*code) : map.error("not", fmt::format("'{}' is not a number", text));
   }
   if (rules.minimum && rules.maximum && *rules.minimum > *rules.maximum)
     map.error("minimum", fmt::format("is {}, expected at most the maximum {}", *rules.minimum, *rules.maximum));
@@ -144,9 +183,10 @@ std::map<std::string, proxy::Valid> read_valid(ConfigReader& parent, bool by_typ
     const auto id = by_type ? std::string(model::current_type(key)) : model::current_id(key);
     const auto dash = id.rfind('-');
     const auto* type = types.find(id.substr(0, dash));
-    if (by_type && !type) map.error("", "is no type, expected one such as temperature (`rubicon types`)");
+    if (by_type && !type) map.error("", "is not a type, expected one such as temperature (`rubicon types`)");
     if (!by_type && dash == id.npos) map.error("", "expected a sensor or actuator id such as light-1");
-    if (type && !is_number(*type)) map.error("", fmt::format("{} is no number: its values have no limits", type->name));
+    if (type && !is_number(*type))
+      map.error("", fmt::format("{} is not a number: its values have no limits", type->name));
     if (!valid.emplace(id, read_rules(map)).second) map.error("", fmt::format("{} has rules already", id));
   }
   return valid;
@@ -203,7 +243,7 @@ std::string played_id(const std::string& key, ConfigReader& network, const std::
   return key;
 }
 
-/// `roaming: lab`; empty = off. What looks like yes or no is no name of a domain.
+/// `roaming: lab`; empty = off. A word that means yes or no is not the name of a domain.
 std::string roaming_domain(ConfigReader& network, std::string_view of_type) {
   auto domain = network.text("roaming", of_type);
   if (domain == "off") return {};
@@ -294,7 +334,7 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
                                 ConfigErrors& errors) {
   IslandConfig config;
   config::number_networks(root_node);
-  config.shown = config::yaml_text(root_node, SettingsTuples::kMostText);
+  config.shown = config::yaml_text(root_node, SettingsTuples::kMaxTextCount);
   ConfigReader root(root_node, "", errors);
   read_island(root, config);
   read_general(root, config);

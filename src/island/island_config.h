@@ -5,26 +5,48 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/config_reader.h"
-#include "config/audit_config.h"
-#include "config/bridge_config.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
-#include "config/history_config.h"
-#include "config/recorder_config.h"
 #include "config/rights_config.h"
-#include "config/web_config.h"
+#include "config/service_config.h"
+#include "config/storage_config.h"
 #include "gateway/gateway.h"
-#include "island/own_tuples.h"
-#include "model/property_alias.h"
 #include "model/type_catalogue.h"
+#include "model/type_names.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
+#include "rubicon/result.hpp"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::island {
+
+/// A tuple that the island owns because its start said so: `--tuple KEY=VALUE`.
+struct OwnTuple {
+  std::string key, value;
+};
+
+/// Reads `KEY=VALUE` one by one (the value may be empty and hold further equals signs). kInvalid for what is none,
+/// names a key twice, or names a key that the island keeps itself (below `prefix`, GATEWAY, ROAMING).
+Result<std::vector<OwnTuple>> read_own_tuples(const std::vector<std::string>& texts, std::string_view prefix);
+
+/// Keeps them in the space: text/plain, without expiry, and others may set them (as the original's command line does).
+class OwnTuples {
+ public:
+  OwnTuples(TupleSpace& space, std::vector<OwnTuple> tuples) : space_(space), tuples_(std::move(tuples)) {}
+
+  /// Publishes all of them.
+  void start();
+
+ private:
+  TupleSpace& space_;
+  std::vector<OwnTuple> tuples_;
+  std::vector<tuples::Handle> judges_;
+};
 
 /// One entry of `networks:`; `options` are the plug-in's own keys.
 struct NetworkSetup {
@@ -70,7 +92,7 @@ struct IslandConfig {
   std::optional<config::RightsSetup> rights;    ///< of others; without it members with the role admin may do everything
   config::AuditSetup audit;                     ///< of what others ask for, where they are judged
   std::vector<OwnTuple> tuples;                 ///< of the command line
-  /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.
+  /// The whole as YAML without secrets, at most SettingsTuples::kMaxTextCount, until the island shows it.
   std::string shown;
   /// Where the file names the devices of a network; until the island has taken them.
   std::map<std::string, std::map<std::string, ConfigPlace>> device_places;

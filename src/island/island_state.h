@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "base/log.h"
 #include "island/island_config.h"
+#include "network/supervisor.h"
 #include "state/state_store.h"
 
 namespace rubicon::island {
@@ -20,5 +22,18 @@ Result<std::unique_ptr<state::StateStore>> open_state(const island::IslandConfig
 std::string good_config_path(const island::IslandConfig& config);
 /// Keeps that copy of `file`, where there is a state file. kIo otherwise.
 Result<void> keep_good_config(const island::IslandConfig& config, const std::string& file);
+
+/// Keeps what networks remember in the state file (docs/state.md).
+class NetworkMemory final : public network::NetworkMemory {
+ public:
+  /// The store must outlive it; nullptr: there is none.
+  explicit NetworkMemory(state::StateStore* store) : store_(store) {}
+
+  Result<void> remember(const std::string& network, std::string_view name, ByteView value, network::Keep keep) override;
+  Result<std::optional<Bytes>> remembered(const std::string& network, std::string_view name) override;
+
+ private:
+  state::StateStore* store_;
+};
 
 }  // namespace rubicon::island

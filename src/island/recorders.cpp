@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/own_file.h"
 #include "base/text.h"
-#include "base/whole_path.h"
 #include "model/json_members.h"
 #include "rubicon/key.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kMark = "mark";
 
-/// The text behind `mark`; nullopt for what is no mark.
+/// The text behind `mark`; nullopt for what is not a mark.
 std::optional<std::string_view> mark_in(std::string_view command) {
   if (!command.starts_with(kMark)) return std::nullopt;
   command.remove_prefix(kMark.size());
@@ -52,7 +52,7 @@ recorder::Recorder::Counters RecorderSwitch::counters() const {
 
 Result<void> RecorderSwitch::check(const std::string& text) const {
   if (text == "start" || text == "stop" || mark_in(text)) return {};
-  return fail(ErrorCode::kInvalid, fmt::format("{}, expected start, stop, or mark and a text", model::quoted(text)));
+  return fail(ErrorCode::kInvalid, fmt::format("{}, expected `start`, `stop` or `mark TEXT`", model::quoted(text)));
 }
 
 Result<void> RecorderSwitch::run(const std::string& text) {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "island/command_key.h"
-#include "island/island_metrics.h"
+#include "island/island_commands.h"
+#include "island/island_tuples.h"
 #include "recorder/recorder.h"
 
 namespace rubicon::island {

@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <string.h>  // NOLINT(modernize-deprecated-headers): explicit_bzero
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
+#include <string_view>
+
+#include "base/bytes.h"
 
 namespace rubicon::island {
 
@@ -99,7 +104,7 @@ void compare_rules(const std::string& id, const NetworkRules& now, const Network
         fmt::format("network {}: roaming changes from {} to {}", id, word(now.roaming), word(next.roaming)));
   }
   if (limits_in(now) != limits_in(next))
-    plan.lines.push_back(fmt::format("network {}: what values are plausible changes", id));
+    plan.lines.push_back(fmt::format("network {}: the limits of plausible values change", id));
   const auto renamed = renamed_devices(now, next);
   if (!renamed.empty()) {
     plan.lines.push_back(fmt::format("network {}: {} devices are renamed: {}", id, renamed.size(), list(renamed)));
@@ -212,6 +217,48 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
                         now.proxy.queue_expiry == next.proxy.queue_expiry;
   if (!commands) plan.lines.push_back("command times change");
   return plan;
+}
+
+namespace {
+
+std::size_t digest_of(const std::string& path, transport::Transports& transports) {
+  auto file = transports.open_file(path);
+  if (!file) return 0;
+  std::size_t digest = 1;
+  base::Bytes piece(65536);
+  for (std::size_t total = 0; total < kMaxOptionsFile && digest != 0;) {
+    const auto count = (*file)->read(piece);
+    if (count && *count == 0) break;
+    const auto text = base::as_text(base::ByteView(piece).first(count.value_or(0)));
+    digest = count ? 31 * digest + std::hash<std::string_view>()(text) : 0;
+    total += text.size();
+  }
+  ::explicit_bzero(piece.data(), piece.size());  // it may be a password
+  return digest;
+}
+
+}  // namespace
+
+FileDigests digests_of_options_files(const island::NetworkSetup& setup, const std::string& directory,
+                                     transport::Transports& transports) {
+  FileDigests digests;
+  if (!setup.type) return digests;
+  for (const auto name : setup.type->file_options) {
+    const auto* option = setup.options.find(name);
+    if (!option || option->text.empty()) continue;
+    digests[std::string(name)] = digest_of((std::filesystem::path(directory) / option->text).string(), transports);
+  }
+  return digests;
+}
+
+std::vector<std::string> changed_files(const FileDigests& before, const FileDigests& now) {
+  std::vector<std::string> changed;
+  for (const auto& [name, digest] : now) {
+    const auto known = before.find(name);
+    if (known == before.end() ? digest == 0 : known->second == digest) continue;
+    changed.push_back(name.ends_with("-file") ? name : name + " file");
+  }
+  return changed;
 }
 
 }  // namespace rubicon::island

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-#include "base/glob.h"
+#include "base/compare_text.h"
 #include "base/text.h"
-#include "config/carry_config.h"
+#include "config/engine_config.h"
 #include "island/island_state.h"
 #include "model/point_keys.h"
 
@@ -16,8 +16,8 @@ namespace rubicon::island {
 
 namespace {
 
-using trust::rights::Right;
-using trust::rights::Rule;
+using rights::Right;
+using rights::Rule;
 
 bool is_among(const std::vector<std::string>& all, std::string_view one) {
   return std::find(all.begin(), all.end(), one) != all.end();
@@ -43,12 +43,12 @@ bool names_a_network(std::string_view pattern, const IslandConfig& config) {
 std::vector<std::string> strangers(const Rule& rule, const std::vector<std::string>& names) {
   std::vector<std::string> unknown;
   for (const auto& word : rule.who) {
-    const bool special = word == trust::rights::kEverybody || word == tuples::kPeisMember ||
-                         word == tuples::kLanMember || word.starts_with(trust::rights::kIsland);
-    const bool of_host = word.starts_with(trust::rights::kUser) || word.starts_with(trust::rights::kGroup) ||
-                         word.starts_with(trust::rights::kBridge);
+    const bool special = word == rights::kEverybody || word == tuples::kPeisMember || word == tuples::kLanMember ||
+                         word.starts_with(rights::kIsland);
+    const bool of_host =
+        word.starts_with(rights::kUser) || word.starts_with(rights::kGroup) || word.starts_with(rights::kBridge);
     auto name = word;
-    for (const auto source : {trust::rights::kMember, trust::rights::kRole}) {
+    for (const auto source : {rights::kMember, rights::kRole}) {
       if (name.starts_with(source)) name.erase(0, source.size());
     }
     const bool is_vouched_for = word.find('@') != word.npos;  // of another host: only who vouches knows it
@@ -71,19 +71,18 @@ void warn_of_keys(const Rule& rule, const IslandConfig& config, std::vector<std:
 
 }  // namespace
 
-trust::rights::Rights rights_of(const IslandConfig& config) {
-  return config.rights ? trust::rights::Rights(config.rights->rules) : trust::rights::Rights();
+rights::Rights rights_of(const IslandConfig& config) {
+  return config.rights ? rights::Rights(config.rights->rules) : rights::Rights();
 }
 
-std::shared_ptr<trust::rights::RightsJudge> make_judge(const IslandConfig& config) {
+std::shared_ptr<rights::RightsJudge> make_judge(const IslandConfig& config) {
   const bool has_realm = config.engine.mqtt && !config.engine.mqtt_space.realm_folder().empty();
   if (!config.rights && !has_realm) return nullptr;
   std::vector<std::string> operators{"user:0", fmt::format("user:{}", ::geteuid())};
-  return std::make_shared<trust::rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix,
-                                                      std::move(operators));
+  return std::make_shared<rights::RightsJudge>(rights_of(config), nullptr, config.proxy.prefix, std::move(operators));
 }
 
-trust::rights::AuditOptions audit_options(const IslandConfig& config) {
+rights::AuditOptions audit_options(const IslandConfig& config) {
   const auto& audit = config.audit;
   const auto state = state_path(config);
   const auto beside_state = state.empty() ? state : state + ".audit";
@@ -118,8 +117,8 @@ std::vector<std::string> rights_warnings(const IslandConfig& config,
   for (const auto& [wire, is_on] : wires) {
     if (is_on)
       lines.push_back(
-          fmt::format("{}: rights: who comes by {} proves nothing: whoever reaches that network is `{}`, sees what it "
-                      "may read and can do what it may do",
+          fmt::format("{0}: rights: a component on {1} proves nothing: all that reach that network are `{2}`, and "
+                      "have the rights of `{2}`",
                       to_string(config.rights->place), wire == tuples::kLanMember ? "DDS" : "PEIS", wire));
   }
   return lines;

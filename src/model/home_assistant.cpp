@@ -121,6 +121,25 @@ constexpr BinaryClass kBinaryClasses[] = {
     {"cooling", "cold"},
 };
 
+/// Texts without a zone are those of the building, as Home Assistant's own.
+constexpr std::string_view kFromClock =
+    "{{ ((value_json.dateTime if value_json is defined and value_json is mapping else value) | as_datetime | "
+    "as_local).isoformat() }}";
+constexpr std::string_view kToClock = "{{ (value | as_datetime | as_local).strftime('%Y-%m-%dT%H:%M:%S') }}";
+
+// type, platform, device class, templates
+constexpr TextClass kTextClasses[] = {
+    {"date", "date", "date", "", ""},
+    {"timeOfDay", "time", "", "{{ value.split(' ')[-1] }}", ""},  // without the day of the week
+    {"dateTime", "datetime", "timestamp", kFromClock, kToClock},
+};
+
+// platform, role, type; of several types of a role the first one that the device has
+constexpr EntityPart kEntityParts[] = {
+    {"climate", "preset", "preset"}, {"climate", "preset", "hvacMode"},       {"climate", "fan", "fanMode"},
+    {"siren", "tone", "melody"},     {"siren", "duration", "siren_duration"}, {"siren", "duration", "duration"},
+};
+
 /// UCUM, theirs. The first of two that are the same to us is the one that we write.
 constexpr std::pair<std::string_view, std::string_view> kHomeAssistantUnits[] = {
     {"1", ""},          {"Cel", "°C"},      {"[ppm]", "ppm"},   {"ug/m3", "μg/m³"}, {"mg/m3", "mg/m³"},
@@ -183,6 +202,18 @@ const BinaryClass* binary_class_by(std::string_view device_class) {
     return !device_class.empty() && row.device_class == device_class;
   });
   return found == std::end(kBinaryClasses) ? nullptr : found;
+}
+
+std::span<const TextClass> text_classes() {
+  return kTextClasses;
+}
+
+const TextClass* text_class_of(std::string_view type) {
+  return row_of(text_classes(), type);
+}
+
+std::span<const EntityPart> entity_parts() {
+  return kEntityParts;
 }
 
 std::string to_entity_unit(std::string_view ucum) {

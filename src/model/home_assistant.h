@@ -35,6 +35,24 @@ std::span<const BinaryClass> binary_classes();
 const BinaryClass* binary_class_of(std::string_view type);
 const BinaryClass* binary_class_by(std::string_view device_class);
 
+/// A text with a form of its own: dates and times.
+struct TextClass {
+  std::string_view type;
+  std::string_view platform;        ///< of a point that is written; younger than the others: 2026
+  std::string_view device_class;    ///< of a sensor; empty = none
+  std::string_view value_template;  ///< from our text to theirs; empty = the same
+  std::string_view command_template;
+};
+std::span<const TextClass> text_classes();
+const TextClass* text_class_of(std::string_view type);
+
+/// A further point of an entity that is made of several.
+struct EntityPart {
+  std::string_view platform, role;  ///< `climate`, `preset`
+  std::string_view type;
+};
+std::span<const EntityPart> entity_parts();
+
 /// `Cel` -> `°C`; units that both spell alike stay; `1` -> empty.
 std::string to_entity_unit(std::string_view ucum);
 /// The same, the other way round; empty -> `1`. Also takes U+00B5 for micro.

@@ -11,7 +11,7 @@
 #include "rubicon/time.hpp"
 
 // Members of JSON objects that other programs wrote. A member that is missing or of another kind reads as empty, zero
-// or false; so does every member of what is no object. `Tree` is nlohmann::json or ordered_json.
+// or false; so does every member of what is not an object. `Tree` is nlohmann::json or ordered_json.
 namespace rubicon::model {
 
 /// Seconds since 1970 as a time; zero for what is not between 1970 and the year 5000.
@@ -23,7 +23,7 @@ void append_seconds(WallTime time, std::string& out);
 /// Appends text as a JSON string; broken UTF-8 is replaced.
 void append_json(std::string_view text, std::string& out);
 
-/// The members of the object that the text spells; none where it spells something else.
+/// The members of the object in the text; none if the text is not an object.
 nlohmann::json object_of(std::string_view text);
 
 template <class Tree>

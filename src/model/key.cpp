@@ -1,12 +1,19 @@
-#include "rubicon/key.hpp"
-
 #include <fmt/format.h>
 
 #include <array>
 
 #include "base/text.h"
+#include "rubicon/address.hpp"
+#include "rubicon/key.hpp"
 
 namespace rubicon::model {
+
+std::string to_string(const Address& address) {
+  auto text = fmt::format("{}", number(address.island));
+  if (!address.network.empty()) text += '/' + address.network;
+  if (!address.device.empty()) text += '/' + address.device;
+  return text;
+}
 
 namespace {
 
@@ -51,7 +58,7 @@ Result<void> check_part(std::string_view key, std::string_view part) {
   for (std::size_t i = 0; i < part.size(); ++i) {
     if (is_part_character(part[i])) continue;
     return fail(ErrorCode::kInvalid, fmt::format("key {}: {} at position {}; parts are [A-Za-z0-9_-]+", quoted(key),
-                                                 quoted(part.substr(i, 1)), offset + i));
+                                                 quoted(base::first_character(part.substr(i))), offset + i));
   }
   return {};
 }
@@ -113,15 +120,20 @@ std::string to_key_part(std::string_view text, std::size_t limit) {
 }
 
 std::string quoted(std::string_view text) {
+  constexpr std::size_t kMaxUtf8 = 4;
   std::string out = "'";
-  for (const char c : text.substr(0, 60)) {
-    if (c >= 0x20 && c < 0x7f) {
-      out += c;
+  std::size_t shown = 0;
+  for (; !text.empty() && shown < 60; ++shown) {
+    const auto character = base::first_character(text.substr(0, kMaxUtf8));
+    const bool good = base::printable(character) == character;
+    if (good) {
+      out += character;
     } else {
-      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+      base::append(out, "\\x{:02x}", static_cast<unsigned char>(text.front()));
     }
+    text.remove_prefix(good ? character.size() : 1);
   }
-  out += text.size() > 60 ? "...'" : "'";
+  out += text.empty() ? "'" : "...'";
   return out;
 }
 

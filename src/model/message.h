@@ -4,12 +4,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 #include "base/bytes.h"
 #include "model/point.h"
 #include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
 namespace rubicon::model {
@@ -104,6 +106,7 @@ struct State {
   std::string reason;
   std::map<std::string, std::uint64_t> counters;
   std::map<std::string, std::string> texts{};  ///< each at most 64 KiB
+  std::string finding{};                       ///< of the reason, as Error has it
 };
 
 /// Application bytes with a type tag, never read on the way (D1.4: user object).
@@ -171,6 +174,36 @@ struct Message {
 }  // namespace rubicon::model
 
 namespace rubicon {
+
 using model::Message;
 using model::MessageKind;
+
 }  // namespace rubicon
+
+namespace rubicon::model {
+
+/// Whether messages of this content type (Opaque::type) change an installation, as `zigbee.admin` does, and so need an
+/// administrator: its name ends with `.admin`. The name shows it, because a program that checks rights does not have
+/// the networks of other islands.
+constexpr bool is_admin_type(std::string_view type) {
+  return type.ends_with(".admin");
+}
+
+/// The media type of messages in GATEWAY tuples.
+inline constexpr std::string_view kMessageMediaType = "application/rubicon+cbor";
+
+/// True also for D1.4's spelling `rubicon/application` and the original's `application/rubicon`.
+bool is_message_media_type(std::string_view media_type);
+
+/// Largest encoded message and most entries in each of its lists.
+inline constexpr std::size_t kMaxMessageBytes = 256UL * 1024;
+inline constexpr std::size_t kMaxMessageEntries = 4096;
+
+/// The CBOR form of docs/gateway.cddl. Types travel as number and, where the message has it, as name.
+Bytes to_cbor(const Message& message);
+
+/// kInvalid says which field is wrong and what was expected; kOutOfRange for a message beyond the bounds. Keys it does
+/// not know are ignored, so that newer islands can say more.
+Result<Message> from_cbor(ByteView bytes);
+
+}  // namespace rubicon::model

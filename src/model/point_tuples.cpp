@@ -10,6 +10,28 @@
 
 namespace rubicon::model {
 
+std::string_view to_string(Quality quality) {
+  switch (quality) {
+    case Quality::kNetworkDown: return "network-down";
+    case Quality::kDeviceOffline: return "device-offline";
+    case Quality::kBad: return "bad";
+    case Quality::kUnknown: return "unknown";
+    case Quality::kStale: return "stale";
+    case Quality::kStored: return "stored";
+    case Quality::kAssumed: return "assumed";
+    case Quality::kGood: return "good";
+  }
+  return "unknown";
+}
+
+std::optional<Quality> parse_quality(std::string_view word) {
+  for (auto quality = Quality::kNetworkDown; quality <= Quality::kGood;
+       quality = static_cast<Quality>(static_cast<std::uint8_t>(quality) + 1)) {
+    if (to_string(quality) == word) return quality;
+  }
+  return std::nullopt;
+}
+
 namespace {
 
 using Tree = nlohmann::ordered_json;
@@ -222,17 +244,19 @@ std::optional<DeviceDescription> device_description_from_json(std::string_view t
 }
 
 std::string line_status_to_json(const LineStatus& status) {
-  return dump(Tree{{"line", status.line},
-                   {"since", seconds_json(status.since)},
-                   {"reason", status.reason},
-                   {"attempts", status.attempts},
-                   {"next_attempt", seconds_json(status.next_attempt)}});
+  Tree tree{{"line", status.line},
+            {"since", seconds_json(status.since)},
+            {"reason", status.reason},
+            {"attempts", status.attempts},
+            {"next_attempt", seconds_json(status.next_attempt)}};
+  if (!status.finding.empty()) tree["finding"] = status.finding;
+  return dump(tree);
 }
 
 LineStatus line_status_from_json(std::string_view text) {
   const auto tree = object_of(text);
-  return {text_of(tree, "line"), text_of(tree, "reason"), time_of(tree, "since"), count_of(tree, "attempts"),
-          time_of(tree, "next_attempt")};
+  return {text_of(tree, "line"),      text_of(tree, "reason"),       time_of(tree, "since"),
+          count_of(tree, "attempts"), time_of(tree, "next_attempt"), text_of(tree, "finding")};
 }
 
 }  // namespace rubicon::model

@@ -1,20 +1,38 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "model/quality.h"
-#include "model/words.h"
+#include "model/point.h"
 #include "rubicon/address.hpp"
 #include "rubicon/point.hpp"
+
+namespace rubicon::model {
+
+/// How far a published value can be trusted; one enum everywhere (ARCHITECTURE, section 5). Ordered, worst first.
+enum class Quality : std::uint8_t { kNetworkDown, kDeviceOffline, kBad, kUnknown, kStale, kStored, kAssumed, kGood };
+
+std::string_view to_string(Quality quality);
+/// nullopt for every other word.
+std::optional<Quality> parse_quality(std::string_view word);
+
+}  // namespace rubicon::model
+
+namespace rubicon {
+
+using model::Quality;
+
+}  // namespace rubicon
+
+namespace rubicon::model {
 
 // The JSON of the `.status` and `.description` tuples of points, devices and networks (docs/tuple-keys.md), written and
 // parsed here and nowhere else. Times are seconds since 1970 UTC, zero = never. What a text does not say, or says in
 // another kind of JSON, reads as empty or zero; members that are not known are ignored.
-namespace rubicon::model {
 
 /// A commander of a point and one of its requests.
 struct Commander {

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "base/assert.h"
-#include "model/former_types.h"
+#include "base/compare_text.h"
+#include "model/type_names.h"
 #include "model/type_tables.h"
 #include "rubicon/key.hpp"
 
@@ -164,6 +165,14 @@ TypeId open_type(std::string_view name) {
   std::uint32_t hash = 0x811c9dc5;  // FNV-1a
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x01000193;
   return TypeId(kFirstOpenType + (hash ^ (hash >> 16)) % (kFirstSiteType - kFirstOpenType));
+}
+
+std::string unknown_type_text(const TypeCatalogue& types, std::string_view name) {
+  std::vector<std::string> names;
+  for (const auto* type : types.all()) names.emplace_back(type->name);
+  const auto near = base::did_you_mean(name, names);
+  return fmt::format("unknown type '{}'{} expected one that `rubicon types` lists, or one declared in `types`", name,
+                     near.empty() ? "," : "; " + near);
 }
 
 }  // namespace rubicon::model

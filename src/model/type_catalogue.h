@@ -118,8 +118,18 @@ class TypeCatalogue {
 }  // namespace rubicon::model
 
 namespace rubicon {
+
 using model::Kind;
 using model::Type;
 using model::TypeCatalogue;
 using model::TypeId;
+
 }  // namespace rubicon
+
+namespace rubicon::model {
+
+/// For a configuration that names a type which the catalogue does not have: `unknown type 'temprature'; did you mean
+/// 'temperature'? expected ...`.
+std::string unknown_type_text(const TypeCatalogue& types, std::string_view name);
+
+}  // namespace rubicon::model

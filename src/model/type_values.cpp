@@ -6,8 +6,8 @@
 #include "base/bytes.h"
 #include "base/text.h"
 #include "model/json_text.h"
+#include "model/point.h"
 #include "model/type_catalogue.h"
-#include "model/words.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::model {
@@ -80,7 +80,7 @@ Result<Value> parse_boolean(const Type& type, std::string_view text) {
                 type.words.empty() ? "one of off, on" : fmt::format("one of {} (or off, on)", type.words));
 }
 
-/// The words are the point's: what is no number may be one of them.
+/// The words are the point's: what is not a number may be one of them.
 Result<Value> parse_own_word(const Type& type, std::string_view text, std::optional<std::int64_t> number) {
   if (text.empty() || text.size() > kMaxValueText) return refuse(ErrorCode::kInvalid, type, text, "a word or a number");
   if (!number) return Value(std::string(text));

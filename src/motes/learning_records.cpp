@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/printable.h"
+#include "base/text.h"
 
 namespace rubicon::motes {
 

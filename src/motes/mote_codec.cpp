@@ -183,7 +183,7 @@ MoteCodec::Shared MoteCodec::shared(Capabilities capabilities) {
     if (auto known = kind.lock(); known && *known == capabilities) return known;
   }
   auto fresh = std::make_shared<const Capabilities>(std::move(capabilities));
-  if (kinds_.size() < kMostKinds) kinds_.push_back(fresh);
+  if (kinds_.size() < kMaxKinds) kinds_.push_back(fresh);
   return fresh;
 }
 

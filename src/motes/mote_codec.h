@@ -92,7 +92,7 @@ class MoteCodec {
  private:
   using Capabilities = std::vector<model::Capability>;
   using Shared = std::shared_ptr<const Capabilities>;
-  static constexpr std::size_t kMostKinds = 64;  ///< compared at a join
+  static constexpr std::size_t kMaxKinds = 64;  ///< compared at a join
   struct Mote {
     std::optional<Joined> joined;  ///< its own declaration, or the remembered one
     bool heard = false;

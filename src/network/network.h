@@ -12,7 +12,6 @@
 
 #include "base/bytes.h"
 #include "base/config_reader.h"
-#include "base/limited_log.h"
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "model/message.h"
@@ -24,7 +23,7 @@
 namespace rubicon::network {
 
 /// Bounds of what a network remembers.
-inline constexpr std::size_t kMaxMemoryName = 64, kMaxMemoryValue = 4096, kMostMemories = 4096;
+inline constexpr std::size_t kMaxMemoryName = 64, kMaxMemoryValue = 4096, kMaxMemories = 4096;
 
 /// When a remembered value is on the disk.
 enum class Keep : std::uint8_t {
@@ -61,10 +60,10 @@ class NetworkHost {
   /// it. Keep::kNow waits for the disk, so not to be called often. Not to be called while the network is constructed.
   /// kUnsupported: the island has no state file (the default); kRefused: it can only be read; kOutOfRange: a name of
   /// more than kMaxMemoryName bytes or other characters, a value of more than kMaxMemoryValue bytes; kBusy: the network
-  /// has kMostMemories values, or the file is at its limit; else kIo.
+  /// has kMaxMemories values, or the file is at its limit; else kIo.
   virtual Result<void> remember(std::string_view name, ByteView value, Keep keep);
-  /// That value; nullopt: there is none. kUnsupported: the island has no state file (the default); else an error if the
-  /// file cannot be read.
+  /// The stored value; nullopt: there is none. kUnsupported: the island has no state file (the default); else an error
+  /// if the file cannot be read.
   virtual Result<std::optional<Bytes>> remembered(std::string_view name);
 
   virtual Scheduler& scheduler() = 0;
@@ -110,7 +109,7 @@ struct Missing {
   enum class Kind : std::uint8_t {
     kOnHost,  ///< an error on this host only
     kWrong,   ///< wrong on each host, as the files of the configuration show: a reload refuses it
-    kWarning  ///< the network works all the same, with less
+    kWarning  ///< the network works without it, but does less
   };
   std::string option;
   std::string text;
@@ -149,8 +148,8 @@ class Network {
   virtual std::vector<Missing> missing() const;
   /// The properties of the network itself that users may set: none by default, always the same.
   virtual std::vector<Control> controls() const;
-  /// Sets one of them to what a user wrote. Called in a turn of its own. An error is the reason that the user gets; the
-  /// default knows no name: kNotFound.
+  /// Sets the property `name` to what a user wrote. Called in a turn of its own. The user gets the error as the reason.
+  /// The default knows no property: kNotFound.
   virtual Result<void> control(std::string_view name, std::string_view text);
 };
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "base/rate_limit.h"
+#include "base/log.h"
 
 namespace rubicon::network {
 
@@ -63,7 +63,7 @@ class Supervisor::Slot final : public NetworkHost {
     reported_ = why.text;
     retry_ = scheduler().after(pause, [this] { open(); });
     next_attempt_ = scheduler().wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
-    deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
+    deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}, {}, std::string(why.finding)});
   }
 
   Result<TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call) override {

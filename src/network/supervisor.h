@@ -50,7 +50,7 @@ class Supervisor {
   /// New options for a network of the same type, without losing its line. kUnsupported (or whatever `change` says):
   /// nothing was changed: remove it and add it again.
   Result<void> change(const NetworkConfig& config);
-  /// Opens all lines, and from now on those of added networks at once.
+  /// Opens all lines. From now on the lines of added networks are opened at once.
   void start();
   /// Lets all networks say their last words (Network::close), at most kClosingTime long; then calls `closed`, once, in
   /// a later turn. Lost lines are not opened again.
@@ -63,8 +63,8 @@ class Supervisor {
   const Network* find(const std::string& id) const;
   std::vector<std::string> ids() const;
   /// A user wants the next attempt to open the line now, not after the pause. `ended` gets the outcome once, in a later
-  /// turn: success once the line is up, kIo with the reason if the attempt failed. An error returned here: nothing is
-  /// tried, because the line is up, is being opened, or has no attempt to make (kRefused); kNotFound if there is no
+  /// turn: success once the line is up, kIo with the reason if the attempt failed. If this returns an error,
+  /// nothing is tried. kRefused: the line is up, is being opened, or has no attempt to make. kNotFound: there is no
   /// such network. `ended` is not called if the network is removed meanwhile.
   Result<void> reopen(const std::string& id, ReopenedCall ended);
   /// Sets a property of the network itself (Network::control); kNotFound if there is no such network.

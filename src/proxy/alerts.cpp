@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "base/text.h"
 #include "model/json_members.h"
@@ -38,8 +39,9 @@ void add_line(const Network& network, AlertList& list) {
         network.since,
         fmt::format("network {} is {}: {}", network.id, network.line == model::LineState::kRefused ? "refused" : "down",
                     network.reason),
-        fmt::format("check cable, power and network of what `networks: {}:` names; `rubicon doctor` tests more",
-                    network.id)};
+        fmt::format(
+            "check cable, power and network of the device that `networks: {}:` names; `rubicon doctor` tests more",
+            network.id)};
   });
 }
 
@@ -57,6 +59,10 @@ void add_command(const Device& device, const Point& point, WallTime now, AlertLi
                     model::text_of(command, "state"), model::text_of(command, "reason")),
         "look at the device, then command it again"};
   });
+}
+
+bool is_battery(const Point& point) {
+  return point.id.type == kBattery || point.id.type == kBatteryLow || point.id.type == kBatteryState;
 }
 
 /// What a low battery says of itself; empty for every other point.
@@ -84,7 +90,6 @@ void add_battery(const Device& device, const Point& point, AlertList& list) {
 }
 
 void add_silent(const Device& device, AlertList& list) {
-  if (device.status != DeviceStatus::kUnreachable) return;
   list.add([&] {
     return Alert{
         "device-silent",
@@ -100,7 +105,7 @@ template <class Visit>
 void each_device(const DeviceDirectory& directory, Visit visit) {
   for (const auto& [id, network] : directory.networks()) {
     if (network->down) continue;
-    for (const auto& [address, device] : network->devices) visit(device);
+    for (const auto& device : network->devices.all()) visit(*device);
   }
 }
 
@@ -108,15 +113,19 @@ void each_device(const DeviceDirectory& directory, Visit visit) {
 
 void add_alerts(const DeviceDirectory& directory, WallTime now, AlertList& list) {
   for (const auto& [id, network] : directory.networks()) add_line(*network, list);
+  // One walk: with 100,000 devices it is the memory that takes time.
+  std::vector<std::pair<const Device*, const Point*>> failed, low;
+  std::vector<const Device*> silent;
   each_device(directory, [&](const Device& device) {
     for (const auto& point : device.points) {
-      if (point.commands.failed) add_command(device, point, now, list);
+      if (point.commands.failed) failed.emplace_back(&device, &point);
+      if (is_battery(point)) low.emplace_back(&device, &point);
     }
+    if (device.status == DeviceStatus::kUnreachable) silent.push_back(&device);
   });
-  each_device(directory, [&](const Device& device) {
-    for (const auto& point : device.points) add_battery(device, point, list);
-  });
-  each_device(directory, [&](const Device& device) { add_silent(device, list); });
+  for (const auto& [device, point] : failed) add_command(*device, *point, now, list);
+  for (const auto& [device, point] : low) add_battery(*device, *point, list);
+  for (const auto* device : silent) add_silent(*device, list);
 }
 
 }  // namespace rubicon::proxy

@@ -4,13 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "base/text.h"
-#include "model/words.h"
+#include "model/point.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
+#include "rubicon/summary.hpp"
 
 namespace rubicon::proxy {
+
+namespace {
+
+constexpr std::size_t kMaxName = 60;
+
+/// A text of a foreign summary, printable and cut after a character.
+std::string shown_text(std::string_view text) {
+  std::size_t end = 0;
+  while (end < text.size()) {
+    const auto length = base::first_character(text.substr(end)).size();
+    if (end + length > kMaxName) break;
+    end += length;
+  }
+  return base::printable(text.substr(0, end));
+}
+
+std::string island_name(std::string name, OwnerId id) {
+  return name.empty() ? fmt::format("island {}", number(id)) : fmt::format("{} (island {})", name, number(id));
+}
+
+}  // namespace
+
+std::string commander_name(const TupleSpace& space, const ProxyConfig& config, OwnerId id) {
+  if (id == space.self()) return island_name(config.island_name, id);
+  const auto text = space.summary(id);
+  const auto summary = text.empty() ? model::Summary{} : model::summary_from_json(text).value_or(model::Summary{});
+  const auto name = shown_text(summary.name);
+  // A component without a summary has just appeared: its id is all that is known.
+  if (model::is_island(id) && (text.empty() || !summary.prefix.empty())) return island_name(name, id);
+  if (name.empty()) return fmt::format("component {}", number(id));
+  const bool elsewhere = !summary.host.empty() && summary.host != config.host;
+  const auto program = summary.program.empty() ? fmt::format("component {}", number(id)) : shown_text(summary.program);
+  return fmt::format("{} ({}{}{})", name, program, elsewhere ? " on " : "", elsewhere ? shown_text(summary.host) : "");
+}
 
 namespace {
 
@@ -128,6 +164,114 @@ bool confirms(const Value& reported, const Value& commanded) {
   if (!is || !wanted) return to_text(reported) == to_text(commanded);
   const bool whole = std::holds_alternative<std::int64_t>(commanded) && std::holds_alternative<std::int64_t>(reported);
   return whole ? reported == commanded : std::abs(*is - *wanted) <= std::abs(*wanted) * 1e-3;
+}
+
+namespace {
+
+/// In bytes of JSON, about.
+std::size_t cost(const model::CommandOutcome& outcome) {
+  constexpr std::size_t kNames = 80;
+  return kNames + outcome.state.size() + outcome.reason.size();
+}
+
+}  // namespace
+
+void KeptOutcomes::shown(const Command& command, bool is_final) {
+  const Place place{command.device, command.point};
+  auto& of = points_[place];
+  auto& current = of.current;
+  const bool is_other =
+      current.outcome.creator != command.creator || current.outcome.request != command.creator_request;
+  const bool replaces = is_other && of.is_final;
+  if (replaces) keep(of);
+  current = {{command.creator, command.creator_request, std::string(to_string(command.state)),
+              command.reason.substr(0, kMaxReason)},
+             scheduler_.now()};
+  of.is_final = is_final;
+  if (is_final) next_.advance_to(current.since + kKept);
+  if (replaces) tell(place, of);
+}
+
+void KeptOutcomes::drop_oldest(OfPoint& of) {
+  of.bytes -= cost(of.ended.front().outcome);
+  of.ended.pop_front();
+  --count_;
+}
+
+void KeptOutcomes::keep(OfPoint& of) {
+  const auto bytes = cost(of.current.outcome);
+  while (!of.ended.empty() && (of.ended.size() >= kMaxPerPoint || of.bytes + bytes > kMaxBytes)) drop_oldest(of);
+  if (count_ >= kMaxInAll) return;
+  of.ended.push_back(std::move(of.current));
+  of.bytes += bytes;
+  ++count_;
+}
+
+void KeptOutcomes::tell(const Place& place, const OfPoint& of) const {
+  std::vector<model::CommandOutcome> outcomes;
+  for (const auto& one : of.ended) outcomes.push_back(one.outcome);
+  changed_(place, outcomes.empty() ? std::string() : model::command_outcomes_to_json(outcomes));
+}
+
+void KeptOutcomes::prune() {
+  const auto now = scheduler_.now();
+  for (auto at = points_.begin(); at != points_.end();) {
+    auto& [place, of] = *at;
+    const auto before = of.ended.size();
+    while (!of.ended.empty() && of.ended.front().since + kKept <= now) drop_oldest(of);
+    if (before != of.ended.size()) tell(place, of);
+    const bool is_over = of.ended.empty() && of.is_final && of.current.since + kKept <= now;
+    if (!is_over && !of.ended.empty()) next_.advance_to(of.ended.front().since + kKept);
+    if (!is_over && of.ended.empty() && of.is_final) next_.advance_to(of.current.since + kKept);
+    at = is_over ? points_.erase(at) : std::next(at);
+  }
+}
+
+void KeptOutcomes::forget(const Place& place) {
+  const auto found = points_.find(place);
+  if (found == points_.end()) return;
+  count_ -= found->second.ended.size();
+  points_.erase(found);
+}
+
+void KeptOutcomes::forget(DeviceNumber device) {
+  for (auto at = points_.lower_bound({device, 0}); at != points_.end() && at->first.first == device;) {
+    count_ -= at->second.ended.size();
+    at = points_.erase(at);
+  }
+}
+
+void CommandLog::ended(const Command& command, std::string_view how, std::string_view why) {
+  const auto now = context_.clock.now().steady;
+  if (begun_ == SteadyTime::min() || now - begun_ >= kWindow) {
+    log_omitted();
+    begun_ = now;
+    logged_ = 0;
+  }
+  if (logged_ >= kLines) {
+    ++omitted_[std::string(how)];
+    if (!end_.pending()) end_ = context_.scheduler.at(begun_ + kWindow, [this] { log_omitted(); });
+    return;
+  }
+  ++logged_;
+  const std::chrono::duration<double> took = now - command.accepted;
+  context_.commands.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key,
+                                     model::quoted(command.text), command.commander, number(command.creator), how,
+                                     took.count(), why.empty() ? "" : ": ", why));
+}
+
+void CommandLog::log_omitted() {
+  end_.cancel();
+  if (omitted_.empty()) return;
+  std::uint64_t all = 0;
+  std::string parts;
+  for (const auto& [how, count] : omitted_) {
+    all += count;
+    parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", count, how);
+  }
+  omitted_.clear();
+  context_.commands.info(fmt::format("{} more commands ended within {} s: {}", all,
+                                     std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
 }
 
 }  // namespace rubicon::proxy

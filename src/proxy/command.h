@@ -1,5 +1,8 @@
 #pragma once
 
+#include <deque>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -7,8 +10,15 @@
 #include "base/scheduler.h"
 #include "model/point_tuples.h"
 #include "proxy/device.h"
+#include "proxy/device_directory.h"
+#include "proxy/proxy_config.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::proxy {
+
+/// The name of a component for people, from its summary: `rubicon set (pid 4711 of anna)`, ` on HOST` with it if that
+/// is another one, `flat (island 2)`; `component 70001` if it has no summary. Printable, at most some 200 bytes.
+std::string commander_name(const TupleSpace& space, const ProxyConfig& config, OwnerId id);
 
 /// The states of a command (docs/life-of-a-command.md). The first two are live, all others final.
 enum class CommandState : std::uint8_t {
@@ -62,5 +72,78 @@ Result<Value> parse_command(const Point& point, std::string_view text);
 
 /// True if the device reports the commanded value; real numbers may differ by the rounding of a 16-bit float (0.1 %).
 bool confirms(const Value& reported, const Value& commanded);
+
+/// How the commands of a point ended that its status shows no more, because a newer one came: for a while the status
+/// has them beside it, so that each commander finds its own. Several may end between two deliveries of a status.
+class KeptOutcomes {
+ public:
+  /// Of a point, and in all; beyond them the oldest are forgotten, or none is kept.
+  static constexpr std::size_t kMaxPerPoint = 256, kMaxInAll = 10'000;
+  /// Of the texts of a point; so much stands in each status for a while.
+  static constexpr std::size_t kMaxBytes = std::size_t{32} * 1024;
+  static constexpr Duration kKept = std::chrono::seconds(10);
+  /// Longer reasons are cut, in bytes.
+  static constexpr std::size_t kMaxReason = 200;
+
+  using Place = std::pair<DeviceNumber, PointNumber>;
+  /// The text that the status of the point has to show from now on.
+  using Changed = std::function<void(const Place& place, const std::string& text)>;
+
+  KeptOutcomes(Scheduler& scheduler, Changed changed) : scheduler_(scheduler), changed_(std::move(changed)) {}
+
+  /// The status shows this command now, with its state. Calls Changed if it replaces another one that had ended.
+  void shown(const Command& command, bool is_final);
+  void forget(const Place& place);
+  void forget(DeviceNumber device);
+
+ private:
+  struct Kept {
+    model::CommandOutcome outcome;
+    SteadyTime since{};
+  };
+  struct OfPoint {
+    Kept current;  ///< the one that the status shows
+    bool is_final = false;
+    std::deque<Kept> ended;  ///< oldest first
+    std::size_t bytes = 0;
+  };
+  using Points = std::map<Place, OfPoint>;
+
+  void drop_oldest(OfPoint& of);
+  void keep(OfPoint& of);
+  void tell(const Place& place, const OfPoint& of) const;
+  void prune();
+
+  Scheduler& scheduler_;
+  Changed changed_;
+  Points points_;
+  std::size_t count_ = 0;  ///< of all `ended`
+  base::Deadline next_{scheduler_, [this] { prune(); }};
+};
+
+/// Logs one line at info for each accepted command when it ends: commander, value, final state, duration, reason. More
+/// than kLines per kWindow are only counted, in one line by final state.
+class CommandLog {
+ public:
+  static constexpr std::size_t kLines = 50;
+  static constexpr Duration kWindow = std::chrono::seconds(10);
+
+  explicit CommandLog(ProxyContext& context) : context_(context) {}
+  ~CommandLog() { log_omitted(); }
+  CommandLog(const CommandLog&) = delete;
+  CommandLog& operator=(const CommandLog&) = delete;
+
+  /// `how` is the final state, or `dropped` or `moved` for a command that ended without one.
+  void ended(const Command& command, std::string_view how, std::string_view why);
+
+ private:
+  void log_omitted();
+
+  ProxyContext& context_;
+  SteadyTime begun_ = SteadyTime::min();
+  std::size_t logged_ = 0;
+  std::map<std::string, std::uint64_t, std::less<>> omitted_;  ///< by final state
+  Timer end_;
+};
 
 }  // namespace rubicon::proxy

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
-#include "model/property_alias.h"
-#include "proxy/commander.h"
+#include "model/type_names.h"
+#include "proxy/command.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -74,7 +74,7 @@ tuples::SetDecision CommandDesk::decide_set(const tuples::RemoteSet& request) {
   return accept_under_other_key(under_own_key, *device, **point);
 }
 
-/// The key of the request is not that of the command and must not become a tuple.
+/// The request uses a key that is not the command's own, so its value must not be stored as a tuple.
 tuples::SetDecision CommandDesk::accept_under_other_key(const tuples::RemoteSet& request, Device& device,
                                                         Point& point) {
   auto decision = accept(request, device, point);
@@ -90,15 +90,13 @@ Result<Point*> CommandDesk::resolve_target(const tuples::RemoteSet& request, Dev
     return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(request.key)));
   }
   const auto place = mirror_.place_of(*tuple);
-  if (!place || place->role != TupleMirror::Role::kCommand) {
+  if (!place.is_command) {
     return fail(ErrorCode::kRefused,
                 fmt::format("{}: published by the island; set the .command of an actuator or a writable property",
                             model::quoted(request.key)));
   }
-  device = directory_.find(place->device);
-  auto* point = device ? find_point(*device, place->point) : nullptr;
-  if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(request.key)));
-  return point;
+  device = place.device;
+  return place.point;
 }
 
 tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device& device, Point& point) {
@@ -333,7 +331,7 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
   }
 }
 
-/// Published with what changes next: nobody waits for the end of an outcome.
+/// Published with the next change, because no reader waits for the end of an outcome.
 void CommandDesk::show_ended(const KeptOutcomes::Place& place, const std::string& text) {
   auto* device = directory_.find(place.first);
   if (auto* point = device ? find_point(*device, place.second) : nullptr) point->details->ended_commands = text;

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "proxy/command.h"
-#include "proxy/command_log.h"
-#include "proxy/kept_outcomes.h"
 #include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {
@@ -48,7 +46,8 @@ class CommandDesk {
   /// The device moves to another island: removes and returns the commands that were not sent yet, oldest first; of a
   /// state only the newest.
   Queue release(Device& device);
-  /// A command that waited for the device at another island; `from` and `request` are those of its commander.
+  /// A command that waited for the device at another island. `from` and `request` name its commander and the
+  /// commander's request.
   tuples::SetDecision take_over(const tuples::RemoteSet& request, Device& device, Point& point);
 
  private:

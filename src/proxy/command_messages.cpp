@@ -6,7 +6,7 @@
 #include "proxy/command_desk.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 // Commands that arrive as messages.
 
@@ -30,7 +30,7 @@ const Value& value_of(const Message& message) {
 
 Result<void> CommandDesk::on_message(const Message& message, const std::string& through) {
   const auto* id = point_of(message);
-  if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
+  if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is not a command", to_string(message.kind())));
   Device* device = nullptr;
   const auto point = resolve_target(message, *id, device);
   if (!point) return refuse_unresolved(message, through, device, point.error());
@@ -61,7 +61,7 @@ bool CommandDesk::may_command(const Message& message) {
   const auto point = resolve_target(message, *id, device);
   if (!point) return device && knows(message, device->key);
   const std::vector key{point_key(*device, **point).command()};
-  return judge->ask(gateway::member_of(*message.sender), tuples::Act::kSet, key).has_value();
+  return judge->would_allow(gateway::member_of(*message.sender), tuples::Act::kSet, key).has_value();
 }
 
 /// No tuple belongs to the message: the audit names the device that was meant. The answer does not say whether that
@@ -107,7 +107,7 @@ Result<Point*> CommandDesk::resolve_target(const Message& message, const PointId
     return fail(ErrorCode::kNotFound,
                 fmt::format("no network {} on island {}", model::quoted(to.network), number(to.island)));
   }
-  device = directory_.find(*network->second, to.device);
+  device = network->second->devices.find(to.device);
   if (!device)
     return fail(ErrorCode::kNotFound, fmt::format("{} has no device {}", to.network, model::quoted(to.device)));
   auto* point = find_point(*device, id);

@@ -31,14 +31,13 @@ Demand::Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& m
 
 void Demand::on_demand(const tuples::Demand& demand) {
   const auto place = mirror_.place_of(demand.tuple);
-  auto* device = place ? directory_.find(place->device) : nullptr;
-  auto* point = device ? find_point(*device, place->point) : nullptr;
+  auto* point = place.point;
   if (!point || (point->id.kind != Kind::kSensor && !point->details->capability->sampled)) return;
   if (demand.wanted && !point->demand.wanted) point->demand.since = context_.clock.now().steady;
   point->demand.wanted = demand.wanted;
   point->demand.interval = demand.interval;
   point->demand.named = demand.named;
-  check_next_turn(*device);
+  check_next_turn(*place.device);
 }
 
 void Demand::repeat(Device& device) {

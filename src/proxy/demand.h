@@ -6,19 +6,19 @@
 
 namespace rubicon::proxy {
 
-/// Turns subscriptions into sampling orders: per device one set of sensors and the shortest wanted period, sent when it
-/// changed, at most once per turn, and again when the device or its line is back. Without subscribers nothing is
-/// sampled.
+/// Turns subscriptions into sampling orders. The order of a device names its wanted sensors and the shortest wanted
+/// period. It is sent when it changed, at most once per turn, and again when the device or its line is back. Without
+/// subscribers nothing is sampled.
 class Demand {
  public:
   Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness);
 
   /// Subscriptions to the value of a point changed.
   void on_demand(const tuples::Demand& demand);
-  /// The device may have lost its order: sends it again.
+  /// Sends the sampling order again, because the device may have lost it.
   void repeat(Device& device);
-  /// A wanted value became stale: the device may have lost its order. Sends it now and every ten seconds until the
-  /// device reports.
+  /// A wanted value became stale: the device may have lost its sampling order. Sends the order now and every ten
+  /// seconds until the device reports.
   void overdue(Device& device);
   /// The device's rate or its points changed.
   void changed(Device& device);

@@ -1,30 +1,103 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
-#include "base/by_text.h"
+#include "base/hash_index.h"
 #include "model/message.h"
+#include "model/point.h"
 #include "model/point_keys.h"
-#include "model/quality.h"
-#include "proxy/plausibility.h"
+#include "model/point_tuples.h"
+#include "model/type_names.h"
+#include "model/value.h"
 #include "proxy/proxy_config.h"
-#include "proxy/rare_text.h"
-#include "proxy/shared_capabilities.h"
 #include "rubicon/time.hpp"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 
 namespace rubicon::proxy {
 
+/// Decides whether the readings of one point can be true. A value beyond `step`, or one that falls although it should
+/// rise, is believed when three readings in a row agree: the room did cool down, or the meter was replaced.
+class Plausibility {
+ public:
+  explicit Plausibility(Valid rules) : rules_(std::move(rules)) {}
+
+  const Valid& rules() const { return rules_; }
+  /// Why the value is not believed; empty = it is, as every value that is not a number. `before`: the last good value.
+  std::string objection(const Value& value, std::optional<double> before);
+
+ private:
+  std::string doubt(double value, double before) const;
+  bool agrees(double value) const;
+
+  Valid rules_;
+  std::optional<double> candidate_;  ///< the last doubted value
+  int agreeing_ = 0;                 ///< readings in a row that agree with it
+};
+
+/// The rules of a point: its own, else those of its type in the network, with the codes known for the type. nullopt:
+/// none.
+std::optional<Valid> rules_of(const NetworkRules& network, const std::string& address,
+                              const model::Capability& capability, const model::Type* type);
+
+/// A text that most devices and points do not have; takes eight bytes while it is empty.
+class RareText {
+ public:
+  RareText() = default;
+  RareText& operator=(std::string text) {
+    text_ = text.empty() ? nullptr : std::make_unique<const std::string>(std::move(text));
+    return *this;
+  }
+
+  const std::string& text() const {
+    static const std::string kEmpty;
+    return text_ ? *text_ : kEmpty;
+  }
+  bool empty() const { return !text_; }
+  void clear() { text_.reset(); }
+
+  friend bool operator==(const RareText& one, const std::string& other) { return one.text() == other; }
+
+ private:
+  std::unique_ptr<const std::string> text_;
+};
+
+/// A capability with the type that it brings, if it brings one (Capability::data).
+struct PointCapability : Capability {
+  explicit PointCapability(const Capability& capability);
+
+  std::unique_ptr<const model::OpenType> own_type;
+};
+
+/// By what the values of the point are read: the type of the catalogue, else that of the capability; nullptr = none.
+const Type* type_of(const TypeCatalogue& types, const PointCapability& capability);
+
+/// Shares equal capabilities: thousands of devices of one kind have the same.
+class SharedCapabilities {
+ public:
+  /// Different capabilities beyond this number are not shared.
+  static constexpr std::size_t kMax = 2048;
+
+  std::shared_ptr<const PointCapability> of(const Capability& capability);
+
+ private:
+  std::unordered_multimap<std::size_t, std::weak_ptr<const PointCapability>> known_;  ///< by a hash of the point
+};
+
 using tuples::TupleRef;
 
-/// Never reused, so that a number kept in a list cannot name a later device.
+/// The lower half is the place of the device in the directory, the upper half counts all that ever had one: never
+/// reused, so that a number kept in a list cannot name a later device.
 using DeviceNumber = std::uint64_t;
 using PointNumber = std::uint32_t;
 
@@ -123,7 +196,7 @@ struct DeviceStorage {
 
 struct Network;
 
-/// A device that the island lists. Owned by its Network's map. What a reading needs comes first.
+/// A device that the island lists. Owned by the table of its Network. What a reading needs comes first.
 struct Device {
   DeviceNumber number = 0;
   Network* network = nullptr;
@@ -153,6 +226,37 @@ struct Device {
   DeviceStorage storage;
 };
 
+/// The devices of a network by address. They never move.
+class DeviceTable {
+ public:
+  /// nullptr: there is none.
+  Device* find(std::string_view address) const { return find(address, hash_of(address)); }
+  /// No device may have the address yet.
+  Device& add(const std::string& address);
+  void remove(const Device& device);
+  /// In no order.
+  const std::vector<std::unique_ptr<Device>>& all() const { return devices_; }
+  std::size_t size() const { return devices_.size(); }
+
+  // The parts of find() for several addresses at once: each brings into the cache what the next one touches.
+  static std::uint32_t hash_of(std::string_view address);
+  void fetch_place(std::uint32_t hash) const { index_.fetch(hash); }
+  void fetch_device(std::uint32_t hash) const;
+  Device* find(std::string_view address, std::uint32_t hash) const;
+
+ private:
+  base::HashIndex index_;
+  std::vector<std::unique_ptr<Device>> devices_;
+};
+
+/// Orders the devices of a network by their part of the keys.
+struct ById {
+  using is_transparent = void;
+  bool operator()(const Device* one, const Device* other) const { return one->id < other->id; }
+  bool operator()(const Device* one, std::string_view id) const { return one->id < id; }
+  bool operator()(std::string_view id, const Device* one) const { return id < one->id; }
+};
+
 /// Errors of a network; published as counters.
 struct NetworkFaults {
   std::uint64_t refused_joins = 0;       ///< device cap, or another device has the key
@@ -173,9 +277,9 @@ struct Network {
   bool line_known = false;  ///< a State arrived; until then any message counts as a sign that the line is up
   bool down = false;        ///< down, refused or ended; a line that is being reopened stays down until it is up
   WallTime since{};
-  std::string reason;
-  base::ByText<Device> devices;                 ///< by address; the addresses of devices are stable
-  std::map<std::string, Device*> by_id;         ///< the reachable ones are published in this order
+  std::string reason, finding;
+  DeviceTable devices;
+  std::set<Device*, ById> by_id;                ///< the reachable ones are published in this order
   std::map<std::string, std::string> reserved;  ///< configured id -> the address it is reserved for
   NetworkFaults faults;
   TupleRef status_tuple, devices_tuple;
@@ -207,5 +311,7 @@ model::PointKey point_key(const Device& device, const Point& point);
 bool is_event(const Point& point);
 Point* find_point(Device& device, const PointId& id);
 Point* find_point(Device& device, PointNumber number);
+/// What find_point() touches comes into the cache meanwhile.
+void fetch_points(const Device& device);
 
 }  // namespace rubicon::proxy

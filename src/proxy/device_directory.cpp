@@ -10,6 +10,13 @@
 
 namespace rubicon::proxy {
 
+const Moment& TurnClock::refresh() {
+  moment_ = {scheduler_.now(), scheduler_.wall_now()};
+  fresh_ = true;
+  end_of_turn_.request();
+  return moment_;
+}
+
 namespace {
 
 constexpr Duration kMaxSilence = std::chrono::hours(24 * 366);
@@ -78,8 +85,7 @@ void DeviceDirectory::remove_network(const std::string& id) {
 std::vector<std::string> DeviceDirectory::networks_of(const std::string& address) const {
   std::map<DeviceStatus, std::vector<std::string>> by_status;
   for (const auto& [id, network] : networks_) {
-    const auto found = network->devices.find(address);
-    if (found != network->devices.end()) by_status[found->second.status].push_back(id);
+    if (const auto* found = network->devices.find(address)) by_status[found->status].push_back(id);
   }
   for (const auto status : {DeviceStatus::kReachable, DeviceStatus::kUnknown, DeviceStatus::kUnreachable}) {
     if (!by_status[status].empty()) return by_status[status];
@@ -90,27 +96,21 @@ std::vector<std::string> DeviceDirectory::networks_of(const std::string& address
 std::string DeviceDirectory::parts_of(const std::string& network, const std::string& address) const {
   const auto found = networks_.find(network);
   if (found == networks_.end()) return {};
-  const auto device = found->second->devices.find(address);
-  if (device == found->second->devices.end()) return {};
-  return device->second.key.substr(context_.config.prefix.size() + 1);
+  const auto* device = found->second->devices.find(address);
+  return device ? device->key.substr(context_.config.prefix.size() + 1) : std::string();
 }
 
-Device* DeviceDirectory::find(Network& network, const std::string& address) {
-  const auto found = network.devices.find(std::string_view(address));
-  return found == network.devices.end() ? nullptr : &found->second;
-}
-
-Device* DeviceDirectory::find(DeviceNumber number) {
-  const auto found = by_number_.find(number);
-  return found == by_number_.end() ? nullptr : found->second;
+Device* DeviceDirectory::find(DeviceNumber number) const {
+  auto* device = find_by_place(static_cast<std::uint32_t>(number));
+  return device && device->number == number ? device : nullptr;
 }
 
 Device* DeviceDirectory::find_by_key(std::string_view parts) {
   const auto key = fmt::format("{}.{}", context_.config.prefix, parts);
   for (const auto& [id, network] : networks_) {
     if (!key.starts_with(network->key + ".")) continue;
-    const auto found = network->by_id.find(key.substr(network->key.size() + 1));
-    if (found != network->by_id.end()) return found->second;
+    const auto found = network->by_id.find(std::string_view(key).substr(network->key.size() + 1));
+    if (found != network->by_id.end()) return *found;
   }
   return nullptr;
 }
@@ -118,7 +118,7 @@ Device* DeviceDirectory::find_by_key(std::string_view parts) {
 Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const std::string& address,
                                                       const model::Join& join) {
   Joined joined;
-  joined.device = find(network, address);
+  joined.device = network.devices.find(address);
   if (!joined.device) {
     adopt_names(network, address, join.name);
     auto added = add(network, address, join.id);
@@ -137,39 +137,48 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
 
 bool DeviceDirectory::has_place(const Network& network, const std::string& address,
                                 const std::string& wanted_id) const {
-  return by_number_.size() < context_.config.max_devices &&
+  return size() < context_.config.max_devices &&
          key_is_free(network, device_id(network.rules, address, wanted_id), address).has_value();
 }
 
 Result<void> DeviceDirectory::key_is_free(const Network& network, const std::string& id,
                                           const std::string& address) const {
   const auto kept = network.reserved.find(id);
-  const auto holder = network.by_id.find(id);
+  const auto holder = network.by_id.find(std::string_view(id));
   const bool reserved = kept != network.reserved.end() && kept->second != address;
   if (!reserved && holder == network.by_id.end()) return {};
-  const auto& other = reserved ? kept->second : holder->second->address;
+  const auto& other = reserved ? kept->second : (*holder)->address;
   return fail(ErrorCode::kDuplicate, fmt::format("join of {} on {}: its key part {} belongs to {}; give it an id",
                                                  model::quoted(address), network.id, id, model::quoted(other)));
 }
 
 Result<Device*> DeviceDirectory::add(Network& network, const std::string& address, const std::string& wanted_id) {
-  if (by_number_.size() >= context_.config.max_devices) {
+  if (size() >= context_.config.max_devices) {
     return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
                                               model::quoted(address), network.id, context_.config.max_devices));
   }
   auto id = device_id(network.rules, address, wanted_id);
   if (auto free = key_is_free(network, id, address); !free) return fail(std::move(free.error()));
-  auto* device = &network.devices[address];
-  device->number = ++last_number_;
+  auto* device = &network.devices.add(address);
+  device->number = DeviceNumber{++joined_} << 32 | take_place(*device);
   device->network = &network;
-  device->address = address;
   device->key = model::NetworkKey{network.key}.device(id).text;
   device->id = std::move(id);
   device->wanted_id = wanted_id;
   device->rate = network.rules.rate;
-  network.by_id.emplace(device->id, device);
-  by_number_.emplace(device->number, device);
+  network.by_id.insert(device);
   return device;
+}
+
+std::uint32_t DeviceDirectory::take_place(Device& device) {
+  if (free_places_.empty()) {
+    places_.push_back(&device);
+    return static_cast<std::uint32_t>(places_.size() - 1);
+  }
+  const auto place = free_places_.back();
+  free_places_.pop_back();
+  places_[place] = &device;
+  return place;
 }
 
 bool DeviceDirectory::update_identity(Device& device, const model::Join& join) {
@@ -269,14 +278,16 @@ Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
 
 void DeviceDirectory::remove(Device& device) {
   auto& network = *device.network;
-  by_number_.erase(device.number);
-  const auto named = network.by_id.find(device.id);
-  if (named != network.by_id.end() && named->second == &device) network.by_id.erase(named);
-  network.devices.erase(std::string(device.address));
+  const auto place = static_cast<std::uint32_t>(device.number);
+  places_[place] = nullptr;
+  free_places_.push_back(place);
+  const auto named = network.by_id.find(&device);
+  if (named != network.by_id.end() && *named == &device) network.by_id.erase(named);
+  network.devices.remove(device);
 }
 
 void DeviceDirectory::release(Device& device) {
-  device.network->by_id.erase(device.id);
+  device.network->by_id.erase(&device);
 }
 
 Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
@@ -285,7 +296,7 @@ Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
   if (auto free = key_is_free(network, id, device.address); !free) return fail(std::move(free.error()));
   device.id = std::move(id);
   device.key = model::NetworkKey{network.key}.device(device.id).text;
-  network.by_id.emplace(device.id, &device);
+  network.by_id.insert(&device);
   const auto* names = names_of(network.rules, device.address);
   std::vector<Point> vanished, points;
   std::set<std::pair<Kind, std::string>> taken;

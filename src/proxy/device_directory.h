@@ -1,13 +1,55 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
-#include <unordered_map>
+#include <string_view>
 #include <vector>
 
-#include "proxy/proxy_context.h"
-#include "proxy/shared_capabilities.h"
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "gateway/gateway.h"
+#include "model/type_catalogue.h"
+#include "proxy/device.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::proxy {
+
+/// Reads the clocks once per turn of the loop, however many messages the turn brings.
+class TurnClock {
+ public:
+  explicit TurnClock(Scheduler& scheduler)
+      : scheduler_(scheduler), end_of_turn_(scheduler, [this] { fresh_ = false; }) {}
+  TurnClock(const TurnClock&) = delete;
+  TurnClock& operator=(const TurnClock&) = delete;
+
+  const Moment& now() { return fresh_ ? moment_ : refresh(); }
+  /// Timers call this first: the moment of the turn may be older than the time the timer was set for.
+  const Moment& refresh();
+
+ private:
+  Scheduler& scheduler_;
+  Moment moment_{};
+  bool fresh_ = false;
+  base::OncePerTurn end_of_turn_;
+};
+
+/// What every part of the proxy may use. Owned by the Proxy, outlives the parts.
+struct ProxyContext {
+  const ProxyConfig& config;
+  Scheduler& scheduler;
+  TupleSpace& space;
+  gateway::Gateway& gateway;
+  const TypeCatalogue& types;
+  Log log;
+  Log commands = log;  ///< gets the lines that quote what was set
+  TurnClock clock{scheduler};
+  base::LimitedLog limited_log{log, scheduler};
+  std::uint64_t last_request = 0;
+
+  std::uint64_t next_request() { return ++last_request; }
+  /// One warning per subject and minute; the others are discarded.
+  void warn(const std::string& subject, std::string_view text) { limited_log.warning(subject, text); }
+};
 
 /// Points that one device may have; further ones of a join are refused and counted.
 inline constexpr std::size_t kMaxPoints = 1024;
@@ -28,8 +70,8 @@ class DeviceDirectory {
   /// Network and device as in the keys of its tuples, `wsn-1.kitchen`; empty: there is none.
   std::string parts_of(const std::string& network, const std::string& address) const;
 
-  Device* find(Network& network, const std::string& address);
-  Device* find(DeviceNumber number);
+  Device* find(DeviceNumber number) const;
+  Device* find_by_place(std::uint32_t place) const { return place < places_.size() ? places_[place] : nullptr; }
   /// The device with the key `<prefix>.<parts>`, such as `wsn-1.7`.
   Device* find_by_key(std::string_view parts);
 
@@ -39,7 +81,7 @@ class DeviceDirectory {
     bool changed = false;         ///< points, capabilities or names differ from before
     std::vector<Point> vanished;  ///< points that the device no longer has
   };
-  /// What the configuration gives to the name of a new device is from now on that of its address (naming.h).
+  /// The configuration of the name of a new device is from now on the configuration of its address (naming.h).
   void adopt_names(Network& network, const std::string& address, const std::string& announced);
   /// kBusy at the device cap, kDuplicate if another address has its key.
   Result<Joined> join(Network& network, const std::string& address, const model::Join& join);
@@ -64,11 +106,12 @@ class DeviceDirectory {
   static void doubt(const Device& device, Point& point);
   /// The network must have no devices.
   void remove_network(const std::string& id);
-  std::size_t size() const { return by_number_.size(); }
+  std::size_t size() const { return places_.size() - free_places_.size(); }
 
  private:
   Result<void> key_is_free(const Network& network, const std::string& id, const std::string& address) const;
   Result<Device*> add(Network& network, const std::string& address, const std::string& wanted_id);
+  std::uint32_t take_place(Device& device);
   static bool update_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);
@@ -77,8 +120,9 @@ class DeviceDirectory {
   SharedCapabilities capabilities_;
   std::map<std::string, std::unique_ptr<Network>> networks_;
   Network* last_network_ = nullptr;
-  std::unordered_map<DeviceNumber, Device*> by_number_;
-  DeviceNumber last_number_ = 0;
+  std::vector<Device*> places_;  ///< by the lower half of DeviceNumber
+  std::vector<std::uint32_t> free_places_;
+  std::uint32_t joined_ = 0;  ///< devices since the start: the upper half
 };
 
 }  // namespace rubicon::proxy

@@ -5,7 +5,7 @@
 #include <queue>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "proxy/device_directory.h"
 #include "state/state_store.h"
 
@@ -47,7 +47,7 @@ class Memory {
                      state::Decision decision);
   /// Forgets a device that is not listed.
   void forget(const std::string& network, const std::string& address);
-  /// What a user decided about a device that is not listed no longer holds. Forgets the device, unless a user named it.
+  /// The decision of a user about a device that is not listed ends. Forgets the device, unless a user named it.
   void end_decision(const std::string& network, const std::string& address, const model::Join& join);
   /// The device left for good: forgets it but for the decision of a user. Call before it leaves the directory.
   void left(const Device& device);

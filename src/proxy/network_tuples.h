@@ -3,7 +3,7 @@
 #include <set>
 #include <string>
 
-#include "base/paced_call.h"
+#include "base/scheduler.h"
 #include "proxy/device_directory.h"
 
 namespace rubicon::proxy {

@@ -9,7 +9,6 @@
 #include "proxy/alerts.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
-#include "proxy/reload_checks.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -50,7 +49,7 @@ void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, con
     if (message.origin != self || message.source.island != self || message.source.network.empty()) return;
     auto& network = directory.network(message.source.network);
     network_tuples.declare(network);
-    auto* device = message.source.device.empty() ? nullptr : directory.find(network, message.source.device);
+    auto* device = message.source.device.empty() ? nullptr : network.devices.find(message.source.device);
     (this->*call)(device, network, message, *std::get_if<Body>(&message.body));
   }));
 }
@@ -70,6 +69,7 @@ void Proxy::Impl::listen() {
   context.gateway.set_device_lookup(
       [this](const std::string& address) { return directory.networks_of(address); },
       [this](const std::string& network, const std::string& address) { return directory.parts_of(network, address); });
+  context.gateway.set_look_ahead([this](std::span<const Message> next) { fetch(next); });
   const auto self = context.space.self();
   const model::IslandKey island{config.prefix};
   const auto any_device = island.network("*").device("*");
@@ -228,6 +228,29 @@ void Proxy::Impl::leave(Device* device, Network& network, const Message& message
   remove(*device);
 }
 
+/// Devices, points and tuples are visited in any order, so that each look into them waits for memory. Here those of
+/// some messages are fetched at once, one step of all before the next step.
+void Proxy::Impl::fetch(std::span<const Message> next) {
+  next_readings.clear();
+  const auto& devices = directory.network(next.front().source.network).devices;
+  for (const auto& message : next) {
+    if (message.kind() != MessageKind::kUpdates) continue;
+    next_readings.push_back({&message, DeviceTable::hash_of(message.source.device), nullptr});
+    devices.fetch_place(next_readings.back().hash);
+  }
+  for (const auto& one : next_readings) devices.fetch_device(one.hash);
+  for (auto& one : next_readings) {
+    one.device = devices.find(one.message->source.device, one.hash);
+    if (one.device) fetch_points(*one.device);
+  }
+  for (const auto& one : next_readings) {
+    if (!one.device) continue;
+    for (const auto& reading : std::get_if<model::Updates>(&one.message->body)->readings) {
+      if (const auto* point = find_point(*one.device, reading.point)) mirror.fetch(*point);
+    }
+  }
+}
+
 void Proxy::Impl::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
   if (!updates.heard) [[unlikely]] {
     for (const auto& one : updates.readings) {
@@ -323,6 +346,7 @@ void Proxy::Impl::set_line(Network& network, const model::State& state) {
   if (same) return;
   network.line = state.line;
   network.reason = state.reason;
+  network.finding = state.finding;
   network.since = context.clock.now().wall;
   network_tuples.line_changed(network);
   const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded ||
@@ -333,7 +357,8 @@ void Proxy::Impl::set_line(Network& network, const model::State& state) {
 
 void Proxy::Impl::line_went_down(Network& network) {
   network.down = true;
-  for (auto& [address, device] : network.devices) {
+  for (const auto& listed : network.devices.all()) {
+    auto& device = *listed;
     liveness.interrupted(device, "not heard since the line was down");
     desk.delayed(device);
     // Without a `silence`, the line alone decides which devices are reachable.
@@ -349,7 +374,8 @@ void Proxy::Impl::line_went_down(Network& network) {
 
 void Proxy::Impl::line_came_up(Network& network) {
   network.down = false;
-  for (auto& [address, device] : network.devices) {
+  for (const auto& listed : network.devices.all()) {
+    auto& device = *listed;
     if (!network.rules.silence && device.status == DeviceStatus::kUnreachable && !device.found_unreachable) {
       reachable(device, true);
       continue;
@@ -380,7 +406,9 @@ Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gatewa
              const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
     : impl_(std::make_unique<Impl>(std::move(config), scheduler, space, gateway, types, log, store)) {}
 
-Proxy::~Proxy() = default;
+Proxy::~Proxy() {
+  impl_->context.gateway.set_look_ahead(nullptr);
+}
 
 void Proxy::log_commands_to(base::LogSink& log) {
   impl_->context.commands = Log(log, "proxy");

@@ -11,8 +11,8 @@
 #include "gateway/gateway.h"
 #include "model/alerts.h"
 #include "model/type_catalogue.h"
+#include "proxy/naming.h"
 #include "proxy/proxy_config.h"
-#include "proxy/reload_checks.h"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 

@@ -29,7 +29,7 @@ struct DeviceNames {
   std::string area;  ///< room or place; empty = from a user
   std::map<std::string, std::string> sensors;
   std::map<std::string, std::string> actuators;
-  std::map<std::string, Valid> valid;  ///< by default id; no name, but also of one point
+  std::map<std::string, Valid> valid;  ///< plausible values of a point, by its default id
 
   friend bool operator==(const DeviceNames&, const DeviceNames&) = default;
 };

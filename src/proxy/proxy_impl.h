@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,9 +14,28 @@
 #include "proxy/memory.h"
 #include "proxy/network_tuples.h"
 #include "proxy/proxy.h"
-#include "proxy/user_names.h"
+#include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {
+
+/// Names and areas that users give to devices at run time.
+class UserNames {
+ public:
+  UserNames(ProxyContext& context, DeviceDirectory& directory, Memory& memory, TupleMirror& mirror)
+      : context_(context), directory_(directory), memory_(memory), mirror_(mirror) {}
+
+  /// A remote set of `proxy.<network>.<device>.description`: JSON with `name`, `area` or both; other members belong to
+  /// the device and are refused.
+  tuples::SetDecision decide_set(const tuples::RemoteSet& request);
+
+ private:
+  Result<void> give(Device& device, std::string name, std::string area, OwnerId by);
+
+  ProxyContext& context_;
+  DeviceDirectory& directory_;
+  Memory& memory_;
+  TupleMirror& mirror_;
+};
 
 using admission::Admission;
 using admission::Announced;
@@ -42,6 +62,8 @@ struct Proxy::Impl {
   void updates(Device* device, Network& network, const Message& message, const model::Updates& updates);
   void state(Device* device, Network& network, const Message& message, const model::State& state);
   void acknowledge(const Message& message);
+
+  void fetch(std::span<const Message> next);
 
   void heard(Device& device);
   void reachable(Device& device, bool was_lost);
@@ -88,6 +110,12 @@ struct Proxy::Impl {
   Admission admission;
   CommandTransfer transfer;
   std::vector<Handle> handles;
+  struct Next {
+    const Message* message;
+    std::uint32_t hash;  ///< of its device
+    Device* device;
+  };
+  std::vector<Next> next_readings;  ///< of fetch()
 };
 
 }  // namespace rubicon::proxy

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::proxy {
 
@@ -52,14 +53,20 @@ TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std:
   return {};
 }
 
-void TupleMirror::remember(TupleRef tuple, Place place) {
-  places_[tuple.index] = {tuple.generation, place};
+void TupleMirror::remember(TupleRef tuple, const Device& device) {
+  if (tuple == TupleRef{}) return;
+  if (tuple.index >= places_.size()) places_.resize(tuple.index + std::size_t{1});
+  places_[tuple.index] = static_cast<std::uint32_t>(device.number);
 }
 
-std::optional<TupleMirror::Place> TupleMirror::place_of(TupleRef tuple) const {
-  const auto found = places_.find(tuple.index);
-  if (found == places_.end() || found->second.generation != tuple.generation) return std::nullopt;
-  return found->second.place;
+TupleMirror::Place TupleMirror::place_of(TupleRef tuple) const {
+  auto* device = tuple.index < places_.size() ? directory_.find_by_place(places_[tuple.index]) : nullptr;
+  if (!device) return {};
+  for (auto& point : device->points) {
+    if (point.mirror.value == tuple) return {device, &point, false};
+    if (point.mirror.command == tuple) return {device, &point, true};
+  }
+  return {};
 }
 
 void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
@@ -91,13 +98,13 @@ void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) 
   const auto key = point_key(device, point).value();
   point.mirror.value =
       kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
-  remember(point.mirror.value, {Role::kValue, device.number, point.number});
+  remember(point.mirror.value, device);
   write_point_status(device, point, status_text_);
   point.mirror.status = declare(point_key(device, point).status(), status_text_, kJsonType);
   declare(point_key(device, point).description(), point_description(point), kJsonType);
   if (writable(point)) {
     point.mirror.command = declare(point_key(device, point).command(), {}, "text/plain");
-    remember(point.mirror.command, {Role::kCommand, device.number, point.number});
+    remember(point.mirror.command, device);
   }
   if (!kept) initial_value(device, point);
 }
@@ -115,8 +122,6 @@ void TupleMirror::added(Device& device, Point& point) {
 }
 
 void TupleMirror::erase_point(const Device& device, const Point& point) {
-  places_.erase(point.mirror.value.index);
-  places_.erase(point.mirror.command.index);
   const auto point_tuples = point_key(device, point);
   for (const auto& key :
        {point_tuples.value(), point_tuples.status(), point_tuples.description(), point_tuples.command()})
@@ -173,6 +178,12 @@ void TupleMirror::device_status(const Device& device) {
 void TupleMirror::all_points(Device& device) {
   for (auto& point : device.points) mark(device, point);
   schedule_flush(true);
+}
+
+void TupleMirror::fetch(const Point& point) const {
+  __builtin_prefetch(&point.heard_at);
+  __builtin_prefetch(&point.mirror.text);
+  tuples::SpaceRights::fetch(context_.space, point.mirror.value);
 }
 
 bool TupleMirror::reading(Device& device, Point& point, const model::Reading& reading) {

@@ -2,13 +2,11 @@
 
 #include <chrono>
 #include <map>
-#include <optional>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "proxy/device_directory.h"
 #include "proxy/memory.h"
 
@@ -19,9 +17,9 @@ inline constexpr Duration kEventLasts = std::chrono::seconds(2);
 /// Publishes the tuples of devices and their points (docs/tuple-keys.md). A status whose only news is the time of the
 /// last reading waits for a flush, at most one per second; a changed quality is published at once.
 ///
-/// An event (a button, a scene: docs/types.md) is no present value: kEventLasts after it came its tuple is empty again,
-/// so that who subscribes later, or returns, does not take it for news. `heard` in the status says when the last one
-/// came.
+/// An event (a button, a scene: docs/types.md) is not a present value: kEventLasts after it came its tuple is empty
+/// again, so that who subscribes later, or returns, does not take it for news. `heard` in the status says when the last
+/// one came.
 class TupleMirror {
  public:
   TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory);
@@ -49,6 +47,8 @@ class TupleMirror {
   /// The line or the device changed, and with it the shown quality of all its points.
   void all_points(Device& device);
 
+  /// What reading() touches comes into the cache meanwhile.
+  void fetch(const Point& point) const;
   /// Publishes a value that arrived. True if the point just became good: its deadline must be watched.
   bool reading(Device& device, Point& point, const model::Reading& reading);
   /// A value that its network remembers (Updates::heard is false): shown as stored, unless a newer one is known.
@@ -61,14 +61,13 @@ class TupleMirror {
   void set_quality(const Device& device, Point& point, Quality quality, std::string reason);
   void publish_status(const Device& device, Point& point);
 
-  enum class Role : std::uint8_t { kValue, kCommand };
+  /// The point whose value or command an own tuple is; device and point are nullptr if it is neither.
   struct Place {
-    Role role = Role::kValue;
-    DeviceNumber device = 0;
-    PointNumber point = 0;
+    Device* device = nullptr;
+    Point* point = nullptr;
+    bool is_command = false;
   };
-  /// The point that an own tuple belongs to.
-  std::optional<Place> place_of(TupleRef tuple) const;
+  Place place_of(TupleRef tuple) const;
 
  private:
   void declare_device(Device& device);
@@ -76,7 +75,7 @@ class TupleMirror {
   void erase_point(const Device& device, const Point& point);
   void initial_value(const Device& device, Point& point);
   TupleRef declare(std::string_view key, std::string_view value, std::string_view media_type, WallTime user_time = {});
-  void remember(TupleRef tuple, Place place);
+  void remember(TupleRef tuple, const Device& device);
   bool believes(const Device& device, Point& point, const Value& value);
   void bad_value(const Device& device, Point& point, const std::string& why);
   void refuse(const Device& device, Point& point, const std::string& why);
@@ -88,15 +87,10 @@ class TupleMirror {
   void schedule_flush(bool at_once);
   void flush();
 
-  struct Known {
-    std::uint32_t generation = 0;
-    Place place;
-  };
-
   ProxyContext& context_;
   DeviceDirectory& directory_;
   Memory& memory_;
-  std::unordered_map<std::uint32_t, Known> places_;  ///< by TupleRef::index
+  std::vector<std::uint32_t> places_;  ///< of the device (DeviceNumber) by TupleRef::index; may be of a former tuple
   std::vector<DeviceNumber> dirty_, flushing_;
   std::map<std::pair<DeviceNumber, PointNumber>, SteadyTime> events_;  ///< that are present, and when they are over
   base::Deadline event_end_;

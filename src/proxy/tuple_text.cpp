@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "model/point.h"
 #include "model/point_tuples.h"
-#include "model/words.h"
 
 namespace rubicon::proxy {
 
@@ -63,7 +63,7 @@ std::string device_status_text(const Device& device) {
 std::string network_status_text(const Network& network) {
   return model::line_status_to_json(LineStatus{
       std::string(to_string(network.line)), network.reason, network.since, reported_number(network, "attempts"),
-      WallTime(std::chrono::seconds(reported_number(network, "next-attempt")))});
+      WallTime(std::chrono::seconds(reported_number(network, "next-attempt"))), network.finding});
 }
 
 std::string point_description(const Point& point) {
@@ -110,12 +110,12 @@ std::string device_description(const Device& device) {
 }
 
 void append_reachable(const Network& network, std::string_view before, std::string& list) {
-  for (const auto& [id, device] : network.by_id) {
+  for (const auto* device : network.by_id) {
     if (device->status != DeviceStatus::kReachable) continue;
     if (list.size() > 1) list += ',';
     list += '"';
     list += before;
-    list += id;  // a key part needs no escapes
+    list += device->id;  // a key part needs no escapes
     list += '"';
   }
 }

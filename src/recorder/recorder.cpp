@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "base/printable.h"
 #include "base/text.h"
 #include "model/point_keys.h"
 
@@ -17,7 +16,7 @@ namespace {
 
 constexpr Duration kFlushEvery = std::chrono::seconds(1);
 constexpr Duration kRotateAgain = std::chrono::minutes(1);
-constexpr Duration kLongestPause = std::chrono::minutes(1);
+constexpr Duration kMaxPauseTime = std::chrono::minutes(1);
 /// Tuples of a snapshot that one turn of the loop writes.
 constexpr std::size_t kSlice = 1000;
 /// Between two log lines with the number of dropped records.
@@ -90,9 +89,9 @@ void Recorder::mark(std::string_view word) {
 }
 
 Result<void> Recorder::note(std::string_view text) {
-  if (text.size() > kMostMark)
+  if (text.size() > kMaxMark)
     return fail(ErrorCode::kInvalid,
-                fmt::format("a mark has at most {} bytes, this one has {}", kMostMark, text.size()));
+                fmt::format("a mark has at most {} bytes, this one has {}", kMaxMark, text.size()));
   if (base::one_line(text) != text) return fail(ErrorCode::kInvalid, "a mark is one line of printable UTF-8");
   mark(text.empty() ? std::string(recording::kMarkOfUser) : fmt::format("{}: {}", recording::kMarkOfUser, text));
   return {};
@@ -183,7 +182,7 @@ void Recorder::failed(const Error& why) {
 
 void Recorder::failed_to_write(const Error& why) {
   failed_at_ = context_.scheduler.now();
-  pause_ = std::clamp<Duration>(2 * pause_, kFlushEvery, kLongestPause);
+  pause_ = std::clamp<Duration>(2 * pause_, kFlushEvery, kMaxPauseTime);
   try_again_ = failed_at_ + pause_;
   ++counters_.failures;
   if (reason_.empty()) {
@@ -208,7 +207,7 @@ void Recorder::drop(std::uint64_t records) {
 void Recorder::written() {
   const auto now = context_.scheduler.now();
   // A nearly full disk accepts a block now and then: the pauses stay long until a minute had no failure.
-  if (now - failed_at_ >= kLongestPause) pause_ = {};
+  if (now - failed_at_ >= kMaxPauseTime) pause_ = {};
   if (std::exchange(reason_, {}).empty()) return;
   limited_log_.info("resumed",
                     fmt::format("{}: the recording continues; {} records were dropped in {} s", file_.path(),

@@ -1,12 +1,12 @@
-#include "recorder/recording_file.h"
+#include "recorder/recorder.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "base/local_time.h"
-#include "recording/file_tail.h"
+#include "base/clocks.h"
+#include "recording/recording_reader.h"
 
 namespace rubicon::recorder {
 

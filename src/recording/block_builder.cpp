@@ -6,8 +6,7 @@
 #include <functional>
 
 #include "base/assert.h"
-#include "recording/crc32c.h"
-#include "recording/record_layout.h"
+#include "recording/file_format.h"
 
 namespace rubicon::recording {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/bytes.h"
-#include "recording/block.h"
+#include "recording/file_format.h"
 #include "recording/record.h"
 
 struct ZSTD_CCtx_s;

@@ -2,17 +2,38 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string>
+#include <tuple>
+#include <utility>
 
-#include "base/local_time.h"
+#include "base/clocks.h"
 #include "base/own_file.h"
 
 namespace rubicon::sqlite {
+
+Result<FileLock> FileLock::take(const char* noun, const std::string& path) {
+  const auto side = path + "-lock";
+  // Reading is enough to lock, also a file that another user created.
+  auto opened = OwnFile::open(side, O_RDONLY | O_NONBLOCK);
+  if (!opened) {
+    const auto code = opened.error().code == ErrorCode::kRefused ? ErrorCode::kRefused : ErrorCode::kIo;
+    return fail(code, fmt::format("{} {}: its lock {}", noun, path, opened.error().text));
+  }
+  FileLock lock(std::move(*opened));
+  if (::flock(lock.side_.get(), LOCK_EX | LOCK_NB) == 0) return lock;
+  if (errno == EWOULDBLOCK) {
+    return fail(ErrorCode::kBusy, fmt::format("{} {}: another process has it open for writing", noun, path));
+  }
+  return fail(ErrorCode::kIo, fmt::format("{} {}: locking {}: {}", noun, path, side, std::strerror(errno)));
+}
 
 namespace fs = std::filesystem;
 
@@ -27,7 +48,8 @@ std::string real_path(const std::string& path) {
   return error ? path : real.string();
 }
 
-/// The same, but refuses a link in place of the file: whoever created it could choose which file is written.
+/// The same, but refuses a link in place of the file, because the creator of the link could choose which file is
+/// written.
 Result<std::string> real_path_to_write(const char* noun, const std::string& path) {
   std::error_code error;
   const auto whole = fs::absolute(path, error);
@@ -186,6 +208,58 @@ Result<std::string> set_aside(const char* noun, const std::string& path, WallTim
   }
   sync_folder_of(real);
   return target;
+}
+
+namespace {
+
+/// Runs `work` and sets the version of the file, all or nothing.
+Result<void> run_step(Database& database, const Format& format, const std::string& work, std::size_t version) {
+  const auto sql = fmt::format("BEGIN IMMEDIATE;{};PRAGMA application_id={};PRAGMA user_version={};COMMIT", work,
+                               format.application, version);
+  auto done = database.run(sql.c_str(), "upgrading it");
+  if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
+  // Rows that the next version does not take are damage.
+  if (!done && done.error().code == ErrorCode::kDuplicate) done.error().code = ErrorCode::kInvalid;
+  return done;
+}
+
+}  // namespace
+
+Result<Header> read_header(Database& database, const Format& format) {
+  constexpr const char* kDoing = "reading its header";
+  const auto application = database.number("PRAGMA application_id", kDoing);
+  if (!application) return fail(application.error());
+  const auto version = database.number("PRAGMA user_version", kDoing);
+  if (!version) return fail(version.error());
+  const auto tables = database.number("SELECT count(*) FROM sqlite_schema", kDoing);
+  if (!tables) return fail(tables.error());
+  if (*application == 0 && *version == 0 && *tables == 0) return Header{true, 0};
+  const auto file = fmt::format("{} {}", database.noun(), database.path());
+  if (*application != format.application) {
+    return fail(ErrorCode::kRefused, fmt::format("{}: an SQLite database of another program", file));
+  }
+  const auto newest = static_cast<std::int64_t>(format.steps.size());
+  if (*version > newest) {
+    return fail(ErrorCode::kRefused, fmt::format("{}: made by a newer {} (version {}, this program knows versions up "
+                                                 "to {})",
+                                                 file, format.program, *version, newest));
+  }
+  if (*version < 1) {
+    return fail(ErrorCode::kInvalid, fmt::format("{}: has version {}, expected 1 or more", file, *version));
+  }
+  return Header{false, *version};
+}
+
+Result<void> make_tables(Database& database, const Format& format, std::string_view finally) {
+  const auto work = fmt::format("{};{}", fmt::join(format.steps, ";"), finally);
+  return run_step(database, format, work, format.steps.size());
+}
+
+Result<void> upgrade(Database& database, std::int64_t version, const Format& format) {
+  for (auto next = static_cast<std::size_t>(version); next < format.steps.size(); ++next) {
+    if (auto done = run_step(database, format, format.steps[next], next + 1); !done) return done;
+  }
+  return {};
 }
 
 }  // namespace rubicon::sqlite

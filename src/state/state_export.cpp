@@ -4,12 +4,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/json_depth.h"
-#include "base/printable.h"
-#include "model/former_types.h"
+#include "base/text.h"
 #include "model/json_text.h"
-#include "model/message_cbor.h"
+#include "model/message.h"
 #include "model/message_fields.h"
+#include "model/type_names.h"
 
 namespace rubicon::state {
 

@@ -5,10 +5,8 @@
 #include <algorithm>
 
 #include "base/assert.h"
-#include "state/device_rows.h"
-#include "state/memory_rows.h"
+#include "state/rows.h"
 #include "state/state_file.h"
-#include "state/value_rows.h"
 
 namespace rubicon::state {
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "base/scheduler.h"
 
@@ -48,6 +50,18 @@ class Loop {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+/// Calls `call` on the loop's thread at each of these signals (SIGTERM, ...). Until this is destroyed the signals do
+/// not end the process.
+class Signals {
+ public:
+  Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call);
+  ~Signals();
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::transport

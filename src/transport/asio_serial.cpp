@@ -1,5 +1,3 @@
-#include "transport/asio_serial.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -9,20 +7,47 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "transport/asio_traffic.h"
-#include "transport/baud_rates.h"
-#include "transport/own_descriptor.h"
+#include "transport/descriptor_watch.h"
+#include "transport/machine_sockets.h"
+#include "transport/sockets.h"
 
 namespace rubicon::transport {
+
+/// The constant of termios for a baud rate; nullopt if there is none (termios(3), asm-generic/termbits.h).
+std::optional<speed_t> speed_of(unsigned baud);
+
+namespace {
+
+constexpr std::array<std::pair<unsigned, speed_t>, 30> kRates{
+    {{50, B50},           {75, B75},           {110, B110},         {134, B134},         {150, B150},
+     {200, B200},         {300, B300},         {600, B600},         {1200, B1200},       {1800, B1800},
+     {2400, B2400},       {4800, B4800},       {9600, B9600},       {19200, B19200},     {38400, B38400},
+     {57600, B57600},     {115200, B115200},   {230400, B230400},   {460800, B460800},   {500000, B500000},
+     {576000, B576000},   {921600, B921600},   {1000000, B1000000}, {1152000, B1152000}, {1500000, B1500000},
+     {2000000, B2000000}, {2500000, B2500000}, {3000000, B3000000}, {3500000, B3500000}, {4000000, B4000000}}};
+
+}  // namespace
+
+std::optional<speed_t> speed_of(unsigned baud) {
+  const auto found = std::find_if(kRates.begin(), kRates.end(), [&](const auto& rate) { return rate.first == baud; });
+  return found == kRates.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool is_baud_rate(unsigned baud) {
+  return speed_of(baud).has_value();
+}
 
 namespace {
 
@@ -67,14 +92,14 @@ Result<OwnDescriptor> open_line(const SerialOptions& options, bool& pseudo) {
   const auto& path = options.path;
   const auto speed = speed_of(options.baud);
   if (!speed)
-    return fail(ErrorCode::kInvalid, fmt::format("{}: {} baud is no rate of serial lines, expected one of termios, "
+    return fail(ErrorCode::kInvalid, fmt::format("{}: {} baud is not a rate of serial lines, expected one of termios, "
                                                  "such as 57600 or 115200",
                                                  path, options.baud));
   if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0)
     return cannot(path, "open", errno, errno == ENOENT || errno == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kIo);
-  if (!S_ISCHR(status.st_mode)) return fail(ErrorCode::kInvalid, path + ": is no serial line");
+  if (!S_ISCHR(status.st_mode)) return fail(ErrorCode::kInvalid, path + ": is not a serial line");
   pseudo = is_pseudo(status);
   OwnDescriptor line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (line.get() < 0) {
@@ -82,7 +107,7 @@ Result<OwnDescriptor> open_line(const SerialOptions& options, bool& pseudo) {
     const auto code = errno == EBUSY ? ErrorCode::kBusy : gone ? ErrorCode::kNotFound : ErrorCode::kIo;
     return cannot(path, "open", errno, code);
   }
-  if (::isatty(line.get()) == 0) return fail(ErrorCode::kInvalid, path + ": is no serial line");
+  if (::isatty(line.get()) == 0) return fail(ErrorCode::kInvalid, path + ": is not a serial line");
   if (auto ours = claim(path, line.get(), pseudo); !ours) return fail(ours.error());
   if (!make_raw(line.get(), speed)) return cannot(path, fmt::format("set to {} baud", options.baud), errno);
   ::tcflush(line.get(), TCIFLUSH);
@@ -197,7 +222,7 @@ class AsioPty final : public ByteStream {
 }  // namespace
 
 Result<std::unique_ptr<ByteStream>> open_asio_serial(const asio::any_io_executor& executor,
-                                                     const SerialOptions& options, StreamCalls calls) {
+                                                     const SerialOptions& options, StreamCallbacks calls) {
   bool pseudo = false;
   auto descriptor = open_line(options, pseudo);
   if (!descriptor) return fail(descriptor.error());
@@ -208,7 +233,7 @@ Result<std::unique_ptr<ByteStream>> open_asio_serial(const asio::any_io_executor
 }
 
 Result<std::unique_ptr<ByteStream>> make_asio_pty(const asio::any_io_executor& executor, const std::string& link,
-                                                  StreamCalls calls) {
+                                                  StreamCallbacks calls) {
   OwnDescriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> name{};
   if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0)

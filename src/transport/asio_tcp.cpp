@@ -1,4 +1,4 @@
-#include "transport/asio_tcp.h"
+#include "transport/machine_sockets.h"
 
 #include <fmt/format.h>
 #include <linux/sockios.h>
@@ -30,7 +30,7 @@ std::string name_of(const Endpoint& endpoint) {
 
 /// A connection that is being established, or established.
 struct Connection final : AsioTraffic<tcp::socket> {
-  Connection(const asio::any_io_executor& executor, const TcpOptions& o, TcpCalls c)
+  Connection(const asio::any_io_executor& executor, const TcpOptions& o, TcpCallbacks c)
       : AsioTraffic(executor, name_of(o.remote), "the other end closed", std::move(c)),
         deadline(executor),
         options(o) {}
@@ -233,7 +233,7 @@ void Port::take(tcp::socket socket) {
     address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
   TcpOptions options;
   options.remote = {address.to_string(), from.port()};
-  auto connection = std::make_shared<Connection>(acceptor.get_executor(), options, TcpCalls{});
+  auto connection = std::make_shared<Connection>(acceptor.get_executor(), options, TcpCallbacks{});
   connection->socket = std::move(socket);
   connection->set_options();
   connection->connected = true;
@@ -264,7 +264,7 @@ class AsioListener final : public TcpListener {
 }  // namespace
 
 Result<std::unique_ptr<TcpStream>> open_asio_tcp(const asio::any_io_executor& executor, const TcpOptions& options,
-                                                 TcpCalls calls) {
+                                                 TcpCallbacks calls) {
   auto connection = std::make_shared<Connection>(executor, options, std::move(calls));
   if (auto open = connection->open(); !open) return fail(open.error());
   return std::make_unique<AsioTcp>(std::move(connection));

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "transport/stream.h"
+#include "transport/sockets.h"
 
 namespace rubicon::transport {
 
@@ -20,10 +20,11 @@ namespace rubicon::transport {
 template <class Socket>
 struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   using ErrorCodeOfAsio = boost::system::error_code;
-  static constexpr std::size_t kFirstRead = 8192, kMostRead = std::size_t{64} * 1024;  ///< bytes read at once
+  static constexpr std::size_t kFirstRead = 8192, kMaxReadBytes = std::size_t{64} * 1024;  ///< bytes read at once
 
   /// `name` begins each error text ("TCP 127.0.0.1:9002"); `ended` is the text for the end of the stream.
-  AsioTraffic(const boost::asio::any_io_executor& executor, std::string name_, std::string_view ended_, StreamCalls c)
+  AsioTraffic(const boost::asio::any_io_executor& executor, std::string name_, std::string_view ended_,
+              StreamCallbacks c)
       : socket(executor), name(std::move(name_)), ended(ended_), calls(std::move(c)) {}
 
   bool going() const { return alive && !lost; }
@@ -55,7 +56,8 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     if (held) return void(kept = size);
     if (calls.received) calls.received(ByteView(buffer).first(size));
     if (!going()) return;
-    if (size == buffer.size() && size < kMostRead) buffer.resize(2 * size);  // the other end is fast
+    if (size == buffer.size() && size < kMaxReadBytes)
+      buffer.resize(2 * size);  // the other end sends faster than this buffer
     receive();
   }
 
@@ -131,7 +133,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   Socket socket;
   std::string name;
   std::string_view ended;
-  StreamCalls calls;
+  StreamCallbacks calls;
   Bytes buffer = Bytes(kFirstRead);
   Bytes queue;  ///< from `written` on
   std::size_t written = 0;

@@ -1,4 +1,4 @@
-#include "transport/asio_udp.h"
+#include "transport/machine_sockets.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 /// Largest payload of an IPv4 datagram (RFC 768, RFC 791).
-constexpr std::size_t kLongest = 65507;
+constexpr std::size_t kMaxLength = 65507;
 
 auto io_error(std::string_view doing, const Endpoint& what, const error_code& error) {
   const auto code = error == asio::error::address_in_use ? ErrorCode::kBusy : ErrorCode::kIo;
@@ -46,7 +46,7 @@ bool concerns_a_datagram(int error) {
 
 /// Lives as long as an operation is pending, which may be longer than the socket.
 struct Impl : std::enable_shared_from_this<Impl> {
-  Impl(const asio::any_io_executor& executor, UdpCalls c, std::size_t largest)
+  Impl(const asio::any_io_executor& executor, UdpCallbacks c, std::size_t largest)
       : socket(executor), calls(std::move(c)), buffer(largest) {}
 
   Result<void> open(const UdpOptions& options);
@@ -68,7 +68,7 @@ struct Impl : std::enable_shared_from_this<Impl> {
   void flush();
 
   udp::socket socket;
-  UdpCalls calls;
+  UdpCallbacks calls;
   Bytes buffer;
   udp::endpoint from;
   std::deque<std::pair<udp::endpoint, Bytes>> queue;
@@ -276,9 +276,9 @@ std::optional<error_code> Impl::try_send(const udp::endpoint& to, ByteView bytes
 }
 
 Result<void> Impl::send(const Endpoint& to, ByteView bytes) {
-  if (bytes.size() > kLongest) {
+  if (bytes.size() > kMaxLength) {
     return fail(ErrorCode::kOutOfRange,
-                fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kLongest));
+                fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kMaxLength));
   }
   const auto found = target_of(to);
   if (!found) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
@@ -352,7 +352,7 @@ AfterSend after_send(int error) {
 }
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(const asio::any_io_executor& executor, const UdpOptions& options,
-                                                 UdpCalls calls) {
+                                                 UdpCallbacks calls) {
   auto impl = std::make_shared<Impl>(executor, std::move(calls), options.largest);
   if (auto open = impl->open(options); !open) return fail(open.error());
   impl->receive();

@@ -1,4 +1,4 @@
-#include "transport/local_sockets.h"
+#include "transport/machine_sockets.h"
 
 #include <fmt/format.h>
 #include <linux/sockios.h>
@@ -12,8 +12,8 @@
 #include <cstring>
 #include <utility>
 
-#include "base/lifetime.h"
-#include "transport/own_descriptor.h"
+#include "base/scheduler.h"
+#include "transport/descriptor_watch.h"
 
 namespace rubicon::transport {
 
@@ -75,13 +75,13 @@ class LocalSocket final : public LocalStream {
         watch_(watch(socket_.get(), {[this] { read(); }, [this] { make_room(); }})) {}
 
   base::Lifetime::Watch lifetime() { return lifetime_.watch(); }
-  void begin(LocalCalls calls) {
-    calls_ = std::move(calls);
+  void begin(LocalCallbacks calls) {
+    callbacks_ = std::move(calls);
     watch_->await_readable();
   }
 
   Result<std::size_t> write(ByteView bytes) override;
-  /// SIOCOUTQ counts the buffers that hold them too: a little more than the bytes (unix(7) does not say).
+  /// SIOCOUTQ counts the buffers that hold them too: 700 bytes more for each write (unix(7) does not say).
   std::size_t unread() const override {
     int held = 0;
     if (!watch_ || ::ioctl(socket_.get(), SIOCOUTQ, &held) != 0) return 0;
@@ -94,20 +94,20 @@ class LocalSocket final : public LocalStream {
   void lose(int error);
   void make_room() {
     waiting_ = false;
-    if (calls_.writable) calls_.writable();
+    if (callbacks_.writable) callbacks_.writable();
   }
 
   OwnDescriptor socket_;
   LocalPeer peer_;
   std::unique_ptr<DescriptorWatch> watch_;  ///< null: the connection ended
-  LocalCalls calls_;
+  LocalCallbacks callbacks_;
   Bytes buffer_ = Bytes(8192);
   bool waiting_ = false;  ///< for room
   base::Lifetime lifetime_;
 };
 
-/// What is there, until the system has nothing more or a turn's share was read: what arrived while this process was
-/// stopped is read before timers are looked at.
+/// Reads until the system has nothing more, or a turn's share was read. So what arrived while this process was stopped
+/// is read before timers run.
 void LocalSocket::read() {
   const auto alive = lifetime_.watch();
   for (std::size_t total = 0; total < kMaxRead;) {
@@ -117,7 +117,7 @@ void LocalSocket::read() {
     if (got <= 0) return lose(got == 0 ? ECONNRESET : errno);
     const auto size = static_cast<std::size_t>(got);
     total += size;
-    if (calls_.received) calls_.received(ByteView(buffer_).first(size));
+    if (callbacks_.received) callbacks_.received(ByteView(buffer_).first(size));
     if (alive.ended()) return;
     if (size < buffer_.size()) break;  // a stream that has less has no more now
     if (buffer_.size() < kMaxBuffer) buffer_.resize(2 * size);
@@ -143,7 +143,7 @@ Result<std::size_t> LocalSocket::write(ByteView bytes) {
 void LocalSocket::lose(int error) {
   watch_.reset();
   const std::string why = error == ECONNRESET ? "the other process is gone" : std::strerror(error);
-  if (calls_.failed) calls_.failed({ErrorCode::kUnreachable, why});
+  if (callbacks_.failed) callbacks_.failed({ErrorCode::kUnreachable, why});
 }
 
 class LocalPort final : public LocalListener {
@@ -191,7 +191,7 @@ class LocalPort final : public LocalListener {
 }  // namespace
 
 Result<std::unique_ptr<LocalStream>> open_local_socket(const WatchDescriptor& watch, const std::string& path,
-                                                       LocalCalls calls) {
+                                                       LocalCallbacks calls) {
   const auto address = socket_address(path);
   if (!address) return fail(address.error());
   auto socket = make_local_socket();

@@ -2,24 +2,23 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <cerrno>
+#include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <system_error>
 #include <utility>
 
 #include "base/assert.h"
+#include "base/own_file.h"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_serial.h"
-#include "transport/asio_tcp.h"
-#include "transport/asio_udp.h"
-#include "transport/asio_watch.h"
-#include "transport/local_sockets.h"
-#include "transport/mosquitto_line.h"
-#include "transport/name_lookup.h"
+#include "transport/machine_sockets.h"
 
 namespace rubicon::transport {
 
@@ -91,12 +90,12 @@ LocalTransports::LocalTransports() = default;
 LocalTransports::LocalTransports(Loop& loop) : loop_(&loop), names_(std::make_unique<NameLookup>(executor(loop))) {}
 LocalTransports::~LocalTransports() = default;
 
-Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
+Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCallbacks calls) {
   if (loop_ == nullptr) return Transports::open_udp(options, std::move(calls));
   return open_asio_udp(executor(*loop_), options, std::move(calls));
 }
 
-Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
+Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& options, TcpCallbacks calls) {
   if (loop_ == nullptr) return Transports::open_tcp(options, std::move(calls));
   return open_asio_tcp(executor(*loop_), options, std::move(calls));
 }
@@ -107,7 +106,7 @@ Result<std::unique_ptr<TcpListener>> LocalTransports::listen_tcp(const Endpoint&
   return listen_asio_tcp(executor(*loop_), local, std::move(accept), std::move(failed));
 }
 
-Result<std::unique_ptr<LocalStream>> LocalTransports::open_local(const std::string& path, LocalCalls calls) {
+Result<std::unique_ptr<LocalStream>> LocalTransports::open_local(const std::string& path, LocalCallbacks calls) {
   if (loop_ == nullptr) return Transports::open_local(path, std::move(calls));
   return open_local_socket(asio_watch(executor(*loop_)), path, std::move(calls));
 }
@@ -117,17 +116,17 @@ Result<std::unique_ptr<LocalListener>> LocalTransports::listen_local(const std::
   return listen_local_socket(asio_watch(executor(*loop_)), loop_->scheduler(), path, std::move(accept));
 }
 
-Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOptions& options, StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOptions& options, StreamCallbacks calls) {
   if (loop_ == nullptr) return Transports::open_serial(options, std::move(calls));
   return open_asio_serial(executor(*loop_), options, std::move(calls));
 }
 
-Result<std::unique_ptr<ByteStream>> LocalTransports::make_pty(const std::string& link, StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> LocalTransports::make_pty(const std::string& link, StreamCallbacks calls) {
   if (loop_ == nullptr) return Transports::make_pty(link, std::move(calls));
   return make_asio_pty(executor(*loop_), link, std::move(calls));
 }
 
-Result<std::unique_ptr<MqttLine>> LocalTransports::open_mqtt(const MqttOptions& options, MqttCalls calls) {
+Result<std::unique_ptr<MqttLine>> LocalTransports::open_mqtt(const MqttOptions& options, MqttCallbacks calls) {
   if (loop_ == nullptr) return Transports::open_mqtt(options, std::move(calls));
   if (!mqtt_) mqtt_ = std::make_unique<MosquittoLines>(loop_->scheduler());
   return mqtt_->open(options, std::move(calls));
@@ -149,6 +148,104 @@ Result<std::unique_ptr<FileSource>> LocalTransports::open_file(const std::string
 
 Result<std::unique_ptr<Worker>> LocalTransports::start_worker(const std::string& name) {
   return transport::start_worker(name);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+auto refused(const std::string& path, std::string_view doing, std::error_code why) {
+  const auto code = why == std::errc::no_such_file_or_directory ? ErrorCode::kNotFound : ErrorCode::kIo;
+  return fail(code, fmt::format("{}: cannot {}: {}", path, doing, why.message()));
+}
+
+auto refused(const std::string& path, std::string_view doing) {
+  return refused(path, doing, std::error_code(errno, std::generic_category()));
+}
+
+class LocalAppendFile final : public AppendFile {
+ public:
+  LocalAppendFile(OwnFile file, std::string path)
+      : file_(std::move(file)), descriptor_(file_.get()), path_(std::move(path)) {}
+
+  Result<void> examine() {
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0) return refused(path_, "examine");
+    if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is not a regular file");
+    size_ = static_cast<std::uint64_t>(status.st_size);
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return {};
+    if (errno != EWOULDBLOCK) return refused(path_, "lock");
+    return fail(ErrorCode::kBusy, path_ + ": another program is writing to it");
+  }
+
+  Result<void> append(ByteView bytes) override {
+    while (!bytes.empty()) {
+      const auto count = ::write(descriptor_, bytes.data(), bytes.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) return refused(path_, "write");
+      if (count == 0) return fail(ErrorCode::kIo, path_ + ": cannot write: the disk is full");
+      size_ += static_cast<std::uint64_t>(count);
+      bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+    return {};
+  }
+
+  std::uint64_t size() const override { return size_; }
+
+  Result<void> truncate(std::uint64_t size) override {
+    if (size > static_cast<std::uint64_t>(std::numeric_limits<off_t>::max()))
+      return fail(ErrorCode::kOutOfRange, fmt::format("{}: cannot cut at {}", path_, size));
+    if (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0) return refused(path_, "cut");
+    size_ = size;
+    return {};
+  }
+
+ private:
+  OwnFile file_;
+  int descriptor_;
+  std::string path_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<AppendFile>> LocalTransports::open_append(const std::string& path) {
+  auto opened = OwnFile::open(path, O_WRONLY | O_APPEND | O_NONBLOCK);
+  if (!opened) return fail(std::move(opened.error()));
+  auto file = std::make_unique<LocalAppendFile>(std::move(*opened), path);
+  if (auto sound = file->examine(); !sound) return fail(sound.error());
+  return file;
+}
+
+Result<void> LocalTransports::rename_file(const std::string& from, const std::string& to) {
+  int done = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE);
+  if (done != 0 && (errno == EINVAL || errno == ENOSYS)) {
+    // A file system without that operation, such as NFS: link() never replaces an existing name.
+    done = ::link(from.c_str(), to.c_str());
+    if (done == 0) done = ::unlink(from.c_str());
+  }
+  if (done == 0) return {};
+  if (errno == EEXIST)
+    return fail(ErrorCode::kDuplicate, fmt::format("{}: cannot be renamed to {}: that exists already", from, to));
+  return refused(from, fmt::format("be called {}", to));
+}
+
+Result<void> LocalTransports::remove_file(const std::string& path) {
+  std::error_code why;
+  if (!fs::remove(path, why) && !why) why = std::make_error_code(std::errc::no_such_file_or_directory);
+  if (why) return refused(path, "remove", why);
+  return {};
+}
+
+Result<std::vector<std::string>> LocalTransports::list_folder(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code why, ignored;
+  for (fs::directory_iterator entry(path.empty() ? "." : path, why), end; !why && entry != end; entry.increment(why)) {
+    if (entry->is_regular_file(ignored)) names.push_back(entry->path().filename().string());
+  }
+  if (why) return refused(path, "list", why);
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 }  // namespace rubicon::transport

@@ -20,15 +20,15 @@ class LocalTransports final : public Transports {
   ~LocalTransports() override;
 
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
-  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
-  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCallbacks calls) override;
+  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCallbacks calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                   ListenerFailed failed = nullptr) override;
-  Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCalls calls) override;
+  Result<std::unique_ptr<LocalStream>> open_local(const std::string& path, LocalCallbacks calls) override;
   Result<std::unique_ptr<LocalListener>> listen_local(const std::string& path, LocalAccept accept) override;
-  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
-  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
-  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
+  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCallbacks calls) override;
+  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCallbacks calls) override;
+  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCallbacks calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
   Result<std::unique_ptr<Worker>> start_worker(const std::string& name) override;
   Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;

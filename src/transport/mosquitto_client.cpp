@@ -14,10 +14,9 @@
 #include <system_error>
 #include <utility>
 
-#include "base/printable.h"
-#include "transport/mosquitto_properties.h"
-#include "transport/mosquitto_socket.h"
-#include "transport/mqtt_checks.h"
+#include "base/text.h"
+#include "model/findings.h"
+#include "transport/mqtt.h"
 #include "transport/mqtt_tls.h"
 
 namespace rubicon::transport {
@@ -27,6 +26,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Clock = std::chrono::steady_clock;
+namespace findings = model::findings;
 
 /// What goes through in one turn, before the other directions get theirs.
 constexpr int kReadsPerTurn = 256;
@@ -141,16 +141,22 @@ class MosquittoClient {
     if (auto fault = tls_fault()) return *fault;
     if (result == MOSQ_ERR_TLS || (result == MOSQ_ERR_ERRNO && error == EPROTO)) return closed();
     auto text = fmt::format("cannot connect: {}", ::mosquitto_strerror(result));
+    std::string_view finding;
     if (result == MOSQ_ERR_ERRNO) text = "cannot connect: " + std::generic_category().message(error);
-    if (result == MOSQ_ERR_EAI) text = fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error));
-    return {ErrorCode::kUnreachable, fmt::format("{}: {}", name_, text)};
+    if (result == MOSQ_ERR_ERRNO && error == ECONNREFUSED) finding = findings::kConnectionRefused;
+    if (result == MOSQ_ERR_EAI) {
+      text = fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error));
+      finding = findings::kHostUnknown;
+    }
+    return {ErrorCode::kUnreachable, fmt::format("{}: {}", name_, text), finding};
   }
 
   Error closed() const {
     if (accepted_) return {ErrorCode::kUnreachable, name_ + ": the broker closed the connection"};
     return {ErrorCode::kUnreachable,
             fmt::format("{}: the broker closed the connection before it answered ({})", name_,
-                        options_.tls ? "does it speak TLS, does it want our certificate?" : "does it expect TLS?")};
+                        options_.tls ? "does it speak TLS, does it want our certificate?" : "does it expect TLS?"),
+            options_.tls ? findings::kTlsEnds : findings::kTlsExpected};
   }
 
   /// What TLS complains about, if that is why the connection ended.
@@ -160,13 +166,14 @@ class MosquittoClient {
       const auto& expected = options_.tls->server_name.empty() ? options_.host : options_.tls->server_name;
       return Error{ErrorCode::kRefused,
                    fmt::format("{}: the certificate of the broker is not accepted: {} (expected {})", name_,
-                               tls_->fault(), expected)};
+                               tls_->fault(), expected),
+                   tls_->finding()};
     }
     // `OpenSSL Error[0]: error:0A00010B:SSL routines::wrong version number`. The end of a connection is not a TLS
     // error.
     if (complaint_.empty() || complaint_.find("unexpected eof") != std::string::npos) return std::nullopt;
     const auto reason = complaint_.substr(complaint_.rfind(':') + 1);
-    return Error{ErrorCode::kRefused, fmt::format("{}: TLS failed: {}", name_, reason)};
+    return Error{ErrorCode::kRefused, fmt::format("{}: TLS failed: {}", name_, reason), findings::kTlsFailed};
   }
 
   void turn() {
@@ -200,7 +207,8 @@ class MosquittoClient {
   }
 
   Error no_answer(const char* to) const {
-    return {ErrorCode::kUnreachable, fmt::format("{}: the broker does not answer {}", name_, to)};
+    return {ErrorCode::kUnreachable, fmt::format("{}: the broker does not answer {}", name_, to),
+            findings::kBrokerSilent};
   }
 
   milliseconds timeout() const { return leave_at_ ? milliseconds(20) : milliseconds(1000); }
@@ -259,7 +267,7 @@ class MosquittoClient {
            result == MOSQ_ERR_TLS;
   }
 
-  /// As many neighbours as fit go into one packet, in the order of asking.
+  /// Sends requests in their order. Requests of one kind that follow each other share a packet, as far as they fit.
   void send_asks(std::vector<MqttAsk>& asks) {
     constexpr std::size_t kLengthAndOptions = 3;
     for (auto first = asks.begin(); first != asks.end() && !over_;) {
@@ -274,7 +282,8 @@ class MosquittoClient {
     }
   }
 
-  /// What the library rejects is refused; it never ends the connection, because the next one would end in the same way.
+  /// A request that the library rejects is refused. It never ends the connection: the next connection would end as
+  /// well.
   void send_together(std::span<MqttAsk> asks) {
     if (over_) return;
     std::vector<char*> filters;
@@ -423,7 +432,8 @@ class MosquittoClient {
     if (reason_ >= 0x80) return mqtt_error(reason_, name_);
     if (auto fault = tls_fault()) return *fault;
     switch (result) {
-      case MOSQ_ERR_KEEPALIVE: return {ErrorCode::kUnreachable, name_ + ": the broker does not answer"};
+      case MOSQ_ERR_KEEPALIVE:
+        return {ErrorCode::kUnreachable, name_ + ": the broker does not answer", findings::kBrokerSilent};
       case MOSQ_ERR_SUCCESS:
       case MOSQ_ERR_CONN_LOST:
       case MOSQ_ERR_NO_CONN:

@@ -1,4 +1,4 @@
-#include "transport/mosquitto_line.h"
+#include "transport/machine_sockets.h"
 
 #include <fmt/format.h>
 #include <mosquitto.h>
@@ -10,10 +10,10 @@
 #include <thread>
 #include <utility>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
+#include "model/findings.h"
 #include "transport/mosquitto_client.h"
-#include "transport/mqtt_checks.h"
+#include "transport/mqtt.h"
 #include "transport/mqtt_exchange.h"
 
 namespace rubicon::transport {
@@ -47,11 +47,11 @@ MqttMessage message_of(const MqttEvent& event) {
 /// The loop's side of a connection.
 class MosquittoLine final : public MqttLine {
  public:
-  MosquittoLine(Scheduler& scheduler, MqttOptions options, MqttCalls calls)
+  MosquittoLine(Scheduler& scheduler, MqttOptions options, MqttCallbacks calls)
       : scheduler_(scheduler),
         options_(std::move(options)),
         name_(mqtt_name(options_)),
-        calls_(std::make_shared<const MqttCalls>(std::move(calls))),
+        callbacks_(std::make_shared<const MqttCallbacks>(std::move(calls))),
         patience_(scheduler, [this] { give_up(); }) {}
   ~MosquittoLine() override {
     if (exchange_) exchange_->dismiss();
@@ -112,7 +112,7 @@ class MosquittoLine final : public MqttLine {
   }
 
   void handle(const MqttEvent& event) {
-    const auto calls = calls_;
+    const auto calls = callbacks_;
     switch (event.kind) {
       case MqttEvent::Kind::kConnected: return become_connected(*event.connack);
       case MqttEvent::Kind::kReceived:
@@ -143,30 +143,32 @@ class MosquittoLine final : public MqttLine {
     if (connack.largest_packet > 0) broker_takes_ = connack.largest_packet;
     connack.client_id = options_.client_id;
     patience_.clear();
-    const auto calls = calls_;
+    const auto calls = callbacks_;
     if (calls->connected) calls->connected(connack);
   }
 
   void give_up() {
     exchange_->dismiss();
     const auto seconds = std::chrono::duration<double>(options_.connect_time).count();
-    const auto* what = exchange_->answered ? "the host accepted the connection, the broker does not answer"
-                                           : "the host cannot be found or does not answer";
-    end({ErrorCode::kUnreachable, fmt::format("{}: {} within {} s", name_, what, seconds)});
+    const bool answered = exchange_->answered;
+    const auto* what = answered ? "the host accepted the connection, the broker does not answer"
+                                : "the host cannot be found or does not answer";
+    end({ErrorCode::kUnreachable, fmt::format("{}: {} within {} s", name_, what, seconds),
+         answered ? model::findings::kBrokerSilent : model::findings::kHostSilent});
   }
 
   void end(const Error& why) {
     failed_ = true;
     connected_ = false;
     patience_.clear();
-    const auto calls = calls_;
+    const auto calls = callbacks_;
     if (calls->failed) calls->failed(why);
   }
 
   Scheduler& scheduler_;
   MqttOptions options_;
   std::string name_;
-  std::shared_ptr<const MqttCalls> calls_;  ///< a call may destroy this
+  std::shared_ptr<const MqttCallbacks> callbacks_;  ///< a call may destroy this
   base::Deadline patience_;
   std::shared_ptr<MqttExchange> exchange_;
   std::deque<MqttEvent> events_;
@@ -185,7 +187,7 @@ MosquittoLines::~MosquittoLines() {
   home_->close(kClosingPatience);
 }
 
-Result<std::unique_ptr<MqttLine>> MosquittoLines::open(const MqttOptions& options, MqttCalls calls) {
+Result<std::unique_ptr<MqttLine>> MosquittoLines::open(const MqttOptions& options, MqttCallbacks calls) {
   [[maybe_unused]] static const int once = ::mosquitto_lib_init();  // never cleaned up: a thread may outlive main()
   if (auto right = check_options(options); !right) return fail(right.error());
   auto complete = options;

@@ -1,8 +1,16 @@
-#include "transport/mosquitto_properties.h"
+#include "transport/mosquitto_client.h"
 
+#include <fcntl.h>
 #include <mqtt_protocol.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -25,8 +33,8 @@ constexpr std::size_t kMaxCorrelation = 65535;
 
 Properties expiry_property(const MqttPublication& publication) {
   if (publication.expiry <= Duration::zero()) return nullptr;
-  constexpr seconds::rep kLongest = std::numeric_limits<std::uint32_t>::max();
-  const auto expiry = std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kLongest);
+  constexpr seconds::rep kMaxTime = std::numeric_limits<std::uint32_t>::max();
+  const auto expiry = std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kMaxTime);
   return property_of(MQTT_PROP_MESSAGE_EXPIRY_INTERVAL, static_cast<std::uint32_t>(expiry));
 }
 
@@ -102,6 +110,36 @@ std::unique_ptr<MqttAbout> read_about(const mosquitto_property* properties) {
   about->correlation = taken_over(data, length);
   about->sender = read_sender(properties);
   return about;
+}
+
+KeptSocket::KeptSocket(int socket) : descriptor_(::fcntl(socket, F_DUPFD_CLOEXEC, 0)) {}
+
+KeptSocket::~KeptSocket() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void KeptSocket::await_end(std::chrono::steady_clock::time_point latest) const {
+  if (descriptor_ < 0) return;
+  ::shutdown(descriptor_, SHUT_WR);
+  std::array<char, 65536> bytes;
+  for (auto left = latest - std::chrono::steady_clock::now(); left > std::chrono::steady_clock::duration::zero();
+       left = latest - std::chrono::steady_clock::now()) {
+    pollfd ready{descriptor_, POLLIN, 0};
+    const auto patience = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+    if (::poll(&ready, 1, static_cast<int>(patience)) <= 0) continue;
+    const auto count = ::recv(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (count == 0 || (count < 0 && errno != EAGAIN && errno != EINTR)) return;
+  }
+}
+
+void acknowledge_now(int socket) {
+  const int yes = 1;
+  ::setsockopt(socket, IPPROTO_TCP, TCP_QUICKACK, &yes, sizeof yes);
+}
+
+bool is_ended(int socket) {
+  char byte = 0;
+  return ::recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
 
 }  // namespace rubicon::transport

@@ -24,7 +24,7 @@ struct MqttTls {
 };
 
 /// What the broker publishes for us if the connection is lost (MQTT 5, section 3.1.2.5). With an empty payload and
-/// `retain` it removes what is retained at the topic, and tells the subscribers so.
+/// `retain` it removes the retained message of the topic, and the subscribers get the empty message.
 struct MqttWill {
   std::string topic, payload;
   bool retain = true;
@@ -54,10 +54,10 @@ struct MqttOptions {
 /// nothing more: all but `version` are then as below, or our own.
 struct MqttConnack {
   MqttVersion version = MqttVersion::k5;  ///< that is spoken: k5 or k311
-  std::size_t largest_packet = 0;         ///< that it takes, in bytes; 0 = not told. It may have a limit all the same.
+  std::size_t largest_packet = 0;         ///< that it takes, in bytes; 0 = not known. It may have a limit all the same.
   bool retains = true;                    ///< if false, it keeps no retained messages: those are sent on as all others
   Duration keep_alive{};                  ///< in force: the broker's if it has one (Server Keep Alive), else ours
-  std::string_view client_id{};           ///< that of MqttOptions, or the one that the line made; valid during the call
+  std::string_view client_id{};  ///< the client id of MqttOptions, or the one that the line made; valid during the call
 };
 
 /// A received message; valid during the call.
@@ -72,10 +72,10 @@ struct MqttMessage {
 };
 
 /// Reason codes of a PUBACK that a caller may want to tell apart (MQTT 5, section 3.4.2.1); others come as their
-/// number. Those of 0x80 and above mean that the message was not taken.
+/// number. Reasons of 0x80 and above mean that the broker did not take the message.
 enum class MqttReason : std::uint8_t {
   kSuccess = 0x00,
-  kNoSubscribers = 0x10,  ///< taken, and nobody subscribes to the topic
+  kNoSubscribers = 0x10,  ///< taken, but no client subscribes to the topic
   kUnspecified = 0x80,    ///< also: the library did not take it
   kNotAuthorised = 0x87,
   kQuotaExceeded = 0x97,
@@ -86,11 +86,11 @@ enum class MqttReason : std::uint8_t {
 struct MqttOutcome {
   std::string_view topic;
   std::uint64_t number = 0;                  ///< MqttPublication::number
-  MqttReason reason = MqttReason::kSuccess;  ///< always that of success if a broker of version 3.1.1 took it
+  MqttReason reason = MqttReason::kSuccess;  ///< always success if a broker of version 3.1.1 took it
 };
 
 /// Called from the loop, never inside a call to the line. Each may destroy the line.
-struct MqttCalls {
+struct MqttCallbacks {
   /// The broker accepted the connection. Called once.
   std::function<void(const MqttConnack& connack)> connected;
   std::function<void(const MqttMessage& message)> received;
@@ -129,9 +129,9 @@ struct MqttPublication {
   std::uint8_t qos = 0;  ///< 0 or 1
   MqttQueue queue = MqttQueue::kInOrder;
   /// How long the broker keeps it, for new subscribers if it is retained, and at QoS 1 for those that do not read
-  /// (Message Expiry Interval; MQTT 5, section 3.3.2.3.3). From its arrival there on; rounded up to seconds, at most
-  /// 136 years; zero = without end. A broker of version 3.1.1 does not learn it. Not how old a message may arrive:
-  /// mosquitto delivers what waits at QoS 0 all the same.
+  /// (Message Expiry Interval; MQTT 5, section 3.3.2.3.3). The time begins when the message arrives there; rounded up
+  /// to seconds, at most 136 years; zero = without end. A broker of version 3.1.1 does not learn it. It does not bound
+  /// the age of a message at its delivery: mosquitto delivers messages that wait at QoS 0 even after this time.
   Duration expiry{};
   std::uint64_t number = 0;  ///< the caller's; comes back in MqttOutcome
   /// Where an answer is wanted, and what belongs into it (MQTT 5, sections 3.3.2.3.5 and 3.3.2.3.6); of an answer only
@@ -183,5 +183,35 @@ class MqttLine {
   virtual Result<void> publish(MqttPublication publication) = 0;
   virtual MqttCounters counters() const = 0;
 };
+
+/// 1 to 65535 bytes of UTF-8 without control characters (U+0000..001F, U+007F..009F) and noncharacters (U+FDD0..FDEF,
+/// U+xxFFFE, U+xxFFFF): what each client and broker accepts (MQTT 5, section 1.5.4).
+bool is_mqtt_text(std::string_view text);
+/// A topic of a message (MQTT 5, section 4.7): such a text without wildcards. At most 200 levels: mosquitto
+/// closes the connection of a client that subscribes or publishes to more.
+bool is_mqtt_topic(std::string_view topic);
+/// What a subscription may ask for: as above, with `+` for one level and `#` for the rest as its last level.
+bool is_mqtt_filter(std::string_view filter);
+/// Wildcards at the beginning do not match topics that begin with `$`.
+bool mqtt_matches(std::string_view filter, std::string_view topic);
+
+/// The broker in texts of errors: `MQTT broker.lan:1883`.
+std::string mqtt_name(const MqttOptions& options);
+
+/// kInvalid with the reason, for what no broker can accept.
+Result<void> check_options(const MqttOptions& options);
+Result<void> check_filter(std::string_view filter, std::uint8_t qos, const std::string& line);
+/// Also kOutOfRange beyond the broker's longest packet, in bytes.
+Result<void> check_publication(const MqttPublication& publication, std::size_t largest, const std::string& line);
+
+/// Length in bytes of a PUBLISH packet with this topic and payload (MQTT 5, section 3.3), within a few bytes.
+std::size_t packet_size(std::string_view topic, std::string_view payload);
+
+/// What a reason code of CONNACK or DISCONNECT means to the user of a line (MQTT 5, section 2.4).
+Error mqtt_error(int reason, const std::string& line);
+/// What a reason code of PUBACK (0x80 or above) means for a publication to this topic (MQTT 5, section 3.4.2.1).
+Error publication_error(int reason, const std::string& line, std::string_view topic);
+/// The reason of version 5 for a return code of a CONNACK of 3.1.1 (section 3.2.2.3 there).
+int reason_of_return_code(int code);
 
 }  // namespace rubicon::transport

@@ -2,7 +2,10 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -10,9 +13,28 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "transport/mqtt_queue.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::transport {
+
+/// Publications that wait for a busy line, within the bounds of MqttLine. A message of kind kLatest replaces the
+/// waiting message of its topic and takes its position; all others keep their order.
+class MqttOutQueue {
+ public:
+  /// kBusy beyond the bounds.
+  Result<void> push(MqttPublication publication, const std::string& line);
+  /// The oldest; nullopt if none waits.
+  std::optional<MqttPublication> pop();
+  bool empty() const { return waiting_.empty(); }
+  std::size_t size() const { return waiting_.size(); }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  std::deque<MqttPublication> waiting_;
+  std::map<std::string, std::uint64_t, std::less<>> latest_;  ///< topic -> number of its publication that waits
+  std::uint64_t first_ = 0;                                   ///< number of waiting_.front()
+  std::size_t bytes_ = 0;
+};
 
 class MqttExchange;
 
@@ -51,7 +73,7 @@ struct MqttAbout {
   std::string response_topic{}, correlation{}, sender{};
 };
 
-/// What the thread of an MQTT line tells the loop.
+/// What the thread of an MQTT line reports to the loop.
 struct MqttEvent {
   enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kSubscribed, kRefused, kTaken, kNotTaken, kFailed };
 
@@ -103,7 +125,7 @@ class MqttExchange {
   void delivered(std::size_t bytes);
 
   // The thread.
-  /// Readable when there is something for the thread.
+  /// Readable when the thread has something to do.
   int wake_descriptor() const { return wake_; }
   void clear_wake() const;
   bool dismissed() const { return dismissed_; }

@@ -4,10 +4,8 @@
 
 #include <cstdlib>
 
-#include "base/host_port.h"
-#include "base/printable.h"
 #include "base/text.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::transport {
 
@@ -17,8 +15,8 @@ constexpr std::uint16_t kPlainPort = 1883, kTlsPort = 8883;
 constexpr std::size_t kMaxPassword = 65535;  // MQTT 5, section 3.1.3.6
 
 constexpr auto kNoPasswordHere =
-    "a password does not belong into this file: write it into a file that only the user of the program can read, and "
-    "name that as password-file, or name an environment variable as password-env";
+    "a password must not be in this file: write it into a file that only the user of the program can read, and name "
+    "that file in password-file, or name an environment variable in password-env";
 constexpr auto kNoUrl = "is a URL, expected HOST[:PORT] or a map (host, port, tls, user, password-file, ...)";
 
 /// A URL may have a password in it: it is not repeated.

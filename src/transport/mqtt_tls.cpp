@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "model/findings.h"
+
 namespace rubicon::transport {
 
 namespace {
@@ -33,11 +35,26 @@ auto tls_error(std::string_view option, const std::string& path) {
   return fail(ErrorCode::kInvalid, fmt::format("{} {}: {}", option, path, reason == nullptr ? "not usable" : reason));
 }
 
+std::string_view finding_of(int code) {
+  namespace findings = model::findings;
+  switch (code) {
+    case X509_V_ERR_CERT_HAS_EXPIRED: return findings::kCertificateExpired;
+    case X509_V_ERR_CERT_NOT_YET_VALID: return findings::kCertificateEarly;
+    case X509_V_ERR_HOSTNAME_MISMATCH:
+    case X509_V_ERR_IP_ADDRESS_MISMATCH: return findings::kCertificateName;
+    case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
+    case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY: return findings::kCertificateAuthority;
+    default: return findings::kCertificateBad;
+  }
+}
+
 int keep_verify_fault(int accepted, X509_STORE_CTX* store) {
   if (accepted == 1) return 1;
   auto* ssl = static_cast<SSL*>(::X509_STORE_CTX_get_ex_data(store, ::SSL_get_ex_data_X509_STORE_CTX_idx()));
   auto* self = static_cast<MqttTlsContext*>(SSL_CTX_get_app_data(::SSL_get_SSL_CTX(ssl)));
-  self->set_fault(::X509_verify_cert_error_string(::X509_STORE_CTX_get_error(store)));
+  self->set_fault(::X509_STORE_CTX_get_error(store));
   return 0;
 }
 
@@ -69,6 +86,11 @@ bool expect_name(SSL_CTX* context, const std::string& name) {
 }
 
 }  // namespace
+
+void MqttTlsContext::set_fault(int code) {
+  fault_ = ::X509_verify_cert_error_string(code);
+  finding_ = finding_of(code);
+}
 
 MqttTlsContext::~MqttTlsContext() {
   ::SSL_CTX_free(as_context(context_));

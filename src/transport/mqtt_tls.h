@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "transport/mqtt.h"
 
@@ -23,14 +24,17 @@ class MqttTlsContext {
   void* get() const { return context_; }
   /// Why the certificate was not accepted; empty if it was, or there was none yet.
   const std::string& fault() const { return fault_; }
-  /// For the callback of OpenSSL.
-  void set_fault(std::string fault) { fault_ = std::move(fault); }
+  /// For it, as Error has it.
+  std::string_view finding() const { return finding_; }
+  /// For the callback of OpenSSL: a code of X509_STORE_CTX_get_error(3).
+  void set_fault(int code);
 
  private:
   Result<void> read(const MqttTls& tls, const std::string& host);
 
   void* context_ = nullptr;
   std::string fault_;
+  std::string_view finding_;
 };
 
 /// The common name in a certificate (PEM): the user, for a broker that takes it for that. kNotFound, kIo or kInvalid

@@ -9,20 +9,25 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
 #include <cerrno>
 #include <cstring>
 #include <map>
 #include <mutex>
 #include <thread>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/assert.h"
-#include "base/lifetime.h"
-#include "base/timer_heap.h"
+#include "base/scheduler.h"
+#include "base/virtual_scheduler.h"
 #include "rubicon/result.hpp"
-#include "transport/own_descriptor.h"
+#include "transport/descriptor_watch.h"
+#include "transport/machine_sockets.h"
 
 namespace rubicon::transport {
 
@@ -30,11 +35,11 @@ namespace {
 
 constexpr int kMaxReady = 256;  ///< descriptors of one turn
 
-/// What is awaited of a descriptor. An event that nobody awaits any more turns itself off.
+/// What is awaited of a descriptor. An event that is no longer awaited turns itself off.
 class PollWatch final : public DescriptorWatch {
  public:
-  PollWatch(int all, std::map<int, PollWatch*>& watches, int descriptor, DescriptorCalls calls)
-      : all_(all), watches_(watches), descriptor_(descriptor), calls_(std::move(calls)) {
+  PollWatch(int all, std::map<int, PollWatch*>& watches, int descriptor, DescriptorCallbacks calls)
+      : all_(all), watches_(watches), descriptor_(descriptor), callbacks_(std::move(calls)) {
     watches_[descriptor_] = this;
     control(EPOLL_CTL_ADD);
   }
@@ -54,8 +59,8 @@ class PollWatch final : public DescriptorWatch {
     const auto due = events & awaited_;
     awaited_ &= ~due;
     const auto alive = lifetime_.watch();
-    if ((due & EPOLLOUT) != 0) calls_.room();
-    if (!alive.ended() && (due & EPOLLIN) != 0) calls_.readable();
+    if ((due & EPOLLOUT) != 0) callbacks_.room();
+    if (!alive.ended() && (due & EPOLLIN) != 0) callbacks_.readable();
     if (!alive.ended() && (watched_ & ~awaited_) != 0) watch_for(awaited_);
   }
 
@@ -78,7 +83,7 @@ class PollWatch final : public DescriptorWatch {
   int all_;
   std::map<int, PollWatch*>& watches_;
   int descriptor_;
-  DescriptorCalls calls_;
+  DescriptorCallbacks callbacks_;
   std::uint32_t awaited_ = 0, watched_ = 0;
   base::Lifetime lifetime_;
 };
@@ -107,7 +112,7 @@ struct PollLoop::Impl {
     return ::epoll_ctl(all.get(), EPOLL_CTL_ADD, descriptor, &event) == 0;
   }
 
-  /// As long as timers are due, so that what arrived before them counts before them.
+  /// Repeats while timers are due, so that data that arrived before a timer is handled before it.
   void run_all_ready() {
     constexpr int kMaxRounds = 64;
     for (int round = 0; run_ready() && round < kMaxRounds; ++round) {
@@ -199,7 +204,7 @@ void PollLoop::wait(Duration timeout) {
   ::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(millis, 0, 60'000)));
 }
 
-std::unique_ptr<DescriptorWatch> PollLoop::watch(int descriptor, DescriptorCalls calls) {
+std::unique_ptr<DescriptorWatch> PollLoop::watch(int descriptor, DescriptorCallbacks calls) {
   return std::make_unique<PollWatch>(impl_->all.get(), impl_->watches, descriptor, std::move(calls));
 }
 
@@ -231,6 +236,113 @@ Timer PollLoop::at(SteadyTime when, std::function<void()> call) {
 
 bool PollLoop::on_loop_thread() const {
   return impl_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
+}
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// Calls that wait in the loop keep it, and with it the sockets that they hold.
+struct Waiter {
+  explicit Waiter(PollLoop& l) : loop(l) {}
+  asio::io_context context;
+  PollLoop& loop;
+};
+
+/// Runs on the loop what the sockets of an io_context have to report.
+class LoopExecutor {
+ public:
+  explicit LoopExecutor(std::shared_ptr<Waiter> waiter) : waiter_(std::move(waiter)) {}
+
+  asio::execution_context& query(asio::execution::context_t) const noexcept { return waiter_->context; }
+  static constexpr asio::execution::blocking_t query(asio::execution::blocking_t) noexcept {
+    return asio::execution::blocking.never;
+  }
+  LoopExecutor require(asio::execution::blocking_t::never_t) const { return *this; }
+
+  template <class Call>
+  void execute(Call&& call) const {
+    auto kept = std::make_shared<std::decay_t<Call>>(std::forward<Call>(call));
+    waiter_->loop.post([kept = std::move(kept)] { (*kept)(); });
+  }
+
+  bool operator==(const LoopExecutor& other) const noexcept { return waiter_ == other.waiter_; }
+  bool operator!=(const LoopExecutor& other) const noexcept { return waiter_ != other.waiter_; }
+
+ private:
+  std::shared_ptr<Waiter> waiter_;
+};
+
+}  // namespace
+
+WatchDescriptor poll_watch(PollLoop& loop) {
+  return [&loop](int descriptor, DescriptorCallbacks calls) { return loop.watch(descriptor, std::move(calls)); };
+}
+
+/// What the sockets of IP need.
+struct PollSockets::Threaded {
+  explicit Threaded(PollLoop& loop) : waiter(std::make_shared<Waiter>(loop)) {}
+  ~Threaded();
+
+  std::shared_ptr<Waiter> waiter;
+  asio::any_io_executor executor{LoopExecutor(waiter)};
+  asio::executor_work_guard<asio::io_context::executor_type> work{waiter->context.get_executor()};
+  std::unique_ptr<NameLookup> names = std::make_unique<NameLookup>(executor);
+  std::thread thread{[context = &waiter->context] { context->run(); }};
+};
+
+/// What the closed sockets still have to report goes to the loop, which drops it: in the io_context it would hold what
+/// holds that io_context.
+PollSockets::Threaded::~Threaded() {
+  names.reset();
+  work.reset();
+  auto& context = waiter->context;
+  context.stop();
+  thread.join();
+  context.restart();
+  context.poll();
+}
+
+PollSockets::PollSockets(PollLoop& loop) : loop_(loop) {}
+PollSockets::~PollSockets() = default;
+
+PollSockets::Threaded& PollSockets::threaded() {
+  if (!threaded_) threaded_ = std::make_unique<Threaded>(loop_);
+  return *threaded_;
+}
+
+Result<std::unique_ptr<FileSource>> PollSockets::open_file(const std::string& path) {
+  return fail(ErrorCode::kUnsupported, path + ": files are not supported here");
+}
+
+Result<std::unique_ptr<UdpSocket>> PollSockets::open_udp(const UdpOptions& options, UdpCallbacks calls) {
+  return open_asio_udp(threaded().executor, options, std::move(calls));
+}
+
+Result<std::unique_ptr<TcpStream>> PollSockets::open_tcp(const TcpOptions& options, TcpCallbacks calls) {
+  return open_asio_tcp(threaded().executor, options, std::move(calls));
+}
+
+Result<std::unique_ptr<TcpListener>> PollSockets::listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                             ListenerFailed failed) {
+  return listen_asio_tcp(threaded().executor, local, std::move(accept), std::move(failed));
+}
+
+Result<std::unique_ptr<LocalStream>> PollSockets::open_local(const std::string& path, LocalCallbacks calls) {
+  return open_local_socket(poll_watch(loop_), path, std::move(calls));
+}
+
+Result<std::unique_ptr<LocalListener>> PollSockets::listen_local(const std::string& path, LocalAccept accept) {
+  return listen_local_socket(poll_watch(loop_), loop_, path, std::move(accept));
+}
+
+Result<std::unique_ptr<MqttLine>> PollSockets::open_mqtt(const MqttOptions& options, MqttCallbacks calls) {
+  if (!mqtt_) mqtt_ = std::make_unique<MosquittoLines>(loop_);
+  return mqtt_->open(options, std::move(calls));
+}
+
+std::unique_ptr<Lookup> PollSockets::look_up(const std::string& host, LookupDone done) {
+  return threaded().names->look_up(host, std::move(done));
 }
 
 }  // namespace rubicon::transport

@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
 #include "base/scheduler.h"
-#include "transport/local_stream.h"
+#include "transport/sockets.h"
 #include "transport/transports.h"
 
 namespace rubicon::transport {
@@ -23,7 +22,7 @@ struct UserName {
 /// Asks the system for names, apart from the loop: a directory on another host may take seconds to answer.
 class UserNames {
  public:
-  /// kIo: the system cannot tell whether there is a name, so that nobody knows what the user may do; kBusy: too many
+  /// kIo: the system cannot find out whether there is a name, so the rights of the user are unknown; kBusy: too many
   /// questions wait.
   using Call = std::function<void(const Result<UserName>& name)>;
   /// So long names count.

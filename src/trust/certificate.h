@@ -6,12 +6,11 @@
 
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
-#include "trust/openssl_handles.h"
 #include "trust/private_key.h"
 
 namespace rubicon::trust {
 
-inline constexpr std::size_t kLargestCertificate = 16384;  ///< bytes of PEM
+inline constexpr std::size_t kMaxCertificate = 16384;  ///< bytes of PEM
 
 /// A certificate (X.509), never changed. Cheap to copy.
 class Certificate {
@@ -31,7 +30,7 @@ class Certificate {
   WallTime ends() const;
   /// Upper-case hexadecimal digits.
   std::string serial() const;
-  /// Whether the key is that of the certificate.
+  /// Whether the key belongs to the certificate.
   bool has_key(const EVP_PKEY* key) const;
 
   X509* get() const { return certificate_.get(); }
@@ -65,5 +64,15 @@ Result<Certificate> read_again(CertificateHandle made, std::string_view what);
 
 /// The certificate in DER.
 std::string der_of(const Certificate& certificate);
+
+/// Bytes of the largest signed text, with its signature.
+inline constexpr std::size_t kMaxSigned = 1U << 20U;
+
+/// Signs a text as S/MIME with a detached signature, the form that DDS Security 1.1, section 9.4.1 asks for.
+Result<std::string> sign_text(std::string_view text, const Certificate& signer, const PrivateKey& key);
+
+/// The text, if exactly this certificate's key signed it, and the document has this certificate and no other. The dates
+/// of the signer are the caller's to check. `where` names the source in errors.
+Result<std::string> verified_text(std::string_view document, const Certificate& signer, std::string_view where);
 
 }  // namespace rubicon::trust

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using base::OwnFile;
 
-constexpr std::size_t kLargestKey = 4096;
+constexpr std::size_t kMaxKeySize = 4096;
 constexpr mode_t kLockMode = 0600;
 constexpr Duration kLockPause = std::chrono::milliseconds(50);
 
@@ -75,19 +75,19 @@ std::string access_fault(const struct stat& about, KeyReaders readers) {
 Result<SecretText> read_checked_key(const OwnFile& file, const std::string& path, KeyReaders readers) {
   struct stat about {};
   if (::fstat(file.get(), &about) != 0) return fail(ErrorCode::kIo, fmt::format("{}: {}", path, std::strerror(errno)));
-  if (!S_ISREG(about.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("{}: is no ordinary file", path));
+  if (!S_ISREG(about.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("{}: is not an ordinary file", path));
   if (const auto fault = access_fault(about, readers); !fault.empty())
     return fail(ErrorCode::kRefused, fmt::format("{}: {}", path, fault));
-  auto text = content_of(file.get(), kLargestKey);
+  auto text = content_of(file.get(), kMaxKeySize);
   if (!text)
-    return fail(ErrorCode::kInvalid, fmt::format("{}: cannot be read, or has more than {} bytes", path, kLargestKey));
+    return fail(ErrorCode::kInvalid, fmt::format("{}: cannot be read, or has more than {} bytes", path, kMaxKeySize));
   return SecretText(std::move(*text));
 }
 
-/// Empty, or why this is not the lock of the folder. A link to a file of another name would give that to the owner of
+/// Empty, or why this file cannot be the lock of the folder. A hard link would hand the file behind it to the owner of
 /// the folder.
 std::string_view fault_of_lock(const struct stat& lock, const struct stat& folder) {
-  if (!S_ISREG(lock.st_mode) || lock.st_nlink != 1) return "is no ordinary file with one name: remove it";
+  if (!S_ISREG(lock.st_mode) || lock.st_nlink != 1) return "is not an ordinary file with one name: remove it";
   if (lock.st_uid != folder.st_uid && lock.st_uid != 0) return "belongs to another user than its folder: remove it";
   return {};
 }
@@ -136,7 +136,7 @@ Result<std::string> FolderFiles::read(const std::string& name, std::size_t large
   if (!file) return fail(file.error());
   struct stat about {};
   if (::fstat(file->get(), &about) != 0) return failed(name, "read", errno);
-  if (!S_ISREG(about.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("{}: is no ordinary file", path(name)));
+  if (!S_ISREG(about.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("{}: is not an ordinary file", path(name)));
   if ((about.st_mode & (S_IWGRP | S_IWOTH)) != 0)
     return fail(
         ErrorCode::kRefused,
@@ -201,7 +201,7 @@ Result<void> FolderFiles::make_folder(const std::string& name, mode_t mode) cons
   return {};
 }
 
-/// Who may write a folder may replace each file in it.
+/// A user who may write a folder may replace each file in it.
 Result<void> FolderFiles::check_folder(const std::string& name, mode_t mode) const {
   const auto folder = open_folder_of(name.empty() ? name : name + "/");
   if (!folder) return fail(folder.error());

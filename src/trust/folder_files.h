@@ -25,7 +25,7 @@ enum class KeyReaders : std::uint8_t {
   kPeople,  ///< people_group() too, if the host has it: the key of `local`
 };
 
-/// Who changes a folder has a lock on this file of it.
+/// A process that changes a folder holds a lock on this file in it.
 inline constexpr const char* kLockFile = "lock";
 /// How long a program waits for another one that changes the folder.
 inline constexpr Duration kLockPatience = std::chrono::seconds(5);

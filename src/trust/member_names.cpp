@@ -6,15 +6,15 @@
 #include <algorithm>
 #include <array>
 
-#include "base/printable.h"
+#include "base/text.h"
 
 namespace rubicon::trust {
 
 namespace {
 
-constexpr std::size_t kLongestName = 64;  // ub-common-name of RFC 5280
-constexpr std::size_t kLongestRole = 32;
-constexpr std::size_t kLongestRoles = 256;
+constexpr std::size_t kMaxNameText = 64;  // ub-common-name of RFC 5280
+constexpr std::size_t kMaxRole = 32;
+constexpr std::size_t kMaxRolesLength = 256;
 
 bool is_letter_or_digit(char c) {
   return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9');
@@ -49,18 +49,18 @@ std::vector<std::string_view> pieces_of(std::string_view text) {
 
 Result<void> check_member_name(std::string_view name) {
   static constexpr std::array<std::string_view, 5> kReserved{"everybody", "peis", "lan", "all", "admin"};
-  if (!is_word(name, kLongestName)) return not_a_word("name of a member", name, kLongestName);
+  if (!is_word(name, kMaxNameText)) return not_a_word("name of a member", name, kMaxNameText);
   if (std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end())
     return fail(ErrorCode::kInvalid,
-                fmt::format("`{}` is no name of a member: it means something else in rights", name));
+                fmt::format("`{}` is not a name of a member: it means something else in rights", name));
   return {};
 }
 
 Result<void> check_role(std::string_view role) {
   static constexpr std::array<std::string_view, 4> kReserved{"everybody", "peis", "lan", "all"};
-  if (!is_word(role, kLongestRole)) return not_a_word("role", role, kLongestRole);
+  if (!is_word(role, kMaxRole)) return not_a_word("role", role, kMaxRole);
   if (std::find(kReserved.begin(), kReserved.end(), role) != kReserved.end())
-    return fail(ErrorCode::kInvalid, fmt::format("`{}` is no role: it means something else in rights", role));
+    return fail(ErrorCode::kInvalid, fmt::format("`{}` is not a role: it means something else in rights", role));
   return {};
 }
 
@@ -71,8 +71,8 @@ std::string roles_text(const std::vector<std::string>& roles) {
 Result<std::vector<std::string>> parse_roles(std::string_view text) {
   std::vector<std::string> roles;
   if (text.empty()) return roles;
-  if (text.size() > kLongestRoles)
-    return fail(ErrorCode::kInvalid, fmt::format("has roles of more than {} characters", kLongestRoles));
+  if (text.size() > kMaxRolesLength)
+    return fail(ErrorCode::kInvalid, fmt::format("has roles of more than {} characters", kMaxRolesLength));
   for (const auto role : pieces_of(text)) {
     if (auto checked = check_role(role); !checked) return fail(checked.error());
     if (std::find(roles.begin(), roles.end(), role) != roles.end())

@@ -6,12 +6,55 @@
 #include <openssl/pem.h>
 #include <openssl/pkcs12.h>
 #include <openssl/rand.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cstdint>
 
+#include "trust/secret_text.h"
+
 namespace rubicon::trust {
+
+namespace {
+
+/// Empty if OpenSSL has none.
+std::string first_reason() {
+  const auto code = ERR_get_error();
+  const auto* reason = code == 0 ? nullptr : ERR_reason_error_string(code);
+  ERR_clear_error();
+  return reason == nullptr ? "" : reason;
+}
+
+}  // namespace
+
+BioHandle reading(std::string_view text) {
+  const auto size = text.size() > INT_MAX ? INT_MAX : static_cast<int>(text.size());
+  return BioHandle(BIO_new_mem_buf(text.empty() ? "" : text.data(), size));
+}
+
+BioHandle writing() {
+  return BioHandle(BIO_new(BIO_s_mem()));
+}
+
+std::string written_text(BIO* bio) {
+  char* start = nullptr;
+  const auto size = BIO_get_mem_data(bio, &start);
+  return size <= 0 ? std::string() : std::string(start, static_cast<std::size_t>(size));
+}
+
+tl::unexpected<Error> openssl_failed(std::string_view operation) {
+  const auto reason = first_reason();
+  return fail(ErrorCode::kIo, fmt::format("OpenSSL cannot {}: {}", operation, reason.empty() ? "no reason" : reason));
+}
+
+tl::unexpected<Error> invalid_input(std::string_view where, std::string_view what) {
+  const auto reason = first_reason();
+  return fail(ErrorCode::kInvalid,
+              reason.empty() ? fmt::format("{}: {}", where, what) : fmt::format("{}: {} ({})", where, what, reason));
+}
 
 namespace {
 
@@ -20,7 +63,7 @@ using EnvelopeHandle = std::unique_ptr<X509_SIG, Releaser<X509_SIG_free>>;
 using SchemeHandle = std::unique_ptr<PBE2PARAM, Releaser<PBE2PARAM_free>>;
 using DerivationHandle = std::unique_ptr<PBKDF2PARAM, Releaser<PBKDF2PARAM_free>>;
 
-constexpr std::size_t kLargestPem = 4096;
+constexpr std::size_t kMaxPem = 4096;
 /// 32 of them: 5 bits each. Without 0, 1, l, o.
 constexpr std::string_view kAlphabet = "abcdefghijkmnpqrstuvwxyz23456789";
 constexpr std::size_t kGroups = 6, kGroupSize = 4;
@@ -59,7 +102,7 @@ bool has_our_protection(const X509_SIG* envelope) {
     return false;
   std::int64_t rounds = 0;
   return ASN1_INTEGER_get_int64(&rounds, derivation->iter) == 1 && rounds >= PrivateKey::kRounds &&
-         rounds <= PrivateKey::kMostRounds;
+         rounds <= PrivateKey::kMaxRoundCount;
 }
 
 }  // namespace
@@ -79,24 +122,24 @@ Result<PrivateKey> PrivateKey::make() {
 
 Result<PrivateKey> PrivateKey::of_pem(std::string_view pem, std::string_view where) {
   static constexpr std::string_view kBegin = "-----BEGIN PRIVATE KEY-----";
-  if (pem.size() > kLargestPem || !pem.starts_with(kBegin))
-    return invalid_input(where, fmt::format("is no private key: expected PEM that begins with {}", kBegin));
+  if (pem.size() > kMaxPem || !pem.starts_with(kBegin))
+    return invalid_input(where, fmt::format("is not a private key: expected PEM that begins with {}", kBegin));
   const auto bio = reading(pem);
   KeyHandle key(PEM_read_bio_PrivateKey(bio.get(), nullptr, no_phrase, nullptr));
-  if (key == nullptr) return invalid_input(where, "is no private key");
+  if (key == nullptr) return invalid_input(where, "is not a private key");
   if (!is_p256(key.get()) || !is_whole(key.get()))
-    return invalid_input(where, "is no good private key: expected one on the curve P-256 whose two parts fit");
+    return invalid_input(where, "is not a good private key: expected one on the curve P-256 whose two parts fit");
   return PrivateKey(std::move(key));
 }
 
 Result<PrivateKey> PrivateKey::decrypted(std::string_view pem, std::string_view phrase, std::string_view where) {
-  const auto bio = reading(pem.substr(0, kLargestPem));
+  const auto bio = reading(pem.substr(0, kMaxPem));
   const EnvelopeHandle envelope(PEM_read_bio_PKCS8(bio.get(), nullptr, no_phrase, nullptr));
   if (envelope == nullptr) return invalid_input(where, "has no encrypted private key");
   if (!has_our_protection(envelope.get()))
-    return invalid_input(where, fmt::format("the key is protected in another way than expected: PBKDF2 with {} to {} "
-                                            "rounds of HMAC-SHA-256, AES-256-CBC",
-                                            kRounds, kMostRounds));
+    return invalid_input(where, fmt::format("the key is not protected as expected: by PBKDF2 with {} to {} rounds of "
+                                            "HMAC-SHA-256, and AES-256-CBC",
+                                            kRounds, kMaxRoundCount));
   const auto plain = plain_phrase(phrase);
   const auto text = plain.view();
   const KeyInfoHandle info(PKCS8_decrypt(envelope.get(), text.data(), static_cast<int>(text.size())));
@@ -159,6 +202,12 @@ SecretText plain_phrase(std::string_view typed) {
     plain += 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   }
   return SecretText(std::move(plain));
+}
+
+void keep_memory_private() {
+  constexpr rlimit kNone{0, 0};
+  ::setrlimit(RLIMIT_CORE, &kNone);
+  ::prctl(PR_SET_DUMPABLE, 0);
 }
 
 }  // namespace rubicon::trust

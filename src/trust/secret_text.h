@@ -38,4 +38,8 @@ class SecretText {
   std::string text_;
 };
 
+/// Call this before a program reads a key. From then on this process writes no core file, which would contain the key,
+/// and no other process of its user can read its memory. A library does not decide that for its program.
+void keep_memory_private();
+
 }  // namespace rubicon::trust

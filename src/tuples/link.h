@@ -7,13 +7,83 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <variant>
 #include <vector>
 
 #include "rubicon/summary.hpp"
-#include "tuples/change.h"
-#include "tuples/member.h"
+#include "rubicon/tuple.hpp"
+#include "tuples/judge.h"
 
 namespace rubicon::tuples {
+
+/// The owner set a tuple; `tuple.owner` is the sender.
+struct TupleSet {
+  TupleView tuple;
+};
+
+/// A tuple was deleted or expired.
+struct TupleGone {
+  EventKind how = EventKind::kDeleted;  ///< kDeleted or kExpired
+  std::string_view key;
+  std::uint64_t sequence = 0;
+};
+
+/// All tuples that the subscription covers have been sent. Copies that were not among them no longer exist.
+struct SnapshotEnd {
+  std::uint32_t subscription = 0;  ///< SubscriptionSpec::id
+};
+
+/// The sender had lost this subscriber: what follows replaces what was sent before, whatever its sequence.
+struct Restart {
+  /// When that began, by the clock of the sender; later than in each Restart before. Orders the streams of one sender
+  /// that arrive over several engines. Zero = not given.
+  WallTime since{};
+};
+
+/// What an owner sends to a subscriber, in order. The views are valid during the call that passes it.
+using Change = std::variant<TupleSet, TupleGone, SnapshotEnd, Restart>;
+
+/// Bytes of the texts in it.
+inline std::size_t text_size(const Change& change) {
+  if (const auto* set = std::get_if<TupleSet>(&change))
+    return set->tuple.key.size() + set->tuple.value.size() + set->tuple.media_type.size();
+  const auto* gone = std::get_if<TupleGone>(&change);
+  return gone ? gone->key.size() : 0;
+}
+
+/// A Change that owns its texts.
+class OwnedChange {
+ public:
+  explicit OwnedChange(const Change& change) : change_(change) {
+    if (const auto* set = std::get_if<TupleSet>(&change)) {
+      key_ = set->tuple.key;
+      value_ = set->tuple.value;
+      media_type_ = set->tuple.media_type;
+    } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
+      key_ = gone->key;
+    }
+  }
+
+  /// Valid while this lives.
+  Change view() const {
+    auto change = change_;
+    if (auto* set = std::get_if<TupleSet>(&change)) {
+      set->tuple.key = key_;
+      set->tuple.value = value_;
+      set->tuple.media_type = media_type_;
+    } else if (auto* gone = std::get_if<TupleGone>(&change)) {
+      gone->key = key_;
+    }
+    return change;
+  }
+
+  /// Of a set or a deletion; else empty.
+  const std::string& key() const { return key_; }
+
+ private:
+  Change change_;
+  std::string key_, value_, media_type_;
+};
 
 class PeerPolicy;
 
@@ -36,7 +106,8 @@ struct PeerIdentity {
   bool by_kernel = false;    ///< the kernel of this host vouches for its process
 };
 
-/// As subscriber: the link itself, which some engines need to know all own tuples. No component has this id.
+/// The subscriber as which a link itself subscribes to own tuples: some engines have to know all of them. No component
+/// has this id.
 inline constexpr OwnerId kLinkItself{0xffffffff};
 
 /// Receives what a Link brings; never called inside a call of the space into the link.
@@ -78,8 +149,8 @@ class Link {
   /// kNotFound if no such owner is present, kBusy if the queue is full.
   virtual Result<void> remote_set(const RemoteSet& set) = 0;
   virtual void reply(const Reply& reply) = 0;
-  /// The components that are present, by id. An engine may meet only those that this one deals with, and those that
-  /// deal with it.
+  /// The components that are present, by id. An engine need not meet all: those that exchange nothing with this one may
+  /// be absent from the list.
   virtual std::vector<OwnerId> peers() const = 0;
   /// Whether a component that is not among them may be there: it is looked for from now on. False: it is not there.
   virtual bool seeks(OwnerId id) {
@@ -97,12 +168,39 @@ class Link {
   virtual PeerPolicy& policy() = 0;
 };
 
-/// Makes the links of a process: an engine that was opened.
+/// An opened engine: makes the links of a process.
 class Ecology {
  public:
   virtual ~Ecology() = default;
   /// kDuplicate if this process has a component of that id, kIo if the engine cannot make the link.
   virtual Result<std::unique_ptr<Link>> join(OwnerId id) = 0;
 };
+
+/// A component on an engine in place of one that is on another engine only (docs/decisions/022-two-engines.md).
+struct StandIn {
+  OwnerId id{};      ///< of the component
+  std::string host;  ///< shown as PeerIdentity::host; see marked_host()
+  /// Called in a later turn: another presence uses the id on this engine. The stand-in should end.
+  std::function<void()> displaced;
+};
+
+/// An engine that stand-ins can join.
+class StandInEcology : public Ecology {
+ public:
+  /// As join().
+  virtual Result<std::unique_ptr<Link>> join_as(StandIn who) = 0;
+  /// False: components on this engine ignore a stand-in of this carrier for this id.
+  virtual bool may_stand_in(OwnerId /*carrier*/, OwnerId /*id*/) const { return true; }
+};
+
+/// The host of a component, as its stand-in shows it: `<host>~<id of the carrier>`, at most 64 bytes.
+std::string marked_host(std::string_view host, OwnerId carrier);
+/// kNoOwner: the host has no mark, so its component is not a stand-in.
+OwnerId carrier_of(std::string_view host);
+inline bool is_stand_in(const PeerIdentity& peer) {
+  return carrier_of(peer.host) != model::kNoOwner;
+}
+/// The host without a mark.
+std::string_view real_host(std::string_view host);
 
 }  // namespace rubicon::tuples

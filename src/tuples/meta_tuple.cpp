@@ -3,11 +3,57 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "tuples/follower.h"
-
 namespace rubicon::tuples {
+
+/// Follows one reference: returns the name that the last tuple of `chain` holds, or nullopt if that tuple is the
+/// target. Errors as for resolve(). The chain begins with the first meta tuple.
+Result<std::optional<TupleName>> next_reference(const TupleSpace& space, std::span<const TupleName> chain);
+
+/// Implements subscribe_through(). It evaluates the present tuples instead of single events, so that a thousand changes
+/// in a turn cost one move, and a cycle costs nothing until one of its tuples changes. Owned by the Handle, and by a
+/// call of the space while it runs.
+class Follower : public std::enable_shared_from_this<Follower> {
+ public:
+  Follower(TupleSpace& space, const Flow& flow, EventCall call, TargetCall target_call);
+
+  void begin(const TupleName& meta);
+  /// No call follows.
+  void end();
+
+ private:
+  enum class Role { kNone, kReference, kTarget };
+  /// The subscription to one tuple of the chain.
+  struct Hop {
+    Role role = Role::kNone;
+    Handle subscription;
+  };
+
+  void watch(std::size_t position, Role role);
+  using Hops = std::vector<Hop>;
+  Hops cut(std::size_t count);
+  void on_event(std::size_t position, const Event& event);
+  void follow(std::size_t at);
+  void forward(const Event& event);
+  void report_removed(EventKind how);
+  void report_target(Result<TupleName> target);
+
+  TupleSpace& space_;
+  Flow flow_;
+  EventCall call_;
+  TargetCall target_call_;
+  std::vector<TupleName> chain_;
+  Hops hops_;                                // one for each name of the chain
+  std::optional<TupleName> delivered_;       // whose value was delivered, and not reported as removed
+  std::optional<Result<TupleName>> target_;  // as reported
+  bool ended_ = false;
+};
 
 namespace {
 
@@ -157,6 +203,104 @@ Handle subscribe_through(TupleSpace& space, const TupleName& meta, const Flow& f
   auto follower = std::make_shared<Follower>(space, flow, std::move(call), std::move(target_call));
   follower->begin(meta);
   return Handle([follower] { follower->end(); });
+}
+
+Follower::Follower(TupleSpace& space, const Flow& flow, EventCall call, TargetCall target_call)
+    : space_(space), flow_(flow), call_(std::move(call)), target_call_(std::move(target_call)) {}
+
+void Follower::begin(const TupleName& meta) {
+  chain_.push_back(meta);
+  hops_.emplace_back();
+  watch(0, Role::kReference);
+}
+
+void Follower::end() {
+  ended_ = true;
+  cut(0);
+}
+
+/// The new subscription begins before the old one of the same tuple ends, so that the copy stays.
+void Follower::watch(std::size_t position, Role role) {
+  auto& hop = hops_[position];
+  if (hop.role == role) return;
+  hop.role = role;
+  const Flow passive{.passive = true};
+  hop.subscription =
+      space_.subscribe({chain_[position].owner, chain_[position].key}, role == Role::kTarget ? flow_ : passive,
+                       [follower = weak_from_this(), position](const Event& event) {
+                         if (const auto alive = follower.lock()) alive->on_event(position, event);
+                       });
+}
+
+/// Forgets what comes behind `count` stops; their subscriptions end with the answer.
+Follower::Hops Follower::cut(std::size_t count) {
+  const auto first = hops_.begin() + static_cast<std::ptrdiff_t>(std::min(count, hops_.size()));
+  Hops left(std::make_move_iterator(first), std::make_move_iterator(hops_.end()));
+  hops_.erase(first, hops_.end());
+  chain_.resize(hops_.size());
+  return left;
+}
+
+void Follower::on_event(std::size_t position, const Event& event) {
+  const bool set = event.kind == EventKind::kSet;
+  if (hops_[position].role == Role::kTarget && !(set && is_reference(event.tuple.media_type))) return forward(event);
+  if (!set) {
+    // If the tuple is created again at once, the target's value is delivered again.
+    const auto left = cut(position + 1);
+    report_removed(event.kind);
+  }
+  if (!ended_) follow(position);
+}
+
+/// Removed hops stay subscribed until everything is reported, so that the last value can be shown.
+void Follower::follow(std::size_t at) {
+  Hops left;
+  auto next = next_reference(space_, std::span(chain_).first(at + 1));
+  for (; next && *next; next = next_reference(space_, std::span(chain_).first(at + 1))) {
+    watch(at, Role::kReference);
+    if (++at < chain_.size() && chain_[at] == **next) continue;
+    if (at < chain_.size()) left = cut(at);
+    chain_.push_back(std::move(**next));
+    hops_.emplace_back();
+  }
+  if (at + 1 < chain_.size()) left = cut(at + 1);
+  watch(at, next ? Role::kTarget : Role::kReference);
+  if (next) return report_target(chain_.back());
+  report_removed(EventKind::kDeleted);
+  if (!ended_) report_target(fail(std::move(next.error())));
+}
+
+void Follower::forward(const Event& event) {
+  if (event.kind == EventKind::kSet) {
+    delivered_ = chain_.back();
+  } else if (!std::exchange(delivered_, std::nullopt)) {
+    return;
+  }
+  call_(event);
+}
+
+/// The event shows the last value if it is still known; it is copied, because the call may change the space.
+void Follower::report_removed(EventKind how) {
+  const auto name = std::exchange(delivered_, std::nullopt);
+  if (!name) return;
+  Event event{how, {}};
+  if (const auto last = space_.get(name->owner, name->key)) event.tuple = *last;
+  const std::string value(event.tuple.value);
+  const std::string media_type(event.tuple.media_type);
+  event.tuple.owner = name->owner;
+  event.tuple.key = name->key;
+  event.tuple.value = value;
+  event.tuple.media_type = media_type;
+  call_(event);
+}
+
+void Follower::report_target(Result<TupleName> target) {
+  const auto same = [&](const Result<TupleName>& reported) {
+    return reported ? target && *reported == *target : !target && reported.error() == target.error();
+  };
+  if (target_ && same(*target_)) return;
+  target_ = target;
+  if (target_call_) target_call_(target);
 }
 
 }  // namespace rubicon::tuples

@@ -30,11 +30,11 @@ inline constexpr std::size_t kMaxReferences = 8;
 
 bool is_reference(std::string_view media_type);
 
-/// kNotFound if the reference names nothing, kInvalid if it is no reference or names no valid tuple.
+/// kNotFound if the reference names nothing, kInvalid if it is not a reference or names no valid tuple.
 Result<TupleName> read_reference(std::string_view media_type, std::string_view value);
 
-/// Makes an own tuple a meta tuple, or changes its target. As far as is known here: kRefused (with the names) if that
-/// would close a cycle, kOutOfRange if the chain would exceed kMaxReferences. kInvalid for invalid names.
+/// Makes an own tuple a meta tuple, or changes its target. Checks what is known here. kRefused (with the names): it
+/// would close a cycle. kOutOfRange: the chain would exceed kMaxReferences. kInvalid for invalid names.
 Result<void> set_reference(TupleSpace& space, std::string_view key, const TupleName& target);
 /// The same with the meta tuple of another component, by a remote set; returns its request number.
 Result<std::uint64_t> set_reference(TupleSpace& space, const TupleName& meta, const TupleName& target,

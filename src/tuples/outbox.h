@@ -30,10 +30,10 @@ struct PeerQueue {
 /// Passes the latest values to the link, per subscriber and turn; keeps what the link does not accept.
 ///
 /// What waits for a subscriber that reads nothing is bounded. Of tuples there are at most kMaxEntries: values of a
-/// tuple that waits are merged, further tuples are dropped. Of ends of snapshots there are at most kMaxControls: before
-/// one more is added, those of subscriptions that the subscriber no longer has go, and of several of one subscription
-/// all but the last. A subscriber has at most half as many subscriptions, so that each of them gets its end. merged()
-/// counts those that went.
+/// tuple that waits are merged, further tuples are dropped. There are at most kMaxControls ends of snapshots. Before
+/// one more is added, the ends of subscriptions that the subscriber no longer has are removed, and all but the last end
+/// of each subscription. A subscriber has at most half as many subscriptions, so that each of them gets its end.
+/// merged() counts those that went.
 class Outbox {
  public:
   static constexpr std::size_t kFrameChanges = 512;

@@ -2,17 +2,93 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "rubicon/key.hpp"
-#include "tuples/child_table.h"
-#include "tuples/pages.h"
-#include "tuples/part_names.h"
 
 namespace rubicon::tuples {
+
+/// A vector that grows by pages: elements never move, and at most one page is unused, whereas a std::vector may reserve
+/// twice its size.
+template <class T>
+class Pages {
+ public:
+  T& operator[](std::uint32_t index) { return pages_[index / kPage][index % kPage]; }
+  const T& operator[](std::uint32_t index) const { return pages_[index / kPage][index % kPage]; }
+  std::uint32_t size() const { return size_; }
+  /// Returns the index of the new element.
+  std::uint32_t add() {
+    if (size_ % kPage == 0) pages_.push_back(std::make_unique<T[]>(kPage));
+    return size_++;
+  }
+
+ private:
+  static constexpr std::uint32_t kPage = 256;
+
+  std::vector<std::unique_ptr<T[]>> pages_;
+  std::uint32_t size_ = 0;
+};
+
+/// Number of an interned key part.
+using PartId = std::uint32_t;
+inline constexpr PartId kNoPart = 0xffffffff;
+inline constexpr PartId kAnyPart = 0;  ///< `*`
+inline constexpr PartId kAnyRest = 1;  ///< `**`
+
+/// Interned key parts with reference counts, so that the parts of deleted tuples are freed.
+class PartNames {
+ public:
+  PartNames();
+
+  PartId find(std::string_view text) const;
+  /// Each acquire() needs a release().
+  PartId acquire(std::string_view text);
+  void acquire(PartId part) { ++entries_[part].uses; }
+  void release(PartId part);
+  std::size_t size() const { return ids_.size(); }
+
+ private:
+  struct Entry {
+    std::string text;
+    std::uint32_t uses = 0;
+  };
+  std::deque<Entry> entries_;
+  std::vector<PartId> free_;
+  std::unordered_map<std::string_view, PartId> ids_;
+};
+
+/// (node, part) -> child node, for all nodes of a trie: one open-addressing table of 12-byte slots.
+class ChildTable {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  ChildTable() : slots_(16) {}
+
+  std::uint32_t find(std::uint32_t node, std::uint32_t part) const;
+  /// The pair must not be there yet.
+  void add(std::uint32_t node, std::uint32_t part, std::uint32_t child);
+  void remove(std::uint32_t node, std::uint32_t part);
+
+ private:
+  struct Slot {
+    std::uint32_t node = 0;
+    std::uint32_t part = 0;
+    std::uint32_t child = kNone;
+  };
+  std::size_t home(std::uint32_t node, std::uint32_t part) const;
+  void place(const Slot& slot);
+  void grow();
+
+  std::vector<Slot> slots_;  // a power of two
+  std::size_t used_ = 0;
+};
 
 inline constexpr std::uint32_t kNone = 0xffffffff;
 

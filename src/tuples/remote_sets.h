@@ -1,15 +1,42 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
+#include "rubicon/tuple.hpp"
 #include "rubicon/tuple_space.hpp"
 
 namespace rubicon::tuples {
+
+/// Remote sets that wait a little until their owners are met: the engine looks for them, or has met only stand-ins so
+/// far. Bounded.
+class HeldSets {
+ public:
+  static constexpr std::size_t kMax = 1000, kMaxBytes = 4 * 1024 * 1024;
+
+  struct Held {
+    RemoteSet set;
+    SteadyTime since{};
+  };
+
+  bool has(OwnerId owner) const { return held_.contains(owner); }
+  /// False: too many, or too large.
+  bool hold(const RemoteSet& set, SteadyTime now);
+  /// The sets to this owner whose time to live has not ended, in their order.
+  std::vector<RemoteSet> take(OwnerId owner, SteadyTime now);
+  std::vector<OwnerId> owners() const;
+  /// Sets whose time to live ended are answered already.
+  void drop_ended(SteadyTime now);
+  void clear();
+
+ private:
+  std::map<OwnerId, std::vector<Held>> held_;
+  std::size_t count_ = 0, bytes_ = 0;
+};
 
 /// Own remote sets that wait for their replies. Each gets exactly one, at the latest 10 ms after its time to live
 /// ended: one timer serves them all.

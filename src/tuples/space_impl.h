@@ -4,12 +4,9 @@
 #include <map>
 #include <set>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "tuples/deadlines.h"
-#include "tuples/demand_watches.h"
 #include "tuples/event_queue.h"
-#include "tuples/held_sets.h"
 #include "tuples/link.h"
 #include "tuples/outbox.h"
 #include "tuples/remote_sets.h"
@@ -106,7 +103,7 @@ struct TupleSpace::Impl final : LinkListener {
   void end_rejudge(Subscription& subscription);
   std::uint32_t free_wire_id();
 
-  // -- other components (space_distant.cpp, space_remote_sets.cpp)
+  // -- other components (space_distant.cpp)
   void apply(OwnerId owner, const TupleSet& change);
   void apply(OwnerId owner, const TupleGone& change);
   void apply(OwnerId owner, const SnapshotEnd& end);

@@ -1,4 +1,4 @@
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 #include <algorithm>
 
@@ -125,6 +125,10 @@ void TupleSpace::Impl::end_rejudge(Subscription& subscription) {
 
 void SpaceRights::limit_queues(TupleSpace& space, std::size_t most) {
   space.impl_->outbox.limit(most);
+}
+
+void SpaceRights::fetch(const TupleSpace& space, TupleRef tuple) {
+  space.impl_->store.fetch(tuple);
 }
 
 void SpaceRights::rejudge(TupleSpace& space) {

@@ -1,7 +1,7 @@
 #include "tuples/tuple_json.h"
 
 #include "base/bytes.h"
-#include "base/local_time.h"
+#include "base/clocks.h"
 #include "model/json_members.h"
 
 namespace rubicon::tuples {
@@ -29,21 +29,6 @@ std::string event_line(const tuples::Event& event, std::string_view through) {
   auto line = tuple_json(event.tuple);
   if (!through.empty()) line["through"] = through;
   line["event"] = to_string(event.kind);
-  return model::dump(line);
-}
-
-std::string tuple_line(const tuples::TupleView& tuple) {
-  Line line;
-  line["ok"] = true;
-  line.update(tuple_json(tuple));
-  line["creator"] = number(tuple.creator);
-  return model::dump(line);
-}
-
-std::string error_line(const Error& error) {
-  Line line;
-  line["ok"] = false;
-  line["error"] = {{"code", to_string(error.code)}, {"text", error.text}};
   return model::dump(line);
 }
 

@@ -3,8 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "base/printable.h"
-#include "rubicon/result.hpp"
+#include "base/text.h"
 #include "rubicon/tuple.hpp"
 
 namespace rubicon::tuples {
@@ -20,11 +19,5 @@ nlohmann::ordered_json tuple_json(const TupleView& tuple);
 /// One line of --watch: the tuple, and event (set, deleted, expired). `through`, if not empty, names the meta tuple
 /// that led to it.
 std::string event_line(const tuples::Event& event, std::string_view through = {});
-
-/// The same members without the event, with ok and creator: the answer to `get`.
-std::string tuple_line(const tuples::TupleView& tuple);
-
-/// {"ok":false,"error":{"code","text"}}
-std::string error_line(const Error& error);
 
 }  // namespace rubicon::tuples

@@ -1,14 +1,35 @@
-#include "rubicon/tuple_space.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
 #include "base/assert.h"
+#include "rubicon/tuple.hpp"
+#include "rubicon/tuple_space.hpp"
 #include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
+
+std::string_view to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::kSet: return "set";
+    case EventKind::kDeleted: return "deleted";
+    case EventKind::kExpired: return "expired";
+    case EventKind::kLost: return "lost";
+  }
+  base::assertion_failed("EventKind in range", __FILE__, __LINE__);
+}
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kApplied: return "applied";
+    case Verdict::kRefused: return "refused";
+    case Verdict::kExpired: return "expired";
+    case Verdict::kNoSuchOwner: return "no-such-owner";
+    case Verdict::kTimedOut: return "timed-out";
+  }
+  base::assertion_failed("Verdict in range", __FILE__, __LINE__);
+}
 
 namespace {
 
@@ -70,7 +91,7 @@ Result<TupleRef> TupleSpace::set(std::string_view key, std::string_view value, c
 Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOptions& options) {
   auto& impl = *impl_;
   if (!impl.store.is_present(tuple) || impl.pending_erase(tuple.index)) {
-    return fail(ErrorCode::kNotFound, "setting a tuple by reference: it was deleted or expired");
+    return fail(ErrorCode::kNotFound, "set by reference: the tuple was deleted or has expired");
   }
   if (value.size() > kMaxValueSize || options.expected_sequence) {
     const auto key = impl.store.at(tuple.index).key();
@@ -87,7 +108,7 @@ Result<void> TupleSpace::append(std::string_view key, std::string_view bytes, co
 Result<void> TupleSpace::append(TupleRef tuple, std::string_view bytes, const SetOptions& options) {
   auto& impl = *impl_;
   if (!impl.store.is_present(tuple) || impl.pending_erase(tuple.index)) {
-    return fail(ErrorCode::kNotFound, "appending to a tuple by reference: it was deleted or expired");
+    return fail(ErrorCode::kNotFound, "append by reference: the tuple was deleted or has expired");
   }
   return append(impl.store.at(tuple.index).key(), bytes, options);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,9 +9,34 @@
 #include <utility>
 #include <vector>
 
-#include "web/caller.h"
+#include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
 
 namespace rubicon::web {
+
+/// What a caller may do; each role includes those before it.
+enum class Role : std::uint8_t {
+  kNone,     ///< not known: nothing but the page itself and its login
+  kView,     ///< read and subscribe, passively or with demand
+  kCommand,  ///< set tuples, send messages
+  kAdmin,    ///< inbox, reload, recorders, messages that change an installation
+};
+
+/// Who sent a request, as far as the server knows.
+struct Caller {
+  std::string name;  ///< of the token; `local` without tokens
+  Role role = Role::kNone;
+  std::string peer;                  ///< IP address
+  std::uint64_t session = 0;         ///< of the login that the request's cookie names; 0 = none
+  std::vector<std::string> roles{};  ///< of the token besides its role: names that rules may have
+};
+
+enum class Verb : std::uint8_t { kRead, kWake, kSet, kSend };
+
+/// What the role of a caller permits; where the ecology has rights, api::Permission asks them too. `key` is a tuple key
+/// (kSet), a pattern (kRead, kWake) or a content type (kSend). Keys that steer the island itself (inbox, settings,
+/// recorders, lines) and messages that change an installation (model::is_admin_type()) need kAdmin.
+bool may(const Caller& caller, Verb verb, OwnerId owner, std::string_view key);
 
 /// Names and values, decoded, in their order.
 using Fields = std::vector<std::pair<std::string, std::string>>;
@@ -44,7 +70,7 @@ class Conversation {
   virtual bool has_caller() const { return true; }
 };
 
-struct ConversationCalls {
+struct ConversationCallbacks {
   std::function<void()> wake;                          ///< there may be a next frame; may be called at any time
   std::function<void(std::string_view reason)> close;  ///< ends the conversation, in a later turn
 };
@@ -55,7 +81,7 @@ struct Response {
   std::string body{};
   Fields headers{};
   /// Instead of a body: frames follow, each one event of a stream, until the client or the conversation ends.
-  std::function<std::unique_ptr<Conversation>(ConversationCalls)> stream{};
+  std::function<std::unique_ptr<Conversation>(ConversationCallbacks)> stream{};
 };
 
 /// Whether the site answers a path; the page has all others.
@@ -75,9 +101,19 @@ class Site {
   virtual ~Site() = default;
   /// Calls `respond` once, now or in a later turn. The result may be null if it has responded.
   virtual std::unique_ptr<Exchange> handle(const Request& request, Respond respond) = 0;
+  /// Whether the body of a request may be a whole file; its caller is known.
+  virtual bool takes_file(const Request&) const { return false; }
   /// A WebSocket was opened at the path of the API. The caller has the role kNone if its first frame has to name a
   /// token.
-  virtual std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) = 0;
+  virtual std::unique_ptr<Conversation> open(const Caller& caller, ConversationCallbacks calls) = 0;
 };
+
+/// `{"error":{"code":"refused","text":...}}`.
+Response error_response(unsigned status, ErrorCode code, std::string_view text);
+/// The same for an error of the tree, with its status: invalid 400, not-found 404, refused 403, busy 429, unreachable
+/// 503, expired 504.
+Response error_response(const Error& error);
+/// The answer to a token that was not accepted: 401 (RFC 6750, section 3), or 429 after too many.
+Response refusal_of(const Error& error);
 
 }  // namespace rubicon::web

@@ -6,11 +6,10 @@
 #include <utility>
 
 #include "base/text.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 #include "web/access/access.h"
 #include "web/api/api.h"
-#include "web/files/embedded_page.h"
-#include "web/files/folder_page.h"
+#include "web/files/page.h"
 #include "web/server/server.h"
 
 namespace rubicon::web {
@@ -60,7 +59,7 @@ struct WebService::Impl {
     if (access.rules().needs_token && !setup.tokens)
       return fail(ErrorCode::kRefused,
                   fmt::format("web: {} each caller needs a token, on this host too: expected tokens: {{file: "
-                              "web.tokens}} (`rubicon token NAME --file web.tokens` adds one)",
+                              "web.tokens}}; `rubicon web enable` writes that, and makes a token",
                               is_judged ? "with rights" : "where several users have the folder of the host,"));
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
@@ -71,7 +70,8 @@ struct WebService::Impl {
                                                       .place_options = place.options,
                                                       .metrics_patterns = setup.metrics,
                                                       .history = parts.history,
-                                                      .island = parts.island});
+                                                      .island = parts.island,
+                                                      .importer = parts.importer});
     auto opened = server::Server::open({parts.context, parts.scheduler, access, *site, *page, Log(parts.log, "web")},
                                        options_of(setup, directory));
     if (!opened) return fail(opened.error());
@@ -93,7 +93,10 @@ struct WebService::Impl {
 
   Result<std::vector<access::Token>> tokens_of_setup() const {
     if (!setup.tokens) return std::vector<access::Token>{};
-    return access::read_tokens(parts.transports, resolve_path(directory, *setup.tokens));
+    auto tokens = access::read_tokens(parts.transports, resolve_path(directory, *setup.tokens));
+    if (!tokens && tokens.error().code == ErrorCode::kNotFound)
+      return fail(ErrorCode::kNotFound, tokens.error().text + "; `rubicon web enable` makes it, with a token");
+    return tokens;
   }
 
   Parts parts;

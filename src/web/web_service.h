@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "base/scheduler.h"
-#include "config/web_config.h"
+#include "config/service_config.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/transports.h"
 
@@ -19,6 +19,8 @@ class HistorySource;
 
 namespace rubicon::web {
 
+class Importer;
+
 /// The page and its API on a tuple space, until it is destroyed: server, site, tokens and files.
 class WebService {
  public:
@@ -31,6 +33,7 @@ class WebService {
     LogSink& log;
     history::HistorySource* history = nullptr;  ///< nullptr = there is none
     OwnerId island = model::kNoOwner;           ///< that it belongs to, whose rights hold here; kNoOwner = none
+    Importer* importer = nullptr;               ///< nullptr = there is none
     bool closed = false;  ///< the host has users who may not do what they like here: loopback is open to all of them
   };
 

@@ -1,4 +1,4 @@
-#include "base/base64.h"
+#include "base/bytes.h"
 
 #include <gtest/gtest.h>
 
@@ -31,8 +31,8 @@ TEST(Base64, EveryByteSurvives) {
 TEST(Base64, WhatIsWrongIsNamed) {
   EXPECT_EQ(from_base64("Zm9").error().text,
             "base 64: 3 characters; expected groups of four, the last one padded with =");
-  EXPECT_EQ(from_base64("Zm 9").error().text, "base 64: character 3 is none of A-Z a-z 0-9 + /");
-  EXPECT_EQ(from_base64("Z=9v").error().text, "base 64: character 2 is none of A-Z a-z 0-9 + /");
+  EXPECT_EQ(from_base64("Zm 9").error().text, "base 64: character 3 is not one of A-Z a-z 0-9 + /");
+  EXPECT_EQ(from_base64("Z=9v").error().text, "base 64: character 2 is not one of A-Z a-z 0-9 + /");
   EXPECT_FALSE(from_base64("===="));
 }
 

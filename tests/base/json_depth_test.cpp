@@ -1,4 +1,4 @@
-#include "base/json_depth.h"
+#include "base/text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "base/deadline.h"
 #include "base/expiring_queues.h"
-#include "base/limited_log.h"
+#include "base/log.h"
 #include "base/virtual_scheduler.h"
 
 namespace rubicon::base {

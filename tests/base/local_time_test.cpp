@@ -1,4 +1,4 @@
-#include "base/local_time.h"
+#include "base/clocks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "base/nearest.h"
+#include "base/compare_text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "base/paced_call.h"
+#include "base/scheduler.h"
 
 #include <gtest/gtest.h>
 

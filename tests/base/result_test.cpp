@@ -5,7 +5,7 @@
 #include <memory>
 #include <set>
 
-#include "base/rate_limit.h"
+#include "base/log.h"
 #include "rubicon/time.hpp"
 
 namespace rubicon::base {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "base/host_port.h"
-
 namespace rubicon::base {
 namespace {
 

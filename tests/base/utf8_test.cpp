@@ -1,8 +1,6 @@
-#include "base/utf8.h"
+#include "base/text.h"
 
 #include <gtest/gtest.h>
-
-#include "base/printable.h"
 
 namespace rubicon::base {
 namespace {

@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "client/client_parts.h"
-#include "client/device_watch.h"
 #include "client/message_client.h"
+#include "client/points.h"
 #include "client/remote_set_tracker.h"
 
 namespace rubicon::client {

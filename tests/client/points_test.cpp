@@ -6,8 +6,6 @@
 #include <algorithm>
 
 #include "base/virtual_scheduler.h"
-#include "client/device_watch.h"
-#include "client/point_watch.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::client {

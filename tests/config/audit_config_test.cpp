@@ -1,4 +1,4 @@
-#include "config/audit_config.h"
+#include "config/rights_config.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "config/bridge_config.h"
+#include "config/service_config.h"
 
 #include <gmock/gmock.h>
 

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "config/carry_config.h"
+#include "config/engine_config.h"
 #include "config/yaml.h"
 #include "island/island_config.h"
 #include "island/network_types.h"
@@ -65,7 +65,8 @@ TEST(EngineConfig, ADomainAndATagWithoutInterfacesBecomeASpace) {
   EXPECT_EQ(lan.space, "");
   EXPECT_EQ(lan.options.tag, "x");
   EXPECT_THAT(lan.warnings, testing::IsEmpty());
-  EXPECT_THAT(good("{trust_lan: yes}").warnings, ElementsAre(HasSubstr("tuples.trust_lan: without interfaces nobody")));
+  EXPECT_THAT(good("{trust_lan: yes}").warnings,
+              ElementsAre(HasSubstr("tuples.trust_lan: without interfaces no other host")));
 }
 
 TEST(EngineConfig, TakesAllThatDdsNeeds) {
@@ -166,7 +167,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: host, mqtt: {broker: b}}", "home.yaml:2:30: tuples.mqtt: only engine mqtt has these options"},
       {"{mqtt: {}}", "tuples.mqtt: 'broker' is missing, expected HOST[:PORT] of the MQTT broker, or a map"},
       {"{mqtt: {broker: {host: b, user: a/b}}}", "tuples.mqtt.broker: the user name 'a/b' has a '/', expected none of"},
-      {"{mqtt: {broker: {host: b, user: peis}}}", "tuples.mqtt.broker: 'peis' is no user name"},
+      {"{mqtt: {broker: {host: b, user: peis}}}", "tuples.mqtt.broker: 'peis' is not a user name"},
       {"{mqtt: {broker: b, space: a/b}}", "tuples.mqtt.space: expected 1 to 64 of"},
       {"{mqtt: {broker: b, watch: some}}", "tuples.mqtt.watch: is 'some', expected one of: met, all"},
       {"{mqtt: {broker: b, spare_brokers: [\"c:0\"]}}", "tuples.mqtt.spare_brokers: has 'c:0', expected HOST[:PORT]"},
@@ -184,7 +185,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{engine: peis, peis: {network: \"\"}}", "tuples.peis.network: expected 1 to 63 characters"},
       {"{engine: peis, peis: {connect: [a, \"udp://b:1\"]}}", "tuples.peis.connect[1]: expected tcp://host:port"},
       {"{engine: peis, peis: {connect: [localhost, \"tcp://10.9.9.1:9999\"]}}",
-       "home.yaml:2:52: tuples.peis.connect[1]: lo reaches no other host, expected interfaces too"},
+       "home.yaml:2:52: tuples.peis.connect[1]: lo reaches no other host, expected another interface too"},
       {"{engine: peis, peis: {carry: [2]}}",
        "home.yaml:2:38: tuples.peis.carry: needs two engines to carry between, expected engine: [dds, peis]"},
       {"{engine: host, carry: [2]}", "tuples.carry: needs two engines to carry between, expected engine too"},
@@ -225,7 +226,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces[1]: lo cannot be combined"},
       {"{interfaces: [\"eth 0\"]}", "home.yaml:2:23: tuples.interfaces[0]: expected the name of a network interface"},
       {"{interfaces: " + long_name + "}", "tuples.interfaces: expected the name of a network interface"},
-      {"{peers: [a]}", "home.yaml:2:17: tuples.peers: lo reaches no other host, expected interfaces too"},
+      {"{peers: [a]}", "home.yaml:2:17: tuples.peers: lo reaches no other host, expected another interface too"},
       {"{interfaces: eth0, peers: [a, \"b c\"]}", "home.yaml:2:39: tuples.peers[1]: expected host or host:port"},
       {"{interfaces: eth0, peers: [\"<x>\"]}", "expected host or host:port"},
       {"{interfaces: eth0, peers: [\"a:0\"]}", "expected a port from 1 to 65535"},
@@ -248,7 +249,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{host: no, engine: dds, folder: /srv}", "tuples.folder: only engine host has this option"},
       {"{engine: host, interfaces: eth0}", "tuples.interfaces: only engines dds and peis have this option"},
       {"{engine: host, tag: x}", "tuples.tag: only engine dds has this option"},
-      {"{space: a/b}", "home.yaml:2:17: tuples.space: 'a/b' is no space, expected 1 to 40 characters of A-Z"},
+      {"{space: a/b}", "home.yaml:2:17: tuples.space: 'a/b' is not a space, expected 1 to 40 characters of A-Z"},
       {"{folder: meet}", "home.yaml:2:18: tuples.folder: is 'meet', expected an absolute path"},
       {"{space: a, tag: b}", "tuples.tag: only engine dds has this option, and there is a space"},
       {"{tag: " + std::string(50, 'x') + "}", "tuples.tag: cannot become a space of this host"},

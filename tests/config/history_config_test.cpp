@@ -1,4 +1,4 @@
-#include "config/history_config.h"
+#include "config/storage_config.h"
 
 #include <gmock/gmock.h>
 

@@ -7,10 +7,10 @@
 namespace rubicon::config {
 namespace {
 
+using rights::Right;
+using rights::RightSet;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using trust::rights::Right;
-using trust::rights::RightSet;
 
 std::optional<RightsSetup> read_all(const std::string& yaml, base::ConfigErrors& errors) {
   const auto root = parse_yaml(yaml, "home.yaml");
@@ -62,7 +62,8 @@ TEST(RightsConfig, ReadsWhoMayVouchForWhom) {
   EXPECT_THAT(setup->rules[0].names, ElementsAre("user:*", "token:tablet"));
   EXPECT_TRUE(setup->rules[0].may.empty());
   EXPECT_THAT(setup->rules[0].keys, ElementsAre());
-  EXPECT_THAT(wrong_rule("{who: a, may: vouch}"), HasSubstr("rights[0].names: is missing, expected whom it vouches"));
+  EXPECT_THAT(wrong_rule("{who: a, may: vouch}"),
+              HasSubstr("rights[0].names: is missing, expected the names it vouches"));
   EXPECT_THAT(wrong_rule("{who: a, may: vouch, names: [a b]}"), HasSubstr("rights[0].names: 'a b': expected names"));
   EXPECT_THAT(wrong_rule("{who: a, may: vouch, names: [\"*\"], keys: [b]}"), HasSubstr("unknown key 'keys'"));
   EXPECT_THAT(wrong_rule("{who: a, may: [vouch, set], keys: [b]}"), HasSubstr("or vouch alone"));

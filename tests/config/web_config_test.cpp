@@ -1,4 +1,4 @@
-#include "config/web_config.h"
+#include "config/service_config.h"
 
 #include <gmock/gmock.h>
 

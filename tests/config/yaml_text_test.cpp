@@ -1,13 +1,11 @@
-#include "config/yaml_text.h"
+#include "config/yaml.h"
 
 #include <gtest/gtest.h>
-
-#include "config/yaml.h"
 
 namespace rubicon::config {
 namespace {
 
-constexpr std::size_t kMost = 100'000;
+constexpr std::size_t kMaxCount = 100'000;
 
 ConfigNode tree_of(std::string_view text) {
   auto tree = parse_yaml(text, "x.yaml");
@@ -31,13 +29,13 @@ networks:
 
 TEST(YamlText, ReadsAsTheSameTree) {
   const auto tree = tree_of(kIsland);
-  const auto text = yaml_text(tree, kMost);
+  const auto text = yaml_text(tree, kMaxCount);
   EXPECT_EQ(differences(tree, tree_of(text), 9), std::vector<std::string>()) << text;
-  EXPECT_EQ(yaml_text(tree_of(text), kMost), text);
+  EXPECT_EQ(yaml_text(tree_of(text), kMaxCount), text);
 }
 
 TEST(YamlText, ShortMapsStandOnOneLine) {
-  EXPECT_EQ(yaml_text(tree_of("a:\n  b: 1\n  c: [2, 3]\n"), kMost), "a: {b: 1, c: [2, 3]}\n");
+  EXPECT_EQ(yaml_text(tree_of("a:\n  b: 1\n  c: [2, 3]\n"), kMaxCount), "a: {b: 1, c: [2, 3]}\n");
 }
 
 TEST(YamlText, SecretsAreMasked) {
@@ -45,7 +43,7 @@ TEST(YamlText, SecretsAreMasked) {
                                       "zigbee: {broker: {user: anna, password: geheim, password-file: p}}\n"
                                       "secrets: [one, two]\n"
                                       "url: mqtt://anna:geheim@host\n"),
-                              kMost);
+                              kMaxCount);
   EXPECT_EQ(text,
             "web: {tls: {certificate: web.pem, key: \"****\"}, tokens: {file: web.tokens}}\n"
             "zigbee: {broker: {user: anna, password: \"****\", password-file: p}}\n"

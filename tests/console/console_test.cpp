@@ -58,8 +58,8 @@ class Console : public testing::Test {
     EXPECT_TRUE(condition());
   }
 
-  ConsoleReader::Calls calls() {
-    ConsoleReader::Calls calls;
+  ConsoleReader::Callbacks calls() {
+    ConsoleReader::Callbacks calls;
     calls.line = [this](std::string_view line) { lines_.emplace_back(line); };
     calls.too_long = [this] { lines_.emplace_back("(too long)"); };
     calls.end = [this] { ended_ = true; };

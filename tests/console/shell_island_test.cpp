@@ -31,7 +31,8 @@ class ShellOfAnIsland : public testing::Test {
   island::VirtualIsland world_{"{hall: {name: Hall, sensors: {light-1: {}}}, attic: {sensors: {light-1: {}}}}",
                                "discovery: {new-devices: ask}\n"};
   std::vector<json> answers_;
-  Shell shell_{*world_.space,
+  Shell shell_{world_.time,
+               *world_.space,
                OwnerId(6541),
                "proxy",
                [this](const std::string& line) { answers_.push_back(json::parse(line)); },
@@ -46,10 +47,24 @@ TEST_F(ShellOfAnIsland, GetBringsTheTupleOfAnotherIslandThatNobodySubscribedTo) 
   EXPECT_FALSE(world_.space->get(OwnerId(7), "proxy.networks"));
   const auto there = lines("get 7:proxy.networks").at(0);
   EXPECT_EQ(there["ok"], true);
-  EXPECT_EQ(there["value"], "[]");
+  EXPECT_EQ(there["tuple"]["value"], "[]");
   EXPECT_FALSE(world_.space->get(OwnerId(7), "proxy.networks"));  // the copy goes with the question
-  EXPECT_EQ(lines("get 7:proxy.nothing").at(0)["error"]["text"], "no tuple proxy.nothing of 7");
+  EXPECT_EQ(lines("get 7:proxy.nothing").at(0)["error"]["text"], "no tuple 7:proxy.nothing");
   EXPECT_EQ(lines("get 8:proxy.networks").at(0)["error"]["text"], "no component 8 is present");
+}
+
+TEST_F(ShellOfAnIsland, DevicesHaveTheNamesThatPeopleGiveThem) {
+  lines("approve dummy-1.*");
+  const auto* key = "proxy.dummy-1.hall.sensor.light-1.value";
+  for (const auto* line : {"get hall.light-1", "get dummy-1.hall.light-1", "get HALL.light",
+                           R"({"do":"get","key":"Hall.light"})", R"({"do":"get","key":"6541:Hall.light-1"})"}) {
+    const auto answer = lines(line).at(0);
+    EXPECT_EQ(answer["tuple"]["key"], key) << line << answer;
+  }
+  EXPECT_EQ(lines("subscribe hall.light passive").at(0)["ok"], true);
+  EXPECT_EQ(lines("unsubscribe hall.light").at(0)["ok"], true);
+  EXPECT_EQ(lines("get Hall/lihgt").at(0)["ok"], false);
+  EXPECT_EQ(lines("set hall.light 7").at(0)["ok"], false);
 }
 
 TEST_F(ShellOfAnIsland, AGetOfAnIslandThatLeavesMeanwhileIsAnswered) {

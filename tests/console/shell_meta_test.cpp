@@ -40,6 +40,7 @@ class ShellLinks : public testing::Test {
     EXPECT_THAT(answers_, SizeIs(1)) << command;
     return answers_.empty() ? json() : answers_.back();
   }
+  json tuple(const std::string& key) { return answer("get " + key)["tuple"]; }
   std::string code_of(std::string_view command) {
     const auto line = answer(command);
     EXPECT_EQ(line["ok"], false) << command;
@@ -57,7 +58,8 @@ class ShellLinks : public testing::Test {
   TupleSpace robot_{OwnerId(70000), world_.time, *link_};
   std::vector<tuples::Handle> judges_;
   std::vector<json> answers_, events_;
-  Shell shell_{*world_.space,
+  Shell shell_{world_.time,
+               *world_.space,
                OwnerId(6541),
                "proxy",
                [this](const std::string& line) { answers_.push_back(json::parse(line)); },
@@ -68,9 +70,9 @@ class ShellLinks : public testing::Test {
 TEST_F(ShellLinks, ALinkIsATupleOfTheShellThatNamesAnother) {
   const auto linked = answer("link best " + kLamp + ".command");
   EXPECT_EQ(linked, (json{{"ok", true}, {"linked", "65536:best"}, {"target", "6541:" + kLamp + ".command"}}));
-  const auto link = answer("get 65536:best");
+  const auto link = tuple("65536:best");
   EXPECT_EQ(link["value"], "6541:" + kLamp + ".command");
-  EXPECT_EQ(link["mimetype"], "application/rubicon-reference");
+  EXPECT_EQ(link["media"], "application/rubicon-reference");
   EXPECT_EQ(answer("unlink best")["unlinked"], "65536:best");
   EXPECT_EQ(code_of("get 65536:best"), "not-found");
   EXPECT_EQ(code_of("unlink best"), "not-found");
@@ -84,7 +86,7 @@ TEST_F(ShellLinks, AnArrowGetsAndSetsThroughIt) {
   EXPECT_EQ(applied["verdict"], "applied");
   EXPECT_EQ(applied["key"], kLamp + ".command");
   world_.time.run_for(1s);
-  const auto state = answer("get ->65536:state");
+  const auto state = tuple("->65536:state");
   EXPECT_EQ(state["value"], "on");
   EXPECT_EQ(state["key"], kLamp + ".value");
   EXPECT_THAT(text_of("set ->65536:lamp purple"), HasSubstr("purple"));
@@ -126,8 +128,8 @@ TEST_F(ShellLinks, AnArrowWithoutAnOwnerIsTheShellsOwnLinkElseTheIslands) {
   EXPECT_EQ(answer("link best " + kLamp + ".command")["ok"], true);
   EXPECT_EQ(answer("set ->best on")["key"], kLamp + ".command");
   EXPECT_EQ(answer("link best " + kLight)["ok"], true);
-  EXPECT_EQ(answer("get ->best")["key"], kLight);
-  EXPECT_EQ(answer("subscribe ->best min=1s")["subscribed"], "->best");
+  EXPECT_EQ(tuple("->best")["key"], kLight);
+  EXPECT_EQ(answer("subscribe ->best min=1s")["ok"], true);
   world_.time.run_for(5s);
   ASSERT_THAT(events_, testing::Not(IsEmpty()));
   EXPECT_EQ(events_[0], (json{{"through", "->best"}, {"target", "6541:" + kLight}, {"event", "target"}}));
@@ -137,21 +139,21 @@ TEST_F(ShellLinks, AnArrowWithoutAnOwnerIsTheShellsOwnLinkElseTheIslands) {
 
 TEST_F(ShellLinks, ASubscriptionThroughItFollowsAndMovesTheDemand) {
   answer("link best " + kLight);
-  EXPECT_EQ(answer("subscribe ->65536:best min=1s")["subscribed"], "->65536:best");
+  EXPECT_EQ(answer("subscribe ->65536:best min=1s")["ok"], true);
   world_.time.run_for(5s);
   ASSERT_THAT(events_, testing::Not(IsEmpty()));
   EXPECT_EQ(events_[0], (json{{"through", "->65536:best"}, {"target", "6541:" + kLight}, {"event", "target"}}));
   EXPECT_EQ(events_.back()["key"], kLight);
   EXPECT_EQ(events_.back()["value"], "50");
   EXPECT_EQ(events_.back()["through"], "->65536:best");
-  EXPECT_EQ(answer("get " + kOther)["value"], "") << "nobody asked this one yet";
+  EXPECT_EQ(tuple(kOther)["value"], "") << "nobody asked this one yet";
   answer("link best " + kOther);
   world_.time.run_for(5s);
   EXPECT_EQ(events_.back()["key"], kOther);
   EXPECT_EQ(events_.back()["value"], "80");
-  const auto seq = answer("get " + kLight)["seq"];
+  const auto sequence = tuple(kLight)["sequence"];
   world_.time.run_for(10s);
-  EXPECT_EQ(answer("get " + kLight)["seq"], seq) << "sampling of the old one ended";
+  EXPECT_EQ(tuple(kLight)["sequence"], sequence) << "sampling of the old one ended";
   EXPECT_EQ(answer("unsubscribe ->65536:best")["ok"], true);
   events_.clear();
   world_.time.run_for(5s);
@@ -173,7 +175,7 @@ TEST_F(ShellLinks, AppendAsksTheOwner) {
   ASSERT_TRUE(robot_.set("log", "a"));
   const auto applied = answer("append 70000:log b c");
   EXPECT_EQ(applied["verdict"], "applied");
-  EXPECT_EQ(applied["seq"], 2);
+  EXPECT_EQ(applied["sequence"], 2);
   EXPECT_EQ(value_of("log"), "ab c");
   EXPECT_EQ(code_of("append " + kLamp + ".command on"), "refused");
   EXPECT_EQ(code_of("append proxy.island x"), "refused");
@@ -183,12 +185,12 @@ TEST_F(ShellLinks, AppendAsksTheOwner) {
 
 TEST_F(ShellLinks, ANumberBehindTheKeyIsTheExpectedSequence) {
   ASSERT_TRUE(robot_.set("log", "a"));
-  EXPECT_EQ(answer("append 70000:log@1 b")["seq"], 2);
+  EXPECT_EQ(answer("append 70000:log@1 b")["sequence"], 2);
   const auto late = answer("append 70000:log@1 c");
   EXPECT_EQ(late["verdict"], "refused");
-  EXPECT_EQ(late["seq"], 2) << "the present one";
+  EXPECT_EQ(late["sequence"], 2) << "the present one";
   EXPECT_THAT(late["error"]["text"].get<std::string>(), HasSubstr("expected sequence 1, found sequence 2"));
-  EXPECT_EQ(answer("set 70000:log@2 new")["seq"], 3);
+  EXPECT_EQ(answer("set 70000:log@2 new")["sequence"], 3);
   EXPECT_EQ(value_of("log"), "new");
   EXPECT_EQ(code_of("set 70000:log@0 x"), "refused");
   for (const auto* line : {"set 70000:log@ x", "append 70000:log@-1 x", "set 70000:log@1@2 x", "get 70000:log@1",
@@ -205,7 +207,7 @@ TEST_F(ShellLinks, ALinkOfAnotherComponentIsSetIfItsOwnerAgrees) {
   EXPECT_EQ(code_of("link 6541:proxy.island " + kLight), "refused");
   EXPECT_EQ(code_of("get ->70000:best"), "not-found") << "not subscribed to";
   answer("subscribe ->70000:best passive");
-  EXPECT_EQ(answer("get ->70000:best")["key"], kLight);
+  EXPECT_EQ(tuple("->70000:best")["key"], kLight);
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ class ShellTest : public testing::Test {
     EXPECT_THAT(all, SizeIs(1)) << command;
     return all.empty() ? json() : all.back();
   }
+  json tuple(const std::string& key) { return answer("get " + key)["tuple"]; }
   std::string code_of(std::string_view command) {
     const auto line = answer(command);
     EXPECT_EQ(line["ok"], false) << command;
@@ -48,7 +49,8 @@ class ShellTest : public testing::Test {
       "{behaviour: obey, delay: 200ms}, boiler-1: {behaviour: ignore}}}}"};
   std::vector<json> answers_, events_;
   int quits_ = 0;
-  Shell shell_{*world_.space,
+  Shell shell_{world_.time,
+               *world_.space,
                OwnerId(6541),
                "proxy",
                [this](const std::string& line) { answers_.push_back(json::parse(line)); },
@@ -62,8 +64,8 @@ TEST_F(ShellTest, SetAnswersWhatTheOwnerSaysAndTheStatusTellsTheRest) {
   EXPECT_EQ(applied["key"], kShellLamp + ".command");
   EXPECT_EQ(applied["verdict"], "applied");
   world_.time.run_for(1s);
-  EXPECT_EQ(answer("get " + kShellLamp + ".value")["value"], "on");
-  const auto status = json::parse(answer("get " + kShellLamp + ".status")["value"].get<std::string>());
+  EXPECT_EQ(tuple(kShellLamp + ".value")["value"], "on");
+  const auto status = json::parse(tuple(kShellLamp + ".status")["value"].get<std::string>());
   EXPECT_EQ(status["command"]["state"], "confirmed");
   EXPECT_EQ(status["command"]["request"], applied["request"]);
   EXPECT_EQ(status["command"]["creator"], 65536);
@@ -95,16 +97,16 @@ TEST_F(ShellTest, AnswersInTheOrderOfTheCommands) {
   world_.time.run_ready();
   ASSERT_THAT(answers_, SizeIs(4));
   EXPECT_EQ(answers_[0]["verdict"], "applied");
-  EXPECT_EQ(answers_[1]["key"], "proxy.island");
+  EXPECT_EQ(answers_[1]["tuple"]["key"], "proxy.island");
   EXPECT_EQ(answers_[2]["error"]["code"], "invalid");
   EXPECT_EQ(answers_[3]["verdict"], "refused");
 }
 
 TEST_F(ShellTest, GetShowsATupleOrSaysThatThereIsNone) {
-  const auto tuple = answer("get proxy.island");
-  EXPECT_EQ(tuple["ok"], true);
-  EXPECT_EQ(tuple["owner"], 6541);
-  EXPECT_EQ(tuple["mimetype"], "application/json");
+  const auto island = answer("get proxy.island");
+  EXPECT_EQ(island["ok"], true);
+  EXPECT_EQ(island["tuple"]["owner"], 6541);
+  EXPECT_EQ(island["tuple"]["media"], "application/json");
   EXPECT_EQ(code_of("get proxy.nothing"), "not-found");
   EXPECT_EQ(code_of("get proxy.*"), "invalid");
   EXPECT_EQ(code_of("get"), "invalid");
@@ -132,7 +134,7 @@ TEST_F(ShellTest, DevicesAreListedWithNameAndStatus) {
 
 TEST_F(ShellTest, ASubscriptionCreatesDemandAndItsEventsComeUntilItEnds) {
   world_.time.run_for(5s);
-  EXPECT_EQ(answer("get " + kShellLight)["value"], "") << "nobody asked the sensor yet";
+  EXPECT_EQ(tuple(kShellLight)["value"], "") << "nobody asked the sensor yet";
   EXPECT_EQ(answer("subscribe " + kShellLight + " min=1s")["ok"], true);
   world_.time.run_for(10s);
   EXPECT_GE(events_.size(), 10U);
@@ -145,15 +147,37 @@ TEST_F(ShellTest, ASubscriptionCreatesDemandAndItsEventsComeUntilItEnds) {
   EXPECT_EQ(code_of("unsubscribe " + kShellLight), "not-found");
 }
 
+TEST_F(ShellTest, ALineOfJsonIsARequestAndTheAnswerCarriesItsId) {
+  const json passive{{"do", "subscribe"}, {"pattern", "6541:" + kShellLight}};
+  EXPECT_EQ(answer(passive.dump()), (json{{"ok", true}, {"subscription", 1}}));
+  world_.time.run_for(5s);
+  EXPECT_EQ(tuple(kShellLight)["value"], "") << "passive, as on the WebSocket";
+  auto active = passive;
+  active.update({{"id", 7}, {"active", true}, {"min", "1s"}});
+  EXPECT_EQ(answer(active.dump()), (json{{"id", 7}, {"ok", true}, {"subscription", 2}}));
+  world_.time.run_for(5s);
+  EXPECT_EQ(tuple(kShellLight)["value"], "50");
+  EXPECT_EQ(events_.back()["mimetype"], "text/plain") << "events are lines of --watch";
+  for (const int number : {1, 2})
+    EXPECT_EQ(answer(json{{"do", "unsubscribe"}, {"subscription", number}}.dump()), (json{{"ok", true}}));
+  events_.clear();
+  world_.time.run_for(5s);
+  EXPECT_THAT(events_, IsEmpty());
+  EXPECT_EQ(answer(R"({"id":9,"do":"get"})")["id"], 9) << "an error, too";
+  EXPECT_EQ(code_of(R"({"do":)"), "invalid");
+  EXPECT_EQ(code_of(R"({"id":"x","do":"get","key":"6541:proxy.island"})"), "invalid");
+  EXPECT_EQ(answer(R"(  {"do":"get","key":"6541:proxy.island"})")["tuple"]["key"], "proxy.island");
+}
+
 TEST_F(ShellTest, APassiveSubscriptionCreatesNoDemand) {
   EXPECT_EQ(answer("subscribe " + kShellLight + " passive max=5s deadband=0.5")["ok"], true);
   world_.time.run_for(10s);
-  EXPECT_EQ(answer("get " + kShellLight)["value"], "");
+  EXPECT_EQ(tuple(kShellLight)["value"], "");
 }
 
 TEST_F(ShellTest, RefusesFlowsThatMakeNoSense) {
-  for (const auto* flow : {"min=", "min=5", "max=-1s", "max=1ms", "deadband=x", "deadband=-1", "deadband=nan",
-                           "min=5s,max=6s", "often", "=", "min"}) {
+  for (const auto* flow : {"min=", "min=5m", "max=-1s", "max=1ms", "deadband=x", "deadband=-1", "deadband=nan",
+                           "min=5s,max=6s", "often", "=", "min", "pattern=a"}) {
     EXPECT_EQ(code_of("subscribe a.b " + std::string(flow)), "invalid") << flow;
   }
 }
@@ -193,10 +217,10 @@ TEST_F(ShellTest, BadLinesAreAnsweredAndNothingElse) {
     EXPECT_EQ(lines(line).size(), 1U) << line;
   }
   EXPECT_EQ(code_of(std::string("get a\0b", 7)), "invalid");
-  EXPECT_EQ(code_of("get " + std::string(10'000, 'k')), "invalid");
-  EXPECT_EQ(code_of("set " + std::string(10'000, 'k') + " 1"), "invalid");
+  EXPECT_EQ(code_of("get " + std::string(10'000, 'k')), "not-found");
+  EXPECT_EQ(code_of("set " + std::string(10'000, 'k') + " 1"), "not-found");
   EXPECT_EQ(answer("set " + kShellLamp + ".command " + std::string(60'000, '\xff'))["ok"], false);
-  EXPECT_EQ(code_of("get a/b"), "invalid");
+  EXPECT_EQ(code_of("get a/b"), "not-found");
   EXPECT_EQ(answer("get proxy.island")["ok"], true);
 }
 

@@ -7,7 +7,7 @@
 #include "config/yaml.h"
 #include "contract/peers.h"
 #include "island/network_types.h"
-#include "model/open_type.h"
+#include "model/type_names.h"
 #include "network-template/template_network.h"
 #include "support/fake_host.h"
 #include "transport/local_transports.h"

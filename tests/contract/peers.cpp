@@ -4,7 +4,7 @@
 
 #include "apps/simulators/motes/world.h"
 #include "apps/simulators/salad/simulator.h"
-#include "apps/simulators/zigbee/broker_line.h"
+#include "apps/simulators/zigbee/simulator.h"
 #include "support/knx_server.h"
 #include "support/memory/mqtt_broker.h"
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string_view>
 
-#include "base/config_node.h"
+#include "base/config_reader.h"
 #include "support/fake_host.h"
 
 namespace rubicon::contract {
@@ -26,11 +26,11 @@ class DiskAndMemory final : public transport::Transports {
     return disk_.open_file(path);
   }
   Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions& options,
-                                                         transport::UdpCalls calls) override {
+                                                         transport::UdpCallbacks calls) override {
     return memory_.open_udp(options, std::move(calls));
   }
   Result<std::unique_ptr<transport::TcpStream>> open_tcp(const transport::TcpOptions& options,
-                                                         transport::TcpCalls calls) override {
+                                                         transport::TcpCallbacks calls) override {
     return memory_.open_tcp(options, std::move(calls));
   }
   Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint& local,
@@ -39,11 +39,11 @@ class DiskAndMemory final : public transport::Transports {
     return memory_.listen_tcp(local, std::move(accept), std::move(failed));
   }
   Result<std::unique_ptr<transport::ByteStream>> open_serial(const transport::SerialOptions& options,
-                                                             transport::StreamCalls calls) override {
+                                                             transport::StreamCallbacks calls) override {
     return memory_.open_serial(options, std::move(calls));
   }
   Result<std::unique_ptr<transport::MqttLine>> open_mqtt(const transport::MqttOptions& options,
-                                                         transport::MqttCalls calls) override {
+                                                         transport::MqttCallbacks calls) override {
     return memory_.open_mqtt(options, std::move(calls));
   }
   std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {

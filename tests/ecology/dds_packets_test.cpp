@@ -38,7 +38,7 @@ constexpr unsigned kListeners = 4;   ///< processes that are sent to
 constexpr int kPacketsAtOnce = 20;   ///< fit into what a socket keeps
 constexpr GuidStart kNobody{1, 0x10, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6};
 /// With receive buffers of Cyclone's own size it is four times as much after a minute.
-constexpr long kMostKilobytes = 16L * 1024;
+constexpr long kMaxKilobytes = 16L * 1024;
 
 /// What a DATA submessage has behind its header (DDSI-RTPS 2.5, 9.4.5.4).
 enum class Content : std::uint8_t { kData = 0x04, kKey = 0x08, kNone = 0 };
@@ -280,7 +280,7 @@ TEST_F(DdsPackets, OfAnybodyInAnyNameEndNoIsland) {
   const auto growth = island_->resident_kilobytes() - before;
   RecordProperty("rounds", count * 3);
   RecordProperty("kilobytes", static_cast<int>(growth));
-  EXPECT_LT(growth, kMostKilobytes);
+  EXPECT_LT(growth, kMaxKilobytes);
   island_->write("quit\n");
   EXPECT_EQ(island_->exit_code(), 0) << island_->errors();
 }
@@ -300,7 +300,7 @@ TEST_F(DdsPackets, ThatWaitForOthersKeepLittle) {
     }
   }
   meet_a_peer();
-  EXPECT_LT(island_->resident_kilobytes() - before, kMostKilobytes);
+  EXPECT_LT(island_->resident_kilobytes() - before, kMaxKilobytes);
 }
 
 }  // namespace

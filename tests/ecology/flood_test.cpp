@@ -17,7 +17,7 @@ using tuples::dds::Rogue;
 const std::string kVisitor = RUBICON_BINARY_DIR "/bin/ecology-member";
 constexpr std::uint32_t kMemberId = 70000, kRogue = 66666;
 /// Without bounds each flood takes at least three times as much.
-constexpr long kMostGrowth = 8L * 1024;
+constexpr long kMaxGrowth = 8L * 1024;
 
 /// A component in a process of its own, and a sender that floods it over DDS.
 class AFlood : public testing::Test {
@@ -34,7 +34,7 @@ class AFlood : public testing::Test {
   /// Checked again after everything was processed.
   void expect_no_growth() {
     for (int i = 0; i < 20; ++i) ASSERT_EQ(ask(*member_, "set a 1")["ok"], true);
-    EXPECT_LT(member_->resident_kilobytes() - before_, kMostGrowth);
+    EXPECT_LT(member_->resident_kilobytes() - before_, kMaxGrowth);
   }
 
   support::PrivateNetwork alone_;

@@ -10,7 +10,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr long kMostOfABridge = 64L * 1024;  ///< kilobytes
+constexpr long kMaxOfABridge = 64L * 1024;  ///< kilobytes
 
 /// Whoever may write below the base topic of a bridge, and the island that reads it.
 class HostileBridge : public SitesOfABroker {
@@ -63,7 +63,7 @@ TEST_F(HostileBridge, TouchesNoOtherNetworkOfTheIsland) {
   EXPECT_EQ(ask(*one, "get proxy.dummy-1.hall.actuator.switch-1.value").value("value", ""), "on");
   EXPECT_EQ(ask(*one, "get proxy.dummy-1.hall.description").value("value", ""), description);
   EXPECT_THAT(ask(*one, "get proxy.dummy-1.devices").dump(), AllOf(HasSubstr("hall"), Not(HasSubstr("124b"))));
-  EXPECT_LT(one->resident_kilobytes() - before, kMostOfABridge);
+  EXPECT_LT(one->resident_kilobytes() - before, kMaxOfABridge);
   one->write("quit\n");
   EXPECT_EQ(one->exit_code(), 0) << one->errors();
 }

@@ -33,7 +33,7 @@ class RightsOfTheLan : public IslandOnALan {
                   "  - {who: everybody, may: all}\n  - {who: \"island:2\", may: all}\n");
   }
   /// `WHO VALUE VERDICT` of each line of a file, in order.
-  static std::vector<std::string> wishes_in(const std::string& path) {
+  static std::vector<std::string> requests_in(const std::string& path) {
     std::vector<std::string> all;
     std::ifstream lines(path);
     for (std::string text; std::getline(lines, text);) {
@@ -66,15 +66,15 @@ class RightsOfTheLan : public IslandOnALan {
   }
 };
 
-TEST_F(RightsOfTheLan, SayWhatSomebodyOnAnotherHostMayAndEachWishIsALine) {
+TEST_F(RightsOfTheLan, SayWhatSomebodyOnAnotherHostMayAndEachRequestIsALine) {
   give(kMayRead);
   start_island();
-  EXPECT_THAT(island_->errors(), HasSubstr("rights decide; whoever comes by DDS is the member lan"));
+  EXPECT_THAT(island_->errors(), HasSubstr("rights decide; all that come by DDS are the member lan"));
   for (const auto* value : {"on", "off"}) {
     sets(value);
     is_refused(value);
   }
-  EXPECT_THAT(wishes_in(file("home.audit")),
+  EXPECT_THAT(requests_in(file("home.audit")),
               ElementsAre("lan on accepted", "lan on refused", "lan off accepted", "lan off refused"));
   EXPECT_EQ(other({"get", part_of(kLamp, "value")}).output, "off\n");
   EXPECT_THAT(island_->errors(), HasSubstr("actuator.switch-1 = 'on' by")) << "the user of the island sees it";
@@ -82,7 +82,7 @@ TEST_F(RightsOfTheLan, SayWhatSomebodyOnAnotherHostMayAndEachWishIsALine) {
   EXPECT_THAT(log.output, HasSubstr("is up")) << log.errors;
   EXPECT_THAT(log.output, Not(HasSubstr("switch-1"))) << "others do not";
   const auto doctor = other({"doctor", "--for", "100ms"});
-  EXPECT_THAT(doctor.output, HasSubstr("is `lan`, and its rights say what that may do"));
+  EXPECT_THAT(doctor.output, HasSubstr("are the member `lan`; its rights say what `lan` may do"));
 }
 
 TEST_F(RightsOfTheLan, AReloadTakesATupleFromASubscriberAndGivesItBack) {
@@ -110,8 +110,8 @@ TEST_F(RightsOfTheLan, TheAuditGoesOnInANewFileAfterLogrotateRenamedIt) {
   island_->signal(SIGHUP);
   ASSERT_TRUE(says(*island_, "reloaded " + file("home.yaml"))) << island_->errors();
   sets("on");
-  EXPECT_THAT(wishes_in(file("home.audit-20260101")), ElementsAre("lan on accepted", "lan off accepted"));
-  EXPECT_THAT(wishes_in(file("home.audit")), ElementsAre("lan on accepted"));
+  EXPECT_THAT(requests_in(file("home.audit-20260101")), ElementsAre("lan on accepted", "lan off accepted"));
+  EXPECT_THAT(requests_in(file("home.audit")), ElementsAre("lan on accepted"));
 }
 
 /// Its folder is a file system of 64 kB that only it has.
@@ -127,7 +127,7 @@ TEST_F(RightsOfTheLan, AFullDiskNeitherEndsNorHoldsUpTheIslandAndIsCounted) {
   start_island(before);
   const auto small = "/proc/" + std::to_string(island_->pid()) + "/root" + file("small");
   sets("on");
-  ASSERT_THAT(wishes_in(small + "/home.audit"), ElementsAre("lan on accepted"));
+  ASSERT_THAT(requests_in(small + "/home.audit"), ElementsAre("lan on accepted"));
   fill(small);
   sets("off");
   ASSERT_TRUE(says(*island_, "home.audit: cannot write: No space left on device; lines of the audit are lost"))
@@ -138,7 +138,7 @@ TEST_F(RightsOfTheLan, AFullDiskNeitherEndsNorHoldsUpTheIslandAndIsCounted) {
   fs::remove(small + "/filler");
   sets("on");
   EXPECT_TRUE(says(*island_, "home.audit: is written again; 3 lines were lost")) << island_->errors();
-  EXPECT_THAT(wishes_in(small + "/home.audit"), ElementsAre("lan on accepted", "lost 3", "lan on accepted"));
+  EXPECT_THAT(requests_in(small + "/home.audit"), ElementsAre("lan on accepted", "lost 3", "lan on accepted"));
 }
 
 }  // namespace

@@ -62,6 +62,7 @@ class OldTrust : public IslandOnALan {
     const auto doctor = here({"doctor", "--for", "100ms"});
     EXPECT_EQ(doctor.code, 1) << doctor.output;
     EXPECT_THAT(doctor.output, AllOf(HasSubstr("it does not take part by DDS"), HasSubstr("{trust: no}")));
+    EXPECT_THAT(here({"alerts"}).output, HasSubstr("it does not take part by DDS"));
   }
   static std::string part(const std::string& name) { return kLamp + name; }
 };
@@ -85,18 +86,34 @@ TEST_F(OldTrust, AnIslandThatHadItByTheEnvironmentDoesNotEither) {
   expect_held_back();
 }
 
-/// As a package of that release made it: a folder that nobody names.
+/// As a package of that release made it: a folder that nobody names. What cannot be looked at counts too.
 TEST_F(OldTrust, AnIslandOfAHostWithTheFolderDoesNotEither) {
-  const auto mounted = "mount -t tmpfs -o mode=755 etc /etc && mkdir -p /etc/rubicon/trust && exec \"$@\"";
-  const std::vector<std::string> before{"env", "-u", "RUBICON_TRUST", "unshare", "--mount", "sh", "-c", mounted, "sh"};
-  auto probe = before;
-  probe.insert(probe.end(), {"ls", "/etc/rubicon"});
-  if (const auto made = support::run_to_end(probe); made.output != "trust\n")
-    GTEST_SKIP() << "no file system in a private mount namespace: " << made.errors;
-  upgrade("");
-  start_island(before);
-  EXPECT_EQ(dds_sockets(), 0);
-  EXPECT_THAT(island_->errors(), HasSubstr(std::string("/etc/rubicon/trust: ") + kNotByDds));
+  const std::pair<std::string, std::string> traces[] = {
+      {"mkdir -p /etc/rubicon/trust", "/etc/rubicon/trust: "},
+      {"mkdir /etc/rubicon && touch /etc/rubicon/trust.realm", "/etc/rubicon/trust.realm: "},
+      {"ln -s rubicon /etc/rubicon", "/etc/rubicon/trust: "}};
+  for (const auto& [make, place] : traces) {
+    const auto mounted = "mount -t tmpfs -o mode=755 etc /etc && " + make + " && exec \"$@\"";
+    const std::vector<std::string> before{"env", "-u", "RUBICON_TRUST", "unshare", "--mount",
+                                          "sh",  "-c", mounted,         "sh"};
+    auto probe = before;
+    probe.insert(probe.end(), {"ls", "/etc"});
+    if (const auto made = support::run_to_end(probe); made.output != "rubicon\n")
+      GTEST_SKIP() << "no file system in a private mount namespace: " << made.errors;
+    upgrade("");
+    start_island(before);
+    EXPECT_EQ(dds_sockets(), 0) << make;
+    EXPECT_THAT(island_->errors(), HasSubstr(place + kNotByDds)) << make;
+    island_.reset();
+  }
+}
+
+/// What asked for certificates before is no more open than it was, on its host neither.
+TEST_F(OldTrust, ThePageOfSuchAnIslandNeedsTokens) {
+  configure("{trust: yes}", "web: {}\n");
+  start_island();
+  EXPECT_THAT(island_->errors(), HasSubstr("each caller needs a token"));
+  EXPECT_THAT(island_->errors(), HasSubstr("and the island is not on DDS: remove this key"));
 }
 
 TEST_F(OldTrust, WhoWritesThatItWantsNoneIsOnDds) {

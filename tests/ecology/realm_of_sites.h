@@ -46,11 +46,11 @@ class RealmOfSites : public SitesOfABroker {
     return file;
   }
   static int sequence(support::Process& island, const std::string& key) {
-    return support::ask(island, "get " + key).value("seq", -1);
+    return support::ask(island, "get " + key).value("sequence", -1);
   }
   static testing::AssertionResult reaches(support::Process& island, const std::string& key, int sequence) {
     return support::until(island, "get " + key, std::chrono::seconds(60),
-                          [&](const nlohmann::json& tuple) { return tuple.value("seq", -1) >= sequence; });
+                          [&](const nlohmann::json& tuple) { return tuple.value("sequence", -1) >= sequence; });
   }
 
   std::unique_ptr<support::Process> broker_;

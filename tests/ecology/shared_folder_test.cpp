@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "support/meeting_folder.h"
+#include "support/people.h"
 #include "support/process.h"
 #include "support/programs.h"
 
@@ -32,25 +33,12 @@ constexpr unsigned kService = 1, kAnn = 65001, kBob = 65002;
 class SharedFolder : public testing::Test {
  protected:
   void SetUp() override {
-    // In a user namespace this process is root and may give nothing to others.
-    if (::geteuid() != 0 || ::chown(folder_.path().c_str(), 0, kService) != 0) GTEST_SKIP() << "needs root of the host";
-    make("", 0, 0750);
-    make("islands", kService, 02750);
-    make("people", 0, 03770);
+    if (!support::share_folder(folder_.path(), kService, kService)) GTEST_SKIP() << "needs root of the host";
     if (as(kAnn, {kTool, "--version"}).code != 0) GTEST_SKIP() << "needs setpriv, and programs that all may run";
   }
   std::string place(const std::string& name) const { return (fs::path(folder_.path()) / name).string(); }
-  void make(const std::string& name, unsigned owner, mode_t mode) const {
-    fs::create_directories(place(name));
-    ASSERT_EQ(::chown(place(name).c_str(), owner, kService), 0);
-    ASSERT_EQ(::chmod(place(name).c_str(), mode), 0);
-  }
   static std::vector<std::string> of(unsigned user, std::vector<std::string> words, bool in_group = true) {
-    const auto number = std::to_string(user);
-    std::vector<std::string> all{"setpriv", "--reuid=" + number, "--regid=" + number,
-                                 in_group ? "--groups=" + std::to_string(kService) : "--clear-groups"};
-    all.insert(all.end(), words.begin(), words.end());
-    return all;
+    return support::as_user(user, in_group ? kService : 0, std::move(words));
   }
   static Outcome as(unsigned user, std::vector<std::string> words, bool in_group = true) {
     return support::run_to_end(of(user, std::move(words), in_group));
@@ -91,9 +79,9 @@ TEST_F(SharedFolder, WhoeverHasTheGroupReachesTheIslandsAndNobodyElse) {
 TEST_F(SharedFolder, IslandsOfPeopleAreNotThoseOfTheService) {
   const auto own = as(kAnn, {support::kDaemon, "run", file(7)});
   EXPECT_EQ(own.code, 2);
-  EXPECT_THAT(own.errors, HasSubstr("component 7: islands of " + folder_.path() +
-                                    " run as the service; for one of "
-                                    "your own set RUBICON_FOLDER to a folder of yours"));
+  EXPECT_THAT(own.errors, HasSubstr("component 7: islands in " + folder_.path() +
+                                    " run only as the service; for your own island "
+                                    "set RUBICON_FOLDER to a folder of yours"));
 }
 
 TEST_F(SharedFolder, RulesKnowThePeopleByNumberGroupAndRoot) {
@@ -130,7 +118,7 @@ TEST_F(SharedFolder, TheServiceNeedsNoRightToSetTheGroupOfFolders) {
   EXPECT_EQ(made.st_gid, kService);
 }
 
-/// Loopback is no folder: all users of the host reach it.
+/// Loopback is not a folder: all users of the host reach it.
 TEST_F(SharedFolder, ThePageOfAnIslandNeedsTokens) {
   Process one(of(kService, {support::kDaemon, "run", file(1, "web: {}\n"), "--shell", "--log-level", "warning"}));
   one.write("stats\nquit\n");

@@ -27,13 +27,17 @@ class SitesOfABroker : public testing::Test {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
     if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
   }
-  /// A host has a folder where its programs meet, and a home.
-  std::vector<std::string> at(const std::string& host, std::vector<std::string> words) {
+  const std::string& meeting_of(const std::string& host) {
     auto& meeting = meetings_[host];
     if (!meeting) meeting = std::make_unique<support::MeetingFolder>();
+    return meeting->path();
+  }
+  /// A host has a folder where its programs meet, and a home.
+  std::vector<std::string> at(const std::string& host, std::vector<std::string> words) {
+    const auto& meeting = meeting_of(host);
     const auto home = folder_ / host;
     std::filesystem::create_directories(home);
-    std::vector<std::string> all{"env", "RUBICON_FOLDER=" + meeting->path(), "HOME=" + home, "RUBICON_TRUST=no"};
+    std::vector<std::string> all{"env", "RUBICON_FOLDER=" + meeting, "HOME=" + home, "RUBICON_TRUST=no"};
     all.insert(all.end(), words.begin(), words.end());
     return all;
   }
@@ -63,7 +67,7 @@ class SitesOfABroker : public testing::Test {
   testing::AssertionResult until(const std::string& host, const std::vector<std::string>& words,
                                  const std::string& said) {
     support::Outcome last;
-    for (int i = 0; i < 100; ++i) {
+    for (int i = 0; i < 400; ++i) {
       last = run(host, words);
       if (last.code == 0 && last.output.find(said) != std::string::npos) return testing::AssertionSuccess();
     }

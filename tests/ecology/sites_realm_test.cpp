@@ -94,7 +94,7 @@ TEST_F(RealmOfSites, TheDoctorOfAMemberNamesWhoIsNoneAndWhatIsOld) {
   EXPECT_TRUE(knows()) << "a tool keeps what it hears";
   std::filesystem::copy(folder_ / "old.p7s", folder_ / "desk-realm/realm.p7s",
                         std::filesystem::copy_options::overwrite_existing);
-  EXPECT_THAT(run("desk", words).output, HasSubstr("that of hall has "));
+  EXPECT_THAT(run("desk", words).output, HasSubstr("the one that hall shows has "));
   const auto key = folder_ / "desk-realm/members/desk/key.pem";
   EXPECT_THAT(run("desk", words).output, Not(HasSubstr("others may read this key")));
   std::filesystem::permissions(key, std::filesystem::perms::others_read, std::filesystem::perm_options::add);
@@ -132,7 +132,7 @@ TEST_F(SitesOfABroker, TheDoctorSaysThatABrokerProtectsNobody) {
   const auto told = run("laptop", words);
   EXPECT_EQ(told.code, 0) << told.output;
   EXPECT_THAT(told.output,
-              HasSubstr("lets whoever connects write in the name of others: the names of its users prove nothing"));
+              HasSubstr("lets any client write in the name of others: the names of its users prove nothing"));
 }
 
 }  // namespace

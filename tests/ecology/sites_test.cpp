@@ -15,9 +15,9 @@ TEST_F(SitesOfABroker, AreSeenAndCommandedFromEachOtherAndFromALaptop) {
   const auto one = island(1, "{broker: \"127.0.0.1\", trust_broker: yes}");
   const auto two = island(2, "{broker: \"127.0.0.1\", trust_broker: yes}");
   ASSERT_TRUE(ask(*one, "subscribe 2:proxy.dummy-1.hall.sensor.temperature-1.value min=100ms").value("ok", false));
-  EXPECT_TRUE(
-      support::until(*one, "get 2:proxy.dummy-1.hall.sensor.temperature-1.value", 60s,
-                     [](const json& tuple) { return tuple.value("seq", 0) > 5 && !tuple.value("value", "").empty(); }))
+  EXPECT_TRUE(support::until(
+      *one, "get 2:proxy.dummy-1.hall.sensor.temperature-1.value", 60s,
+      [](const json& tuple) { return tuple.value("sequence", 0) > 5 && !tuple.value("value", "").empty(); }))
       << "its demand reaches the owner, which measures: " << one->errors() << two->errors();
   const std::vector<std::string> laptop{"--broker", "127.0.0.1"};
   const auto with = [&](std::vector<std::string> words) {

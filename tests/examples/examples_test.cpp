@@ -97,7 +97,11 @@ constexpr Exception kNotRun[] = {
     {"rubicon knx discover", "a KNX interface on a network with multicast"},
     {kTrust, "changes the trust of this host; ExamplesOfTrust runs them in a folder of its own"},
     {"/etc/rubicon/", "a file of the machine's administrator"},
+    {"rubicon settings import", "changes the file of the example; ADaemonChangesItsFile"},
+    {"rubicon settings undo", "the same"},
     {"| jq ", "jq need not be installed"},
+    {"'Reading lamp'", "a name that people gave a point; CalledPoints.AreShownWithThem"},
+    {"inbox forget", "a device that waits or is listed; Called.AForgottenDeviceIsGone"},
     {"curl -X POST", "decides about devices that other examples need; InboxOfTheApi.AListOfTheInboxIsDecidedOneByOne"},
 };
 
@@ -112,7 +116,16 @@ std::set<std::string> not_run() {
       "rubicon knx read 1/2/7 9.001 --direct 192.168.1.10",
       "rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10",
       "rubicon set --json living.lamp-1 on | jq .state",
-      "rubicon token tablet --role admin --file web.tokens && sudo install -m 600 web.tokens /etc/rubicon/web.tokens",
+      "rubicon describe 'Reading lamp'              # a point with this name",
+      "rubicon inbox forget 'Old mote'              # also a listed one: its names and values go, too",
+      "rubicon settings add knx-hall '{type: knx, host: 192.168.1.10}' --groups hall.yaml",
+      "rubicon settings add knx-hall '{type: knx, host: 192.168.1.10}' --groups hall.yaml --try",
+      "rubicon settings add knx-hall '{type: knx, host: 192.168.1.10}' --groups hall.yaml --try   # what it would do, "
+      "and the patch",
+      "rubicon settings import knx-hall hall.yaml   # another group file",
+      "rubicon settings import knx-hall newer.yaml     # another group file for a network that is there",
+      "rubicon settings undo                           # back to the file before; again: forward",
+      "rubicon settings undo                  # back to the previous file",
       "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml    # the first start creates the folders",
       "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml",
   };

@@ -61,9 +61,10 @@ bool found_losses_only(const std::string& output) {
 bool is_endless(const std::string& line) {
   if (begins(line, std::array{"rubicon recorder"}) || has(line, " --for 0s")) return false;
   if (begins(line, std::array{"rubicon --engine peis watch", "rubicon zigbee permit"})) return true;
-  constexpr std::array kPrograms{"rubicon record",    "rubicon receive", "rubicon publish",  "rubicon log --follow",
-                                 "rubicon-proxy run", "rubicon web",     "rubicon mqtt",     "motes-simulator --port",
-                                 "salad-simulator ",  "knx-simulator ",  "zigbee-simulator "};
+  constexpr std::array kPrograms{"rubicon record",       "rubicon receive",   "rubicon publish",
+                                 "rubicon log --follow", "rubicon-proxy run", "rubicon web",
+                                 "rubicon mqtt",         "rubicon ros2",      "motes-simulator --port",
+                                 "salad-simulator ",     "knx-simulator ",    "zigbee-simulator "};
   if (begins(line, std::array{"curl"})) return has(line, "text/event-stream");
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }

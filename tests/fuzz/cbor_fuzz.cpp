@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "model/message_cbor.h"
+#include "model/message.h"
 
 namespace rubicon::fuzz::cbor_fuzz {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "fuzz_target.h"
-#include "motes/forwarder_stream.h"
+#include "motes/framing.h"
 
 namespace rubicon::fuzz::forwarder_stream_fuzz {
 

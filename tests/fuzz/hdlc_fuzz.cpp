@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "fuzz_target.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 
 namespace rubicon::fuzz::hdlc_fuzz {
 

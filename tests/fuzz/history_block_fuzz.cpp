@@ -1,8 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "history/block_codec.h"
-#include "history/open_points.h"
+#include "history/blocks.h"
 
 namespace rubicon::fuzz::history_block_fuzz {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fuzz_target.h"
-#include "history/answer_text.h"
+#include "history/history_source.h"
 #include "history/past.h"
 
 namespace rubicon::fuzz::history_question_fuzz {

@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "tuples/host/records.h"
+#include "tuples/host/connection.h"
 
 namespace rubicon::fuzz::host_record_fuzz {
 

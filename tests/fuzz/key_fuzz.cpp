@@ -1,6 +1,7 @@
 #include <cstdlib>
 
 #include "base/bytes.h"
+#include "base/text.h"
 #include "fuzz_target.h"
 #include "rubicon/key.hpp"
 
@@ -22,9 +23,8 @@ bool matches_by_parts(const Pattern& pattern, std::string_view key) {
 void check_any_text(std::string_view text) {
   const auto part = model::to_key_part(text);
   if (part.size() > 64 || !model::check_key(part)) std::abort();
-  for (const char c : model::quoted(text)) {
-    if (c < 0x20 || c > 0x7e) std::abort();
-  }
+  const auto quoted = model::quoted(text);
+  if (base::printable(quoted) != quoted) std::abort();
   if (const auto sound = model::check_key(text); !sound && sound.error().text.empty()) std::abort();
 }
 

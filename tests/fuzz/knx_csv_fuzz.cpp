@@ -1,8 +1,8 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
+#include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/infer_points.h"
-#include "networks/knx/groups/readers.h"
 
 namespace rubicon::fuzz::knx_csv_fuzz {
 

@@ -1,9 +1,8 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "networks/knx/line/frame_stream.h"
+#include "networks/knx/line/tunnel_sockets.h"
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/wire/describe.h"
 #include "networks/knx/wire/message.h"
 
 namespace rubicon::fuzz::knx_frame_fuzz {

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "fuzz_target.h"
-#include "networks/knx/secure/group_keys_file.h"
+#include "networks/knx/secure/group_keys.h"
 
 namespace rubicon::fuzz::knx_group_keys_fuzz {
 

@@ -5,7 +5,7 @@
 #include "config/yaml.h"
 #include "fuzz_target.h"
 #include "networks/knx/groups/group_file.h"
-#include "networks/knx/groups/secured_groups.h"
+#include "networks/knx/groups/import.h"
 
 namespace rubicon::fuzz::knx_record_fuzz {
 

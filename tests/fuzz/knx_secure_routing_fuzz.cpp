@@ -45,7 +45,7 @@ FUZZ_TARGET(knx_secure_routing) {
     }
     std::uint64_t then = 0;
     for (std::size_t i = 0; i < 8; ++i) then = then << 8U | bytes[i];
-    then &= RoutingClock::kMost;
+    then &= RoutingClock::kMaxTimer;
     const auto tag = wire::u16_at(bytes, 8);
     Bytes datagram;
     if (kind == 1) {

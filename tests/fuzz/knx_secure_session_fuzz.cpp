@@ -4,8 +4,8 @@
 
 #include "base/virtual_scheduler.h"
 #include "fuzz_target.h"
-#include "networks/knx/secure/handshake.h"
 #include "networks/knx/secure/session.h"
+#include "networks/knx/secure/session_channel.h"
 
 namespace rubicon::fuzz::knx_secure_session_fuzz {
 

@@ -1,13 +1,13 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "networks/wsn/learning_json.h"
+#include "networks/wsn/mote_messages.h"
 
 namespace rubicon::fuzz::learning_json_fuzz {
 
 namespace {
 
-/// What is told of a message is a text that gives its bytes, unless a float in it is no number.
+/// What is told of a message is a text that gives its bytes, unless a float in it is not a number.
 void check_told(const motes::NetMessage& message, ByteView sound_record) {
   const auto told = networks::wsn::learning_json(message);
   if (!told) return;

@@ -3,7 +3,7 @@
 #include "apps/simulators/motes/world.h"
 #include "base/virtual_scheduler.h"
 #include "fuzz_target.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 
 namespace rubicon::fuzz::motes_simulator_fuzz {
 

@@ -2,7 +2,6 @@
 
 #include "fuzz_target.h"
 #include "tuples/mqtt/messages.h"
-#include "tuples/mqtt/packing.h"
 #include "tuples/mqtt/topics.h"
 
 namespace rubicon::fuzz::mqtt_space_fuzz {

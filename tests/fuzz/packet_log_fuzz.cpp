@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "networks/log/packet_recording.h"
+#include "networks/log/foreign_recordings.h"
 
 namespace rubicon::fuzz::packet_log_fuzz {
 

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "fuzz_target.h"
-#include "tuples/peis/packages.h"
+#include "tuples/peis/connection.h"
 #include "tuples/peis/rewritten.h"
 
 namespace rubicon::fuzz::peis_packages_fuzz {

@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "tuples/peis/annex.h"
+#include "tuples/peis/own_messages.h"
 #include "tuples/peis/rewritten.h"
 
 namespace rubicon::fuzz::peis_tuple_body_fuzz {

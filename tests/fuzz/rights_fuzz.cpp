@@ -8,14 +8,14 @@
 #include "config/rights_config.h"
 #include "config/yaml.h"
 #include "fuzz_target.h"
-#include "trust/rights/rights.h"
+#include "rights/rights.h"
 
 namespace rubicon::fuzz::rights_fuzz {
 
 namespace {
 
-using trust::rights::Right;
-using trust::rights::Rights;
+using rights::Right;
+using rights::Rights;
 
 void expect(bool good) {
   if (!good) std::abort();
@@ -27,7 +27,7 @@ void ask(const Rights& rights, const tuples::Member& who, std::string_view key) 
   expect(read.allowed == access.read && demand.allowed == access.demand);
   expect(!read.allowed || read.rule.has_value());
   if (rights.sees_all(who)) expect(access.read && access.demand && access.interval == Duration(0));
-  for (const auto right : trust::rights::kRights) expect(!rights.decide(who, right, key).text.empty());
+  for (const auto right : rights::kRights) expect(!rights.decide(who, right, key).text.empty());
 }
 
 }  // namespace

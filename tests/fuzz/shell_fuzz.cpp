@@ -50,7 +50,7 @@ FUZZ_TARGET(shell) {
   const auto link = ecology.join(OwnerId(65536)).value();
   TupleSpace space(OwnerId(65536), time, *link);
   island->start();
-  console::Shell shell(space, OwnerId(1), "proxy", check, check, [] {});
+  console::Shell shell(time, space, OwnerId(1), "proxy", check, check, [] {});
   time.run_for(std::chrono::milliseconds(10));
   std::string_view rest(reinterpret_cast<const char*>(data), size);
   while (!rest.empty()) {

@@ -1,8 +1,8 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "trust/site/passwords.h"
-#include "trust/site/site_bundle.h"
+#include "trust/site/site_members.h"
+#include "trust/site/site_proofs.h"
 
 namespace rubicon::fuzz::site_bundle_fuzz {
 

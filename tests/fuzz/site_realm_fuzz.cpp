@@ -1,8 +1,8 @@
 #include <cstdlib>
 
 #include "fuzz_target.h"
-#include "trust/site/site_certificates.h"
-#include "trust/site/site_realm.h"
+#include "trust/site/site_folder.h"
+#include "trust/site/site_proofs.h"
 
 namespace rubicon::fuzz::site_realm_fuzz {
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/lifetime.h"
-#include "base/printable.h"
+#include "base/scheduler.h"
+#include "base/text.h"
 #include "base/virtual_scheduler.h"
 #include "config/yaml.h"
 #include "fuzz_target.h"
@@ -23,7 +23,7 @@
 #include "support/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/api/api.h"
-#include "web/server/target.h"
+#include "web/server/http_text.h"
 
 namespace rubicon::fuzz::web_api_fuzz {
 

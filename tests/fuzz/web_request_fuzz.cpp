@@ -6,13 +6,12 @@
 #include <tuple>
 
 #include "base/assert.h"
-#include "base/printable.h"
+#include "base/text.h"
 #include "base/virtual_scheduler.h"
 #include "fuzz_target.h"
 #include "web/access/access.h"
-#include "web/files/file_answer.h"
-#include "web/server/response_text.h"
-#include "web/server/target.h"
+#include "web/files/page.h"
+#include "web/server/http_text.h"
 
 namespace rubicon::fuzz::web_request_fuzz {
 

@@ -2,7 +2,7 @@
 
 #include "base/bytes.h"
 #include "fuzz_target.h"
-#include "networks/wsn/sink/source.h"
+#include "networks/wsn/sink/sink.h"
 
 namespace rubicon::fuzz::wsn_source_fuzz {
 

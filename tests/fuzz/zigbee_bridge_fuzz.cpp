@@ -3,7 +3,7 @@
 #include "fuzz_target.h"
 #include "networks/zigbee/bridge/groups.h"
 #include "networks/zigbee/bridge/messages.h"
-#include "networks/zigbee/bridge/recommended.h"
+#include "networks/zigbee/bridge/settings.h"
 #include "networks/zigbee/bridge/topics.h"
 
 namespace rubicon::fuzz::zigbee_bridge_fuzz {

@@ -3,7 +3,7 @@
 
 #include "base/bytes.h"
 #include "fuzz_target.h"
-#include "model/open_type.h"
+#include "model/type_names.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/key.hpp"
 

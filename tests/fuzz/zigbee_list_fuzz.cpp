@@ -11,7 +11,7 @@ namespace {
 
 using namespace rubicon::networks::zigbee::bridge;
 
-constexpr std::size_t kMostDevices = 6;
+constexpr std::size_t kMaxDeviceCount = 6;
 
 void check(bool holds) {
   if (!holds) std::abort();
@@ -38,7 +38,7 @@ FUZZ_TARGET(zigbee_list) {
   std::string_view rest(reinterpret_cast<const char*>(data), size);
   VirtualScheduler scheduler;
   Said said;
-  Inventory inventory(scheduler, kMostDevices,
+  Inventory inventory(scheduler, kMaxDeviceCount,
                       {[&](const auto& record) { said.there(record, true); },
                        [&](const auto& address, const auto& reason) {
                          check(!reason.empty());
@@ -58,7 +58,7 @@ FUZZ_TARGET(zigbee_list) {
     rest.remove_prefix(std::min(end + 2, rest.size()));
     std::map<std::string, bool> held;
     inventory.each([&](const auto& record, const auto& why) { held[record.address] = why.empty(); });
-    check(held == said.usable && held.size() <= kMostDevices);
+    check(held == said.usable && held.size() <= kMaxDeviceCount);
   }
   return 0;
 }

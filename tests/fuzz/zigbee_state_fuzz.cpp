@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "base/json_depth.h"
+#include "base/text.h"
 #include "base/virtual_scheduler.h"
 #include "fuzz_target.h"
 #include "networks/zigbee/device.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
-#include "base/json_depth.h"
+#include "base/text.h"
 #include "fuzz_target.h"
 #include "networks/zigbee/exposes/mapping.h"
 

@@ -1,6 +1,6 @@
 #include "gateway/islands.h"
 #include "gateway/gateway_tuple.h"
-#include "model/message_cbor.h"
+#include "model/message.h"
 
 namespace rubicon::gateway {
 namespace {

@@ -1,4 +1,4 @@
-#include "gateway/seen_messages.h"
+#include "gateway/gateway_tuple.h"
 
 #include <gtest/gtest.h>
 

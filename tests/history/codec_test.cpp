@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "history/block_codec.h"
+#include "history/blocks.h"
 #include "history/history_support.h"
 
 namespace rubicon::history {

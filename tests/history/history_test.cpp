@@ -9,7 +9,6 @@
 
 #include "base/virtual_scheduler.h"
 #include "history/history_support.h"
-#include "history/status_tuple.h"
 #include "support/collecting_log.h"
 #include "support/memory/memory_worker.h"
 #include "tuples/memory/memory_ecology.h"

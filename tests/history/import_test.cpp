@@ -4,10 +4,11 @@
 
 #include <fstream>
 
-#include "history/answer_text.h"
+#include "history/history_source.h"
 #include "history/history_support.h"
+#include "history/message_questions.h"
 #include "recording/block_builder.h"
-#include "recording/file_head.h"
+#include "recording/file_format.h"
 #include "transport/local_transports.h"
 
 namespace rubicon::history {
@@ -103,6 +104,16 @@ TEST_F(ImportTest, AnswersAsJsonAndCsv) {
                                "\"mean\":[29.5,7],\"last\":[59,7],\"n\":[60,2],\"gaps\":[]}]}");
   EXPECT_EQ(to_csv(*got), "time,key,count,first,minimum,maximum,mean,last\n1767225600,6541:" + kLamp +
                               ".value,60,0,0,59,29.5,59\n1767225660,6541:" + kLamp + ".value,2,59,7,59,7,7\n");
+  for (const std::size_t buckets : {2U, 1000U}) {
+    const auto one =
+        answer(*store_, {{{OwnerId(6541), kLamp + ".value"}}, wall(kBegin), wall(kBegin + 2 * kMinute), buckets});
+    const auto read = answer_from_json(to_json(one.value()));
+    ASSERT_TRUE(read);
+    EXPECT_EQ(to_csv(*read), to_csv(*one));
+    EXPECT_EQ(read->bucket, one->bucket);
+  }
+  for (const auto* text : {"", "[]", "{}", R"({"series":[{}]})", R"({"series":[{"key":"1:a","kind":"odd"}]})"})
+    EXPECT_FALSE(answer_from_json(text)) << text;
 }
 
 }  // namespace

@@ -282,11 +282,11 @@ TEST_F(IntakeTest, NamesEachSeriesWithAValueThatDoesNotFitOnce) {
 }
 
 TEST_F(IntakeTest, TakesABoundedNumberOfSeries) {
-  for (std::size_t i = 0; i < Intake::kMostSeries + 3; ++i) set(0, "robot.s" + std::to_string(i), "1");
+  for (std::size_t i = 0; i < Intake::kMaxSeries + 3; ++i) set(0, "robot.s" + std::to_string(i), "1");
   EXPECT_EQ(intake_.refused(), 3U);
   set(1, "robot.s1", "2");  // one of those that are there
   const auto batch = intake_.take(at(1));
-  EXPECT_EQ(batch.points.size(), Intake::kMostSeries + 1);
+  EXPECT_EQ(batch.points.size(), Intake::kMaxSeries + 1);
 }
 
 TEST_F(IntakeTest, AfterARestartAValueOfARecordingKeepsItsTimeAndAPresentOneIsInForceSinceNow) {

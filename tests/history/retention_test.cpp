@@ -1,4 +1,4 @@
-#include "history/retention.h"
+#include "history/keeper.h"
 
 #include <gtest/gtest.h>
 

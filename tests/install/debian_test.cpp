@@ -108,6 +108,17 @@ TEST(Debian, TheBillOfMaterialsNamesPackagesOfLibraries) {
   EXPECT_THAT(made.output, HasSubstr("['DESCRIBES', 'DYNAMIC_LINK', 'STATIC_LINK']"));
 }
 
+TEST(Debian, TheBillOfMaterialsOfTheNativePythonModuleNamesTheLibraryOfThisTree) {
+  const auto built = sh("ls " RUBICON_BINARY_DIR "/python/rubicon/_native*.so");
+  if (built.code != 0 || sh("command -v dpkg-query objdump").code != 0)
+    GTEST_SKIP() << "there is no native module, dpkg or objdump here";
+  const auto made = sh((kPackaging / "make_sbom").string() + " python3-rubicon-native 1.2 " + built.output);
+  EXPECT_EQ(made.code, 0) << made.output;
+  for (const auto* package : {R"("librubicon1", "versionInfo": "1.2")", R"("name": "pybind11-dev")"})
+    EXPECT_THAT(made.output, HasSubstr(package));
+  EXPECT_THAT(made.output, Not(HasSubstr("libcli11-dev")));
+}
+
 TEST(Debian, ScriptsOfThePackagesAreBash) {
   for (const auto* script : {"scripts/package", "scripts/check_packages", "packaging/make_sbom"})
     EXPECT_EQ(sh("bash -n " RUBICON_SOURCE_DIR "/" + std::string(script)).output, "") << script;

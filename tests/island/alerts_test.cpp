@@ -71,6 +71,31 @@ TEST(IslandAlerts, OfADiskARecorderAndAClock) {
   EXPECT_EQ(list.all[1].since, WallTime(std::chrono::seconds(9)));
 }
 
+TEST(IslandAlerts, OfABridgeAnInterfaceAndAnIslandThatIsHeldBack) {
+  VirtualIsland at("{den: {}}");
+  auto& space = at.island->space();
+  const auto kinds_with = [&](const std::string& bridge, const std::string& lack) {
+    EXPECT_TRUE(space.set("proxy.bridge.ha.status", bridge));
+    EXPECT_TRUE(space.set("proxy.property.dds-interfaces.value",
+                          R"({"interfaces":[{"name":"lo","lack":""},{"name":"eth0","lack":")" + lack + R"("}]})"));
+    at.time.run_for(3s);
+    std::vector<std::string> all;
+    for (const auto& one : model::alerts_from_json(space.get(space.self(), "proxy.alerts")->value).all)
+      all.push_back(one.kind + " " + one.about);
+    return all;
+  };
+  using Kinds = std::vector<std::string>;
+  EXPECT_EQ(kinds_with(R"({"state":"up","reason":"the broker retains nothing"})", ""), Kinds());
+  EXPECT_EQ(kinds_with(R"({"state":"connecting","reason":""})", ""), Kinds());
+  EXPECT_EQ(kinds_with(R"({"state":"connecting","reason":"refused"})", ""), Kinds{"bridge-down proxy.bridge.ha"});
+  EXPECT_EQ(kinds_with(R"({"state":"up"})", "is down"), Kinds{"interface-down proxy.property.dds-interfaces.eth0"});
+  AlertList list;
+  add_held_back("proxy", "", list);
+  EXPECT_EQ(list, AlertList());
+  add_held_back("proxy", "tuples.trust", list);
+  EXPECT_EQ(list.all.at(0).kind, "held-back");
+}
+
 TEST(IslandAlerts, WritesOfTheStateFileThatFailAreOneUntilTheySucceed) {
   StateFailures failures;
   const SteadyTime start{1h};

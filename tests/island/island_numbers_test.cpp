@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "island/free_space.h"
+#include "island/alerts.h"
 #include "island/virtual_island.h"
 
 namespace rubicon::island {

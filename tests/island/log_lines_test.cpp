@@ -1,10 +1,9 @@
-#include "island/log_lines.h"
+#include "island/island_tuples.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "island/log_tuples.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::island {
@@ -120,18 +119,18 @@ TEST_F(LogOfAnIsland, LinesAreBoundedPrintableAndWithoutSecrets) {
   base::Log(lines, std::string(1000, 's')).error(std::string(100'000, 'x'));
   log.info("two\nlines \x1b[31m of mqtt://anna:geheim@host, password=geheim \xff");
   time.run_for(1s);
-  EXPECT_EQ(shown[0]["subject"].get<std::string>().size(), LogLines::kMostSubject);
-  EXPECT_EQ(shown[0]["text"].get<std::string>().size(), LogLines::kMostText);
+  EXPECT_EQ(shown[0]["subject"].get<std::string>().size(), LogLines::kMaxSubject);
+  EXPECT_EQ(shown[0]["text"].get<std::string>().size(), LogLines::kMaxTextCount);
   EXPECT_EQ(last(), "two lines  [31m of mqtt://anna:****@host, password=**** ?");
   EXPECT_NE(behind.last.find("geheim"), std::string::npos) << "the log itself is not changed";
 }
 
 TEST_F(LogOfAnIsland, ASecretAcrossTheCutIsMasked) {
   watch(true);
-  log.info(std::string(LogLines::kMostText - 12, '.') + " password=geheim");
+  log.info(std::string(LogLines::kMaxTextCount - 12, '.') + " password=geheim");
   time.run_for(1s);
   EXPECT_EQ(last().find("geheim"), std::string::npos);
-  EXPECT_EQ(last().size(), LogLines::kMostText);
+  EXPECT_EQ(last().size(), LogLines::kMaxTextCount);
 }
 
 TEST_F(LogOfAnIsland, DebugLinesAreKeptOnlyWhereTheyAreWanted) {
@@ -144,7 +143,7 @@ TEST_F(LogOfAnIsland, DebugLinesAreKeptOnlyWhereTheyAreWanted) {
 
 TEST_F(LogOfAnIsland, TheLargestListFitsATuple) {
   watch(true);
-  for (int i = 0; i < 100; ++i) log.error(std::string(LogLines::kMostText, '"'));
+  for (int i = 0; i < 100; ++i) log.error(std::string(LogLines::kMaxTextCount, '"'));
   time.run_for(1s);
   EXPECT_EQ(shown.size(), LogLines::kKept);
 }

@@ -1,4 +1,4 @@
-#include "island/network_memory.h"
+#include "island/island_state.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -46,12 +46,12 @@ TEST(PlausibleConfig, IsReadForTypesAndPoints) {
 
 TEST(PlausibleConfig, MistakesInWhatIsPlausibleNameTheirPlace) {
   const std::pair<std::string, std::string> mistakes[] = {
-      {"valid: {tempreture: {minimum: 3}}", "valid.tempreture: is no type"},
+      {"valid: {tempreture: {minimum: 3}}", "valid.tempreture: is not a type"},
       {"valid: {temperature: {minimum: 3, maximum: 2}}", "temperature.minimum: is 3, expected at most the maximum 2"},
       {"valid: {temperature: {step: 0}}", "temperature.step: expected more than 0"},
-      {"valid: {temperature: {not: [x]}}", "temperature.not: 'x' is no number"},
+      {"valid: {temperature: {not: [x]}}", "temperature.not: 'x' is not a number"},
       {"valid: {temperature: {min: 3}}", "minimum"},
-      {"valid: {lamp: {minimum: 3}}", "lamp is no number"},
+      {"valid: {lamp: {minimum: 3}}", "lamp is not a number"},
       {"devices: {1: {valid: {temperature: {minimum: 3}}}}", "expected a sensor or actuator id such as light-1"}};
   for (const auto& [text, error] : mistakes) {
     base::ConfigErrors errors;

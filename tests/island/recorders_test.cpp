@@ -109,7 +109,7 @@ TEST_F(RecordersOfAnIsland, OtherWordsAreRefusedAtOnce) {
   for (const auto* text : {"", "Stop", "pause", "markx", "start now"}) {
     const auto reply = command(text);
     EXPECT_EQ(reply.verdict, Verdict::kRefused) << text;
-    EXPECT_THAT(reply.text, HasSubstr("expected start, stop, or mark and a text"));
+    EXPECT_THAT(reply.text, HasSubstr("expected `start`, `stop` or `mark TEXT`"));
   }
   EXPECT_EQ(status()["state"], "recording");
   EXPECT_NE(command("stop", "none").verdict, Verdict::kApplied);

@@ -12,10 +12,10 @@ namespace rubicon::island {
 namespace {
 
 using namespace std::chrono_literals;
+using rights::RightsJudge;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using trust::rights::RightsJudge;
 
 constexpr OwnerId kHouse{6541}, kPanel{70000};
 constexpr const char* kLight = "proxy.dummy-1.hall.actuator.switch-1.command";
@@ -176,7 +176,7 @@ TEST(RightsChecks, WarnOfRulesThatMatchNothing) {
     EXPECT_THAT(warnings(rule),
                 ElementsAre("home.yaml:5:5: who: " + wire + " matches no component: the island is not on that engine"));
     EXPECT_THAT(warnings(rule, wire == "lan" ? "tuples: {engine: dds}\n" : "tuples: {engine: peis}\n"),
-                ElementsAre(HasSubstr("proves nothing: whoever reaches that network is `" + wire + "`")));
+                ElementsAre(HasSubstr("proves nothing: all that reach that network are `" + wire + "`")));
   }
   EXPECT_THAT(rights_warnings(config_with("rights:\n  - {who: desk, may: all}\n"), std::nullopt), IsEmpty());
 }

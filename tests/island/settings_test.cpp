@@ -76,7 +76,7 @@ TEST_F(Settings, ShowTheConfigurationInForceWithoutComments) {
   const auto about = model::point_description_from_json(value("proxy.settings.description"));
   ASSERT_TRUE(about);
   EXPECT_EQ(about->data_type, "enumeration");
-  ASSERT_EQ(about->words.size(), 2U);
+  ASSERT_EQ(about->words.size(), 3U);
   EXPECT_EQ(about->words[0].text, "try");
   EXPECT_EQ(about->access, "write");
 }
@@ -175,7 +175,7 @@ TEST_F(Settings, OtherWordsAreRefusedAtOnce) {
   for (const auto* word : {"", "restart", "Reload", "reload now"}) {
     const auto reply = command(word);
     EXPECT_EQ(reply.verdict, Verdict::kRefused) << word;
-    EXPECT_THAT(reply.text, HasSubstr("expected try or reload"));
+    EXPECT_THAT(reply.text, HasSubstr("expected try, reload, undo"));
   }
   EXPECT_EQ(reloads, 0);
   EXPECT_EQ(status()["state"], "idle");
@@ -196,15 +196,15 @@ TEST_F(Settings, ManyCommandsAtOnceAreCarriedOutInOrderOrRefused) {
   time.run_for(1s);
   const auto applied = static_cast<int>(std::count(verdicts.begin(), verdicts.end(), Verdict::kApplied));
   EXPECT_EQ(verdicts.size(), 30U);
-  EXPECT_GE(applied, static_cast<int>(CommandKey::kMostWaiting));
+  EXPECT_GE(applied, static_cast<int>(CommandKey::kMaxWaitingCount));
   EXPECT_EQ(reloads, applied);
 }
 
 TEST_F(Settings, ManyErrorsAreCutAndCounted) {
-  std::vector<std::string> lines(SettingsTuples::kMostLines + 7, "x");
+  std::vector<std::string> lines(SettingsTuples::kMaxLineCount + 7, "x");
   island.settings().show_outcome(false, lines);
   time.run_for(100ms);
-  EXPECT_EQ(status()["changes"].size(), SettingsTuples::kMostLines + 1);
+  EXPECT_EQ(status()["changes"].size(), SettingsTuples::kMaxLineCount + 1);
   EXPECT_EQ(status()["changes"].back(), "... and 7 more");
 }
 

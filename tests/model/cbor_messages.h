@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "base/bytes.h"
-#include "model/message_cbor.h"
+#include "model/message.h"
 
 namespace rubicon::model {
 

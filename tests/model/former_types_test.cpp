@@ -1,4 +1,4 @@
-#include "model/former_types.h"
+#include "model/type_names.h"
 
 #include <gmock/gmock.h>
 

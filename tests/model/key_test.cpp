@@ -47,7 +47,7 @@ TEST(Key, OtherCharactersAreRefusedWithTheirPosition) {
   EXPECT_EQ(refusal(check_key("a/b")), "key 'a/b': '/' at position 1; parts are [A-Za-z0-9_-]+");
   EXPECT_EQ(refusal(check_key("ab.c d")), "key 'ab.c d': ' ' at position 4; parts are [A-Za-z0-9_-]+");
   EXPECT_EQ(refusal(check_key("a\nb")), "key 'a\\x0ab': '\\x0a' at position 1; parts are [A-Za-z0-9_-]+");
-  EXPECT_EQ(refusal(check_key("gr\xc3\xbcn")), "key 'gr\\xc3\\xbcn': '\\xc3' at position 2; parts are [A-Za-z0-9_-]+");
+  EXPECT_EQ(refusal(check_key("gr\xc3\xbcn")), "key 'gr\xc3\xbcn': '\xc3\xbc' at position 2; parts are [A-Za-z0-9_-]+");
   EXPECT_EQ(refusal(check_key(std::string_view("a\0b", 3))),
             "key 'a\\x00b': '\\x00' at position 1; parts are [A-Za-z0-9_-]+");
   EXPECT_EQ(refusal(check_key("a.*")), "key 'a.*': '*' at position 2; parts are [A-Za-z0-9_-]+");
@@ -101,6 +101,15 @@ TEST(Quoted, IsPrintableAndShort) {
   EXPECT_EQ(model::quoted(""), "''");
   EXPECT_EQ(model::quoted("\x1b[31m\x7f"), "'\\x1b[31m\\x7f'");
   EXPECT_EQ(model::quoted(std::string(60, 'a')), "'" + std::string(60, 'a') + "'");
+  EXPECT_EQ(model::quoted("K\xc3\xbc"
+                          "che \xe2\x82\xac"),
+            "'K\xc3\xbc"
+            "che \xe2\x82\xac'")
+      << "as it was typed";
+  EXPECT_EQ(model::quoted("a\xc3"
+                          "b\xff\xe2\x80\xae"),
+            "'a\\xc3b\\xff\\xe2\\x80\\xae'")
+      << "broken, and a mark that turns the text";
   EXPECT_EQ(model::quoted(std::string(61, 'a')), "'" + std::string(60, 'a') + "...'");
 }
 

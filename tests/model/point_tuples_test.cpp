@@ -48,6 +48,9 @@ TEST(PointTuples, TheStatusOfALineSurvivesItsText) {
   EXPECT_EQ(line_status_to_json(down),
             R"({"line":"down","since":1767225600.25,"reason":"no \"server\"","attempts":9,"next_attempt":1767225630})");
   EXPECT_EQ(line_status_from_json(line_status_to_json(down)), down);
+  auto found = down;
+  found.finding = "host-silent";
+  EXPECT_EQ(line_status_from_json(line_status_to_json(found)), found);
   EXPECT_FALSE(down.works());
   EXPECT_TRUE((LineStatus{"ended", "", {}, 1, {}}.works()));
 }

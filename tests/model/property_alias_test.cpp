@@ -1,4 +1,4 @@
-#include "model/property_alias.h"
+#include "model/type_names.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/tool_request.h"
+#include "model/message_fields.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "model/quality.h"
+#include "model/point_tuples.h"
 #include "rubicon/address.hpp"
 
 namespace rubicon::model {

@@ -1,4 +1,4 @@
-#include "model/words.h"
+#include "model/point.h"
 
 #include <gtest/gtest.h>
 

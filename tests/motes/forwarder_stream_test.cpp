@@ -1,4 +1,4 @@
-#include "motes/forwarder_stream.h"
+#include "motes/framing.h"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "motes/forwarder_stream.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 #include "motes/mote_vectors.h"
 #include "motes/serial_lines.h"

@@ -1,4 +1,4 @@
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 
 #include <gmock/gmock.h>
 

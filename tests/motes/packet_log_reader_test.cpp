@@ -1,4 +1,4 @@
-#include "motes/packet_log_reader.h"
+#include "motes/packet_log.h"
 
 #include <gmock/gmock.h>
 

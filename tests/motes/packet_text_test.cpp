@@ -1,8 +1,7 @@
-#include "motes/packet_text.h"
+#include "motes/mote_packet.h"
 
 #include <gtest/gtest.h>
 
-#include "motes/mote_packet.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::motes {

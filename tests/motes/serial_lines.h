@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 
 namespace rubicon::motes {
 

@@ -1,4 +1,4 @@
-#include "network/state_reporter.h"
+#include "network/line_reports.h"
 
 #include <gtest/gtest.h>
 

@@ -91,7 +91,7 @@ TEST_F(Changes, ADeviceIsConfiguredByTheNameItAnnouncesWhereNamesAreUnique) {
 TEST_F(Changes, DemandFollowsTheNewKey) {
   start();
   join("7", lamp());
-  const auto old_wish = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
+  const auto old_demand = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
   time.run_ready();
   ASSERT_EQ(hall().sampled["7"].points.size(), 1U);
   rules().devices["7"].id = "kitchen";

@@ -1,3 +1,6 @@
+#include <map>
+#include <random>
+
 #include "island.h"
 
 namespace rubicon::proxy {
@@ -17,6 +20,46 @@ TEST_F(Directory, AJoinMakesAllTuplesEmptyAndUnknown) {
   EXPECT_EQ(text(device + ".actuator.flap-1.command"), "");
   EXPECT_FALSE(exists(device + ".sensor.glow-1.command"));
   EXPECT_EQ(json(device + ".status")["status"], "reachable");
+}
+
+TEST_F(Directory, FindsEachDeviceByItsAddressWhoeverCameOrLeftMeanwhile) {
+  start();
+  std::map<std::string, double> present;
+  std::mt19937 dice(3);
+  for (int i = 0; i < 3000; ++i) {
+    const auto address = std::to_string(dice() % 60);
+    if (dice() % 3 == 0) {
+      say(address, model::Leave{"test"});
+      present.erase(address);
+      continue;
+    }
+    if (!present.contains(address)) join(address, lamp());
+    report(address, sensor(kGlow), present[address] = static_cast<double>(i) / 4);
+  }
+  for (int device = 0; device < 60; ++device) {
+    const auto address = std::to_string(device);
+    const auto known = present.find(address);
+    EXPECT_EQ(exists("proxy.hall." + address + ".status"), known != present.end()) << address;
+    if (known == present.end()) continue;
+    EXPECT_EQ(text("proxy.hall." + address + ".sensor.glow-1.value"), model::to_text(known->second)) << address;
+  }
+}
+
+/// Some messages are looked at before they are routed: what those before them do to their devices must not matter.
+TEST_F(Directory, ReadingsThatWaitTogetherFollowTheJoinsAndLeavesBetweenThem) {
+  start();
+  std::vector<std::pair<std::string, model::Body>> waiting;
+  for (int i = 0; i < 50; ++i) {
+    const auto address = std::to_string(i % 5);
+    waiting.emplace_back(address, lamp());
+    waiting.emplace_back(address, updates(sensor(kGlow), static_cast<double>(i)));
+    if (i < 45) waiting.emplace_back(address, model::Leave{"test"});
+  }
+  for (auto& [address, body] : waiting) hall().say(address, std::move(body));
+  time.run_ready();
+  for (int i = 45; i < 50; ++i) {
+    EXPECT_EQ(text("proxy.hall." + std::to_string(i % 5) + ".sensor.glow-1.value"), std::to_string(i));
+  }
 }
 
 TEST_F(Directory, DescribesDeviceAndPoints) {

@@ -2,7 +2,7 @@
 
 #include "client/remote_set_tracker.h"
 #include "commands.h"
-#include "proxy/kept_outcomes.h"
+#include "proxy/command.h"
 
 namespace rubicon::proxy {
 namespace {

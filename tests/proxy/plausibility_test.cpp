@@ -1,4 +1,4 @@
-#include "proxy/plausibility.h"
+#include "proxy/device.h"
 
 #include "island.h"
 

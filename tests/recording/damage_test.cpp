@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <random>
 
-#include "recording/crc32c.h"
-#include "recording/file_tail.h"
+#include "recording/file_format.h"
+#include "recording/recording_reader.h"
 #include "recordings.h"
 
 namespace rubicon::recording {

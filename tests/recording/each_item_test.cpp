@@ -1,4 +1,4 @@
-#include "recording/each_item.h"
+#include "recording/recording_reader.h"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <random>
 
-#include "recording/crc32c.h"
+#include "recording/file_format.h"
 #include "recordings.h"
 
 namespace rubicon::recording {

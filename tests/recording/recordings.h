@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "recording/block_builder.h"
-#include "recording/file_head.h"
+#include "recording/file_format.h"
 #include "recording/recording_reader.h"
 
 namespace rubicon::recording {

@@ -144,7 +144,7 @@ class Chaos : public Ecology {
     start_robot();
   }
   void TearDown() override {
-    robot_wishes_.clear();
+    robot_demands_.clear();
     components.clear();
     islands.clear();
     std::filesystem::remove_all(folder_);
@@ -170,8 +170,8 @@ class Chaos : public Ecology {
   }
   void start_robot() {
     auto& space = component(number(kRobot));
-    robot_wishes_.push_back(space.subscribe({std::nullopt, "proxy.*.*.sensor.*.value"}, {}, [](const Event&) {}));
-    robot_wishes_.push_back(space.subscribe({std::nullopt, "proxy.**"}, {.passive = true}, [](const Event&) {}));
+    robot_demands_.push_back(space.subscribe({std::nullopt, "proxy.*.*.sensor.*.value"}, {}, [](const Event&) {}));
+    robot_demands_.push_back(space.subscribe({std::nullopt, "proxy.**"}, {.passive = true}, [](const Event&) {}));
   }
 
   World& any_world() {
@@ -188,7 +188,7 @@ class Chaos : public Ecology {
   void heal();
 
   std::string folder_;
-  std::vector<Handle> robot_wishes_;
+  std::vector<Handle> robot_demands_;
   std::mt19937 dice_{20131119};
   std::uint64_t answers_ = 0, commands_ = 0;
 };
@@ -217,7 +217,7 @@ void Chaos::misfortune() {
       if (auto& world = any_world(); world.host && world.cable) present()[&world]->flood(2000);
       break;
     case 5:
-      robot_wishes_.clear();
+      robot_demands_.clear();
       crash(number(kRobot));
       start_robot();
       break;

@@ -40,7 +40,7 @@ class Ecology : public testing::Test {
     return island;
   }
 
-  /// A component that is no island.
+  /// A component that is not an island.
   TupleSpace& component(std::uint32_t id) {
     auto& place = components[id];
     if (!place.space) {

@@ -41,14 +41,14 @@ TEST_F(Islands, DemandCrossesIslands) {
   start_island(2);
   devices_of(2).say("7", lamp());
   std::vector<std::string> values;
-  auto wish = a.space().subscribe({OwnerId(2), "proxy.*.*.sensor.temperature-1.value"}, {},
-                                  [&](const Event& event) { values.emplace_back(event.tuple.value); });
+  auto demand = a.space().subscribe({OwnerId(2), "proxy.*.*.sensor.temperature-1.value"}, {},
+                                    [&](const Event& event) { values.emplace_back(event.tuple.value); });
   scheduler.run_ready();
   EXPECT_EQ(devices_of(2).sampled["7"].points, std::vector{sensor("temperature")});
   devices_of(2).say("7", reading(sensor("temperature"), 20.25));
   scheduler.run_ready();
   EXPECT_EQ(values.back(), "20.25");
-  wish.reset();
+  demand.reset();
   scheduler.run_ready();
   EXPECT_TRUE(devices_of(2).sampled["7"].points.empty());
 }
@@ -128,8 +128,8 @@ TEST_F(Islands, AnIslandCutOffIsNoticedAndServedAgainAfterwards) {
   start_island(2);
   devices_of(2).say("7", lamp());
   std::string last;
-  auto wish = a.space().subscribe({OwnerId(2), "proxy.*.*.sensor.light-1.value"}, {},
-                                  [&](const Event& event) { last = event.tuple.value; });
+  auto demand = a.space().subscribe({OwnerId(2), "proxy.*.*.sensor.light-1.value"}, {},
+                                    [&](const Event& event) { last = event.tuple.value; });
   scheduler.run_ready();
   ecology.cut(OwnerId(1), OwnerId(2));
   scheduler.run_ready();

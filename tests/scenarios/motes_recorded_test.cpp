@@ -2,7 +2,7 @@
 #include <regex>
 #include <sstream>
 
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "scenarios/motes.h"
 
 namespace rubicon::scenarios {
@@ -77,8 +77,8 @@ class Player {
       at = end;
     }
   }
-  transport::TcpCalls calls() {
-    transport::TcpCalls calls;
+  transport::TcpCallbacks calls() {
+    transport::TcpCallbacks calls;
     calls.received = [this](ByteView bytes) {
       while (serial_) {
         const auto frame = reader_.next(bytes);
@@ -129,9 +129,9 @@ class RecordedMotes : public Motes, public testing::WithParamInterface<Recording
     }
     for (int i = 0; i < 10000 && !player.ended(); ++i) {
       scheduler.run_for(100ms);
-      if (wishes_.empty() && !wanted_.empty() && reachable(GetParam().island, "wsn-1.3")) {
+      if (demands_.empty() && !wanted_.empty() && reachable(GetParam().island, "wsn-1.3")) {
         for (const auto& [mote, counts] : expected_)
-          wishes_.push_back(want(GetParam().island, "wsn-1." + mote + ".sensor." + wanted_));
+          demands_.push_back(want(GetParam().island, "wsn-1." + mote + ".sensor." + wanted_));
       }
     }
     scheduler.run_for(1s);
@@ -153,7 +153,7 @@ class RecordedMotes : public Motes, public testing::WithParamInterface<Recording
  private:
   Duration pace_ = 100ms;
   std::string wanted_;
-  std::vector<Handle> wishes_;
+  std::vector<Handle> demands_;
 };
 
 TEST_P(RecordedMotes, BecomeTuplesInPhysicalUnits) {

@@ -46,8 +46,9 @@ TEST_F(Motes, ManyRestartsUnderTrafficLoseNoMote) {
   start(1, network("wsn-1", 1), file);
   scheduler.run_for(10s);
   world->radio().options().loss = 0.02;
-  std::vector<Handle> wishes;
-  for (int mote = 2; mote <= 6; ++mote) wishes.push_back(want(1, "wsn-1." + std::to_string(mote) + ".sensor.light-1"));
+  std::vector<Handle> requests;
+  for (int mote = 2; mote <= 6; ++mote)
+    requests.push_back(want(1, "wsn-1." + std::to_string(mote) + ".sensor.light-1"));
   scheduler.run_for(5s);
   happened.clear();
   for (int round = 0; round < 100; ++round) {
@@ -69,8 +70,8 @@ class TroubledMotes : public Motes {
     begin_world(5, em1000());
     start(1, network("wsn-1", 1));
     scheduler.run_for(5s);
-    wishes_.push_back(want(1, "wsn-1.2.sensor.light-1"));
-    wishes_.push_back(want(1, "wsn-1.3.sensor.temperature-1"));
+    demands_.push_back(want(1, "wsn-1.2.sensor.light-1"));
+    demands_.push_back(want(1, "wsn-1.3.sensor.temperature-1"));
     scheduler.run_for(5s);
     light_ = hear(1, "wsn-1.2.sensor.light-1");
     temperature_ = hear(1, "wsn-1.3.sensor.temperature-1");
@@ -90,7 +91,7 @@ class TroubledMotes : public Motes {
   }
 
  private:
-  std::vector<Handle> wishes_;
+  std::vector<Handle> demands_;
   std::unique_ptr<Heard> light_, temperature_;
 };
 
@@ -173,11 +174,11 @@ TEST_F(Motes, MotesThatAreRebootedUnheardGetTheirCommandAgain) {
   begin_world(8, em1000());
   start(1, network("wsn-1", 1));
   scheduler.run_for(8s);
-  std::vector<Handle> wishes;
+  std::vector<Handle> requests;
   std::map<std::uint16_t, std::unique_ptr<Heard>> heard;
   for (std::uint16_t mote = 2; mote <= 9; ++mote) {
     const auto sensor = "wsn-1." + std::to_string(mote) + ".sensor.light-1";
-    wishes.push_back(want(1, sensor));
+    requests.push_back(want(1, sensor));
     heard[mote] = hear(1, sensor);
   }
   scheduler.run_for(10s);

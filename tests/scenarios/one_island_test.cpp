@@ -76,7 +76,7 @@ TEST_F(OneIsland, ASubscriberThatNamesNoPeriodDoesNotSlowDownOneThatDoes) {
 }
 
 TEST_F(OneIsland, ACrashedSubscribersDemandEndsToo) {
-  auto wish = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
+  auto demand = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
   scheduler.run_ready();
   EXPECT_EQ(devices_of(1).sampled["7"].points.size(), 1U);
   crash(70001);
@@ -130,7 +130,7 @@ TEST_F(OneIsland, AfterTenThousandRandomSubscriptionsExactlyTheDemandedIsSampled
 }
 
 TEST_F(OneIsland, ASilentDeviceBecomesUnreachableAndReturnsWithItsFirstWord) {
-  auto wish = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
+  auto demand = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
   say(sensor("temperature"), 21.5);
   scheduler.run_for(61s);
   EXPECT_EQ(json(component(70000), 1, "proxy.scripted-1.7.status")["status"], "unreachable");

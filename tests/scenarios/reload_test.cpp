@@ -195,7 +195,7 @@ TEST_F(Reload, ReloadsInARowAllHold) {
   }
   scheduler.run_for(1s);
   EXPECT_TRUE(exists("proxy.dummy-1.attic.status"));
-  const auto wish =
+  const auto demand =
       robot->subscribe({OwnerId(6541), "proxy.dummy-1.attic.sensor.temperature-1.value"}, {}, [](const Event&) {});
   scheduler.run_for(2s);
   EXPECT_EQ(value(*robot, 6541, "proxy.dummy-1.attic.sensor.temperature-1.value"), "12");

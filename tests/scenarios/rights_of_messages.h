@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "model/message_cbor.h"
+#include "model/message.h"
 #include "scenarios/roaming.h"
 #include "support/rights.h"
 
@@ -19,7 +19,7 @@ inline constexpr const char* kSecondNetwork = "}\n  scripted-2: {type: scripted"
 /// Islands that know who asks, each with rights and an audit of its own.
 class RightsOfMessages : public Ecology {
  protected:
-  void start(std::uint32_t id, std::vector<trust::rights::Rule> rules, const std::string& more = "") {
+  void start(std::uint32_t id, std::vector<rights::Rule> rules, const std::string& more = "") {
     audits[id] = std::make_shared<support::CollectingAudit>();
     ecology.certify(OwnerId(id), support::island_member(id));
     judges[id] = support::judge_of(std::move(rules), audits[id]);
@@ -70,7 +70,7 @@ class RightsOfMessages : public Ecology {
   std::size_t commands(std::uint32_t island) { return devices_of(island).commands.size(); }
 
   std::map<std::uint32_t, std::shared_ptr<support::CollectingAudit>> audits;
-  std::map<std::uint32_t, std::shared_ptr<trust::rights::RightsJudge>> judges;
+  std::map<std::uint32_t, std::shared_ptr<rights::RightsJudge>> judges;
   std::vector<std::string> answers;
 };
 

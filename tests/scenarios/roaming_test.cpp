@@ -418,8 +418,8 @@ TEST_F(Roaming, DemandFollowsTheDevice) {
   start_island(1, kLab);
   start_island(2, kLab);
   std::string last;
-  auto wish = component(70001).subscribe({std::nullopt, "proxy.*.7.sensor.temperature-1.value"}, {},
-                                         [&](const Event& event) { last = event.tuple.value; });
+  auto demand = component(70001).subscribe({std::nullopt, "proxy.*.7.sensor.temperature-1.value"}, {},
+                                           [&](const Event& event) { last = event.tuple.value; });
   join(1);
   scheduler.run_for(5s);
   EXPECT_THAT(devices_of(1).sampled["7"].points, SizeIs(1));
@@ -430,7 +430,7 @@ TEST_F(Roaming, DemandFollowsTheDevice) {
   devices_of(2).say("7", reading(sensor("temperature"), 21.5));
   scheduler.run_ready();
   EXPECT_EQ(last, "21.5");
-  wish.reset();
+  demand.reset();
   scheduler.run_for(1s);
   EXPECT_THAT(devices_of(2).sampled["7"].points, IsEmpty());
 }
@@ -490,7 +490,7 @@ TEST_F(Roaming, NonsenseInClaimsOfOthersChangesNothing) {
       robot.set("ROAMING.lab.7",
                 R"({"key":"proxy.a.7","network":"a","device":"7","address":"7","since":1767229999,"reachable":true})"));
   scheduler.run_for(1s);
-  EXPECT_THAT(list.owners(), ElementsAre(1)) << "a component that is no island lists nothing";
+  EXPECT_THAT(list.owners(), ElementsAre(1)) << "a component that is not an island lists nothing";
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulators/zigbee/broker_line.h"
+#include "apps/simulators/zigbee/simulator.h"
 #include "apps/simulators/zigbee/world.h"
 #include "island/network_types.h"
 #include "scenarios/ecology.h"
@@ -97,7 +97,7 @@ class Zigbee : public Ecology {
   }
   std::vector<std::string> sets(const std::string& name) { return broker.published("zigbee2mqtt/" + name + "/set"); }
   std::vector<std::string> gets(const std::string& name) { return broker.published("zigbee2mqtt/" + name + "/get"); }
-  zigbee_simulator::RadioDevice& device(const std::string& name) { return *world->find(name); }
+  zigbee_simulator::RadioDevice& device(const std::string& name) { return *world->registry().find(name); }
 
   std::string state_file;  ///< empty: the island remembers nothing
   transport::MemoryNet net{scheduler};

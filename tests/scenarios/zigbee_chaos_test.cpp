@@ -16,7 +16,7 @@ class ZigbeeChaos : public Zigbee, public testing::WithParamInterface<bool> {
   /// Every device of the world, as its address.
   std::vector<std::string> addresses() {
     std::vector<std::string> out;
-    for (const auto* one : world->devices()) out.push_back(one->address().substr(2));
+    for (const auto* one : world->registry().devices()) out.push_back(one->address().substr(2));
     return out;
   }
   std::string names() {

@@ -25,7 +25,7 @@ TEST_F(Zigbee, PairedDevicesAreTuplesWithinSeconds) {
   EXPECT_THAT(seen_json("00124b0010000000.description")["model"].get<std::string>(), HasSubstr("9290012573A"));
   EXPECT_EQ(seen_json(kTemperature + ".description")["unit"], "Cel");
   EXPECT_EQ(seen_json(kLampPoint + ".description")["type"], "lamp");
-  world->change(device("thermometer"), "temperature", 22.5);
+  world->radio().change(device("thermometer"), "temperature", 22.5);
   scheduler.run_for(1s);
   EXPECT_EQ(seen(kTemperature + ".value"), "22.5");
   EXPECT_EQ(quality(kTemperature), "good");
@@ -37,7 +37,7 @@ TEST_F(Zigbee, PairedDevicesAreTuplesWithinSeconds) {
 TEST_F(Zigbee, ValuesThatArriveAreTuplesWithoutASubscriber) {
   begin_bridge();
   start();
-  world->change(device("plug"), "power", 77);
+  world->radio().change(device("plug"), "power", 77);
   scheduler.run_for(1s);
   EXPECT_EQ(seen("00124b0010000001.sensor.power-1.value"), "77");
 }
@@ -55,7 +55,7 @@ TEST_F(Zigbee, ACommandIsConfirmedByTheDevice) {
 TEST_F(Zigbee, Pitfall9_ADeviceThatIgnoresItsCommandIsNeverConfirmedByTheEcho) {
   begin_bridge();
   start();
-  world->set_faults(device("lamp"), {.ignores = true});
+  world->radio().set_faults(device("lamp"), {.ignores = true});
   std::set<std::string> shown;
   const auto ears = watcher().subscribe({OwnerId(1), "proxy.zigbee." + kLampPoint + ".value"}, {.passive = true},
                                         [&](const Event& event) { shown.emplace(event.tuple.value); });
@@ -69,7 +69,7 @@ TEST_F(Zigbee, Pitfall9_ADeviceThatIgnoresItsCommandIsNeverConfirmedByTheEcho) {
 TEST_F(Zigbee, Pitfall10_ADeviceWithoutPowerEndsTheCommandWithTheReason) {
   begin_bridge();
   start();
-  world->set_faults(device("lamp"), {.silent = true});
+  world->radio().set_faults(device("lamp"), {.silent = true});
   EXPECT_EQ(command(kLampPoint, "on"), tuples::Verdict::kApplied);
   scheduler.run_for(30s);
   const auto ended = seen_json(kLampPoint + ".status")["command"];
@@ -107,9 +107,9 @@ TEST_F(Zigbee, Pitfall14_AButtonIsAnEvent) {
                                         {.passive = true}, [&](const Event& event) {
                                           if (!event.tuple.value.empty()) pressed.emplace_back(event.tuple.value);
                                         });
-  world->act(device("remote"), "action", "toggle");
+  world->radio().act(device("remote"), "action", "toggle");
   scheduler.run_for(1s);
-  world->act(device("remote"), "action", "toggle");
+  world->radio().act(device("remote"), "action", "toggle");
   scheduler.run_for(1s);
   EXPECT_THAT(pressed, ElementsAre("toggle", "toggle"));
 }
@@ -136,7 +136,7 @@ TEST_F(Zigbee, Pitfall15_OnlyDevicesWithMainsPowerAreAsked) {
 TEST_F(Zigbee, Pitfall8_AfterARestartOfTheBridgeValuesAreStoredUntilTheDeviceReports) {
   begin_bridge();
   start();
-  world->change(device("thermometer"), "temperature", 22.5);
+  world->radio().change(device("thermometer"), "temperature", 22.5);
   scheduler.run_for(1s);
   const auto measured = watcher().get(OwnerId(1), "proxy.zigbee." + kTemperature + ".value")->user_time;
   world->restart(1min);
@@ -145,11 +145,11 @@ TEST_F(Zigbee, Pitfall8_AfterARestartOfTheBridgeValuesAreStoredUntilTheDeviceRep
   scheduler.run_for(60s);
   EXPECT_EQ(seen(kTemperature + ".value"), "22.5");
   EXPECT_EQ(watcher().get(OwnerId(1), "proxy.zigbee." + kTemperature + ".value")->user_time, measured);
-  world->change(device("thermometer"), "humidity", 61);
+  world->radio().change(device("thermometer"), "humidity", 61);
   scheduler.run_for(1s);
   EXPECT_EQ(quality("00124b0010000002.sensor.humidity-1"), "good");
   EXPECT_EQ(quality(kTemperature), "stale") << "a report may be lost while the bridge did not run";
-  world->change(device("thermometer"), "temperature", 23);
+  world->radio().change(device("thermometer"), "temperature", 23);
   scheduler.run_for(1s);
   EXPECT_EQ(seen(kTemperature + ".value"), "23");
   EXPECT_EQ(quality(kTemperature), "good");
@@ -171,7 +171,7 @@ TEST_F(Zigbee, Pitfall4_ARenameChangesTheNameAndNoKey) {
 TEST_F(Zigbee, TheConfigurationNamesDevicesByAddressOrFriendlyName) {
   begin_bridge();
   start("devices: {lamp: {id: ceiling, name: Ceiling}, 00124b0010000001: {id: fridge}}");
-  world->change(device("plug"), "power", 12);
+  world->radio().change(device("plug"), "power", 12);
   scheduler.run_for(1s);
   EXPECT_EQ(seen("fridge.sensor.power-1.value"), "12");
   EXPECT_EQ(seen_json("ceiling.description")["name"], "Ceiling");
@@ -203,13 +203,13 @@ TEST_F(Zigbee, WhereTheIslandAsksANewDeviceWaitsForApproval) {
   EXPECT_EQ(waits.value("name", ""), "thermometer");
   EXPECT_EQ(waits.value("why", ""), "discovery.new-devices is ask");
   EXPECT_EQ(json(watcher(), 1, "proxy.inbox").value("count", 0), 5);
-  world->change(device("thermometer"), "temperature", 22.5);
+  world->radio().change(device("thermometer"), "temperature", 22.5);
   scheduler.run_for(1s);
   EXPECT_EQ(seen("00124b0010000002.description"), "(none)");
   component(kRobot).set_remote(OwnerId(1), "proxy.inbox.zigbee.00124b0010000002", "approve", {}, nullptr);
   scheduler.run_for(1s);
   EXPECT_EQ(seen_json("00124b0010000002.description")["name"], "thermometer");
-  world->change(device("thermometer"), "temperature", 23);
+  world->radio().change(device("thermometer"), "temperature", 23);
   scheduler.run_for(1s);
   EXPECT_EQ(seen(kTemperature + ".value"), "23");
   EXPECT_EQ(device_status("00124b0010000002"), "reachable");
@@ -258,7 +258,7 @@ TEST_F(Zigbee, ADeviceThatLeftWhileTheIslandDidNotRunIsGoneAfterItsStart) {
 
 TEST_F(Zigbee, AGroupActsOnItsMembersAndIsAssumed) {
   begin_bridge();
-  world->add_group(7, "all lamps", {"0x00124b0010000000"});
+  world->registry().add_group(7, "all lamps", {"0x00124b0010000000"});
   world->restart(1s);
   scheduler.run_for(5s);
   start();
@@ -272,12 +272,12 @@ TEST_F(Zigbee, AGroupActsOnItsMembersAndIsAssumed) {
 TEST_F(Zigbee, ADeviceWithoutPowerIsUnreachableWhenTheBridgeSaysSo) {
   begin_bridge();
   start();
-  world->set_faults(device("plug"), {.silent = true});
+  world->radio().set_faults(device("plug"), {.silent = true});
   scheduler.run_for(30min);
   EXPECT_EQ(device_status("00124b0010000001"), "unreachable");
   EXPECT_EQ(device_status("00124b0010000002"), "reachable");
-  world->set_faults(device("plug"), {});
-  world->change(device("plug"), "power", 5);
+  world->radio().set_faults(device("plug"), {});
+  world->radio().change(device("plug"), "power", 5);
   scheduler.run_for(5s);
   EXPECT_EQ(device_status("00124b0010000001"), "reachable");
 }

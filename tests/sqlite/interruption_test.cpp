@@ -1,4 +1,4 @@
-#include "sqlite/interruption.h"
+#include "sqlite/database.h"
 
 #include <gtest/gtest.h>
 

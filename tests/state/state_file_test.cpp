@@ -10,7 +10,6 @@
 #include <random>
 
 #include "state/child.h"
-#include "state/schema.h"
 #include "state/state_support.h"
 
 #define CHILD_CHECK(condition) \

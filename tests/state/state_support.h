@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/message_cbor.h"
+#include "model/message.h"
 #include "state/state_store.h"
 #include "support/folder.h"
 

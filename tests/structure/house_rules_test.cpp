@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "structure/tree.h"
 
@@ -17,9 +19,10 @@ namespace fs = std::filesystem;
 
 std::vector<SourceFile> all_sources() {
   std::vector<SourceFile> all;
-  for (const auto* folder : {"src", "apps", "tests", "bench", "examples", "include"}) {
-    for (auto& file : files_below(folder, {".h", ".cpp"})) all.push_back(std::move(file));
+  for (const auto* folder : {"src", "apps", "tests", "bench", "examples", "include", "python"}) {
+    for (auto& file : files_below(folder, {".h", ".cpp", ".py", ".pyi"})) all.push_back(std::move(file));
   }
+  for (auto& file : files_below("bench/python", {""})) all.push_back(std::move(file));
   return all;
 }
 
@@ -27,6 +30,53 @@ TEST(HouseRules, NoSourceFileIsLongerThan500Lines) {
   for (const auto& file : all_sources()) {
     EXPECT_LE(std::count(file.text.begin(), file.text.end(), '\n'), 500) << file.path;
   }
+}
+
+/// One that reads a room opens few files, and each holds an idea.
+TEST(HouseRules, FilesAreIdeasAndNotFunctions) {
+  std::vector<std::ptrdiff_t> lines;
+  for (const auto* folder : {"src", "apps"}) {
+    for (const auto& file : files_below(folder, {".h", ".cpp"}))
+      lines.push_back(std::count(file.text.begin(), file.text.end(), '\n'));
+  }
+  std::sort(lines.begin(), lines.end());
+  ASSERT_GE(lines.size(), 500U);
+  EXPECT_GE(lines[lines.size() / 2], 110) << "lines of the file in the middle";
+  const auto all = std::accumulate(lines.begin(), lines.end(), std::ptrdiff_t{0});
+  EXPECT_LE(static_cast<double>(lines.size()) * 1000 / static_cast<double>(all), 7.5) << "files for 1000 lines";
+}
+
+/// A bound is kMax or kMin of something, and no other word.
+TEST(HouseRules, BoundsHaveOnePrefix) {
+  static const std::regex kOther(R"re(\bk(?:Most|Longest|Largest|Highest|Shortest|Least|Lowest)(?:[A-Z]\w*)?\b)re");
+  for (const auto& file : all_sources()) {
+    std::smatch found;
+    if (std::regex_search(file.text, found, kOther)) ADD_FAILURE() << file.path << " names " << found.str();
+  }
+}
+
+/// The first line of a page that is longer than 140 characters; tables, commands and quotations have the lines that
+/// they need.
+std::string long_line_of(const std::string& page) {
+  std::istringstream text(page);
+  bool code = false;
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with("```")) code = !code;
+    if (code || line.starts_with("    ") || line.starts_with("|") || line.starts_with(">")) continue;
+    const auto characters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xc0) != 0x80; });
+    if (characters > 140) return line;
+  }
+  return {};
+}
+
+TEST(HouseRules, LinesOfDocumentsHaveAtMost140Characters) {
+  std::vector<SourceFile> pages;
+  for (const auto* folder : {"docs", "src", "apps", "tests", "bench", "python", "examples", "packaging"})
+    for (auto& page : files_below(folder, {".md"})) pages.push_back(std::move(page));
+  for (const auto* name : {"README.md", "CHANGELOG.md", "CONTRIBUTING.md", "web/README.md"})
+    pages.push_back({name, read_text(root_folder() / name)});
+  EXPECT_GE(pages.size(), 80U);
+  for (const auto& page : pages) EXPECT_EQ(long_line_of(page.text), "") << page.path;
 }
 
 TEST(HouseRules, NoTypeIsCalledManagerHandlerHelperUtilBaseDataOrInfo) {
@@ -79,11 +129,11 @@ TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {
 
 /// ordered_json searches all members for each one that it adds: a text of many members takes seconds.
 TEST(HouseRules, OnlyShortTextsAreParsedIntoOrderedJson) {
-  const std::set<std::string> short_texts{"src/model/words.cpp",                    // at most kLongestInput bytes
+  const std::set<std::string> short_texts{"src/model/point.cpp",                    // at most kMaxInput bytes
                                           "src/networks/knx/dpt/meter_codec.cpp",   // at most kMaxJson
                                           "src/networks/knx/dpt/record_codec.cpp",  // the same
                                           "src/networks/knx/dpt/time_codec.cpp",    // the same
-                                          "src/island/island_presence.cpp",         // our own text
+                                          "src/island/island_tuples.cpp",           // our own text
                                           "src/model/json_text.h",
                                           "src/model/json_text.cpp"};
   for (const auto& file : product_sources()) {

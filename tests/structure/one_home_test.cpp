@@ -25,18 +25,18 @@ const std::vector<Home> kHomes{
      // the last two parse numbers that other text follows
      {"src/base/text.h", "src/networks/knx/wire/blocks.cpp", "src/networks/knx/groups/esf_list.cpp"}},
     {"text without its blanks: base::trimmed", {"string_view trimmed(", "string trimmed("}, {"src/base/text.h"}},
-    {"UTF-8: base::is_utf8", {"bool is_utf8("}, {"src/base/printable.h", "src/base/printable.cpp"}},
+    {"UTF-8: base::is_utf8", {"bool is_utf8("}, {"src/base/text.h", "src/base/text.cpp"}},
     {"characters in UTF-8: base::append_utf8, take_utf8",
      {"(0xc0 |", "(0xe0 |", "append_utf8(char32_t"},
-     {"src/base/utf8.h", "src/base/utf8.cpp"}},
+     {"src/base/text.h", "src/base/text.cpp"}},
     {"text of outsiders: base::printable, one_line",
      {"string printable(", "string one_line("},
-     {"src/base/printable.h", "src/base/printable.cpp"}},
+     {"src/base/text.h", "src/base/text.cpp"}},
     {"work that ends with its owner: base::Lifetime",
      {"shared_ptr<bool>", "weak_ptr<bool>", "shared_ptr<const bool>"},
-     {"src/base/lifetime.h"}},
+     {"src/base/scheduler.h"}},
     {"network interfaces: transport/interfaces.h", {"getifaddrs("}, {"src/transport/interfaces.cpp"}},
-    {"names of hosts: transport/resolve.h", {"getaddrinfo("}, {"src/transport/resolve.cpp"}},
+    {"names of hosts: transport/host_names.h", {"getaddrinfo("}, {"src/transport/host_names.cpp"}},
     {"UDP ports of a DDS domain: tuples/dds/dds_options.h", {"7400", "7410"}, {"src/tuples/dds/dds_options.h"}},
 };
 
@@ -110,7 +110,12 @@ TEST(Tests, MirrorTheFoldersOfWhatTheyTest) {
     const auto folder = fs::relative(entry.path(), root_folder() / "tests");
     if (across.contains(folder.begin()->string())) continue;
     const auto root = root_folder();
-    const std::set<fs::path> special{"apps", "motes/allocation", "networks/knx/interop", "networks/knx/project/memory"};
+    const std::set<fs::path> special{"apps",
+                                     "motes/allocation",
+                                     "networks/knx/interop",
+                                     "networks/knx/project/memory",
+                                     "bridges/ros2/robot",
+                                     "bridges/ros2/fast_robot"};
     EXPECT_TRUE(special.contains(folder) || fs::is_directory(root / "src" / folder) || fs::is_directory(root / folder))
         << "tests/" << folder.string() << " mirrors no folder of src/ or apps/";
   }

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "base/config_node.h"
+#include "base/config_reader.h"
 
 namespace rubicon::support {
 

@@ -16,10 +16,13 @@ inline nlohmann::json parsed(const std::optional<std::string>& line) {
   return line ? nlohmann::json::parse(*line, nullptr, false) : nlohmann::json();
 }
 
-/// One command and its answer, a line of JSON each; null when none comes.
+/// One command and its answer, a line of JSON each; null when none comes. A tuple that it got is merged into the
+/// answer.
 inline nlohmann::json ask(Process& program, const std::string& command) {
   program.write(command + "\n");
-  return parsed(program.line_with("\"ok\""));
+  auto answer = parsed(program.line_with("\"ok\""));
+  if (answer.contains("tuple")) answer.update(nlohmann::json(answer["tuple"]));
+  return answer;
 }
 
 /// Asks again until the answer is as it should be.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "base/base64.h"
+#include "base/bytes.h"
 #include "networks/knx/secure/crypto.h"
 #include "support/xml_text.h"
 

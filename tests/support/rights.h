@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "trust/rights/rights_judge.h"
+#include "rights/rights_judge.h"
 
 namespace rubicon::support {
 
-using trust::rights::Right;
+using rights::Right;
 
 /// Keeps the lines of an audit: `robot set proxy.a: accepted`.
-class CollectingAudit final : public trust::rights::Audit {
+class CollectingAudit final : public rights::Audit {
  public:
-  void write(const trust::rights::AuditLine& line) override {
+  void write(const rights::AuditLine& line) override {
     lines.push_back(line.who.name + " " + std::string(line.verb) + " " + std::string(line.key) + ": " +
                     (line.accepted ? "accepted" : "refused"));
     hosts.emplace_back(line.host);
@@ -27,9 +27,9 @@ class CollectingAudit final : public trust::rights::Audit {
   std::vector<bool> quotes;
 };
 
-inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> may,
-                                std::vector<std::string> keys = {"**"}, std::vector<std::string> except = {}) {
-  trust::rights::Rule made;
+inline rights::Rule rule(std::string who, std::initializer_list<Right> may, std::vector<std::string> keys = {"**"},
+                         std::vector<std::string> except = {}) {
+  rights::Rule made;
   made.who = {std::move(who)};
   for (const auto right : may) made.may.add(right);
   made.keys = std::move(keys);
@@ -37,9 +37,9 @@ inline trust::rights::Rule rule(std::string who, std::initializer_list<Right> ma
   return made;
 }
 
-inline std::shared_ptr<trust::rights::RightsJudge> judge_of(std::vector<trust::rights::Rule> rules,
-                                                            std::shared_ptr<trust::rights::Audit> audit) {
-  return std::make_shared<trust::rights::RightsJudge>(trust::rights::Rights(std::move(rules)), std::move(audit));
+inline std::shared_ptr<rights::RightsJudge> judge_of(std::vector<rights::Rule> rules,
+                                                     std::shared_ptr<rights::Audit> audit) {
+  return std::make_shared<rights::RightsJudge>(rights::Rights(std::move(rules)), std::move(audit));
 }
 
 /// The member of an island, and one with a block of ids for tools.

@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kScreenPatience = std::chrono::minutes(1);
-constexpr std::size_t kMostRows = 200, kMostColumns = 400;
+constexpr std::size_t kMaxRows = 200, kMaxColumns = 400;
 
 std::size_t character_length(char first) {
   const auto byte = static_cast<unsigned char>(first);
@@ -40,7 +40,7 @@ std::size_t sequence_end(const std::string& bytes, std::size_t at) {
 Terminal::Terminal(std::vector<std::string> arguments, int rows, int columns)
     : height_(static_cast<std::size_t>(rows)),
       width_(static_cast<std::size_t>(columns)),
-      cells_(kMostRows, std::vector<std::string>(kMostColumns, " ")) {
+      cells_(kMaxRows, std::vector<std::string>(kMaxColumns, " ")) {
   std::vector<char*> argv;
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -168,7 +168,7 @@ void Terminal::put(const std::string& bytes) {
     } else {
       const auto length = character_length(c);
       if (at + length > pending_.size()) break;
-      if (row_ < kMostRows && column_ < kMostColumns) cells_[row_][column_++] = pending_.substr(at, length);
+      if (row_ < kMaxRows && column_ < kMaxColumns) cells_[row_][column_++] = pending_.substr(at, length);
       at += length;
     }
   }
@@ -177,7 +177,7 @@ void Terminal::put(const std::string& bytes) {
 
 void Terminal::sequence(const std::string& parameters, char last) {
   if (last == 'J') {
-    for (auto& row : cells_) row.assign(kMostColumns, " ");
+    for (auto& row : cells_) row.assign(kMaxColumns, " ");
   } else if (last == 'H') {
     row_ = column_ = 0;
     if (parameters.size() < 2) return;

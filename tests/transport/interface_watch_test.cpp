@@ -1,4 +1,4 @@
-#include "transport/interface_watch.h"
+#include "transport/interfaces.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "support/private_network.h"
 #include "support/process.h"
-#include "transport/asio_watch.h"
+#include "transport/machine_sockets.h"
 #include "transport/worlds.h"
 
 namespace rubicon::transport {

@@ -25,7 +25,7 @@ struct End {
   std::vector<Error> failures;
   std::unique_ptr<TcpStream> stream;
 
-  TcpCalls calls() {
+  TcpCallbacks calls() {
     return {[this] { ++connected; }, [this](ByteView bytes) { heard += base::as_text(bytes); },
             [this](Error error) { failures.push_back(std::move(error)); }};
   }
@@ -90,7 +90,7 @@ TEST_P(Listen, WhatIsSentInsideTheAcceptArrives) {
   auto listener = std::move(transports().listen_tcp({"127.0.0.1", 0}, [&](std::unique_ptr<TcpStream> stream) {
                     EXPECT_TRUE(stream->send(base::as_bytes("greetings")));
                     kept.push_back(std::move(stream));
-                    return TcpCalls{};
+                    return TcpCallbacks{};
                   })).value();
   client.connect(transports(), listener->local());
   EXPECT_TRUE(world->until([&] { return client.heard == "greetings"; }));
@@ -98,7 +98,7 @@ TEST_P(Listen, WhatIsSentInsideTheAcceptArrives) {
 
 TEST_P(Listen, AConnectionThatIsNotKeptIsHungUpOn) {
   auto listener = std::move(transports().listen_tcp({"127.0.0.1", 0}, [&](const std::unique_ptr<TcpStream>&) {
-                    return TcpCalls{};
+                    return TcpCallbacks{};
                   })).value();
   client.connect(transports(), listener->local());
   EXPECT_TRUE(world->until([&] { return !client.failures.empty(); }));
@@ -184,7 +184,7 @@ TEST_P(Listen, AListenerMayBeDestroyedInsideItsAccept) {
   mortal = std::move(transports().listen_tcp({"127.0.0.1", 0}, [&](std::unique_ptr<TcpStream> stream) {
              kept.push_back(std::move(stream));
              mortal.reset();
-             return TcpCalls{};
+             return TcpCallbacks{};
            })).value();
   client.connect(transports(), mortal->local());
   EXPECT_TRUE(world->until([&] { return client.connected == 1 && !mortal; }));

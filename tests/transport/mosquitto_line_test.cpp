@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "model/findings.h"
 #include "support/mosquitto.h"
 #include "support/private_network.h"
 #include "transport/mqtt_client.h"
@@ -208,16 +209,20 @@ TEST_F(LiveBroker, TheCertificateOfTheBrokerIsChecked) {
   ASSERT_THAT(ann.failures, IsEmpty()) << ann.failures[0].text;
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(ann.line->publish({"a", std::string(1000, 'x'), false, 1}));
   EXPECT_TRUE(world->until([&] { return ann.received.size() == 500; }));
+  std::string_view finding;
   const auto refused = [&](const char* ca, const char* name) {
     with.tls = MqttTls{ca == nullptr ? "" : certificates.path(ca), {}, {}, name};
     const auto why = failure(with);
     EXPECT_EQ(why.code, ErrorCode::kRefused);
+    finding = why.finding;
     return why.text;
   };
   EXPECT_THAT(refused("ca.pem", "elsewhere.test"),
               HasSubstr("not accepted: hostname mismatch (expected elsewhere.test)"));
+  EXPECT_EQ(finding, model::findings::kCertificateName);
   EXPECT_THAT(refused("ca.pem", ""), HasSubstr("IP address mismatch (expected 127.0.0.1)"));
   EXPECT_THAT(refused("other_ca.pem", "broker.test"), HasSubstr("self-signed certificate in certificate chain"));
+  EXPECT_EQ(finding, model::findings::kCertificateAuthority);
   EXPECT_THAT(refused(nullptr, "broker.test"), HasSubstr("not accepted: ")) << "the system does not know our authority";
   with.tls = MqttTls{certificates.path("none.pem"), {}, {}, {}};
   const auto none = failure(with);
@@ -226,6 +231,7 @@ TEST_F(LiveBroker, TheCertificateOfTheBrokerIsChecked) {
   with.tls = MqttTls{certificates.path("server.key"), {}, {}, {}};
   EXPECT_EQ(failure(with).code, ErrorCode::kInvalid);
   EXPECT_THAT(failure(options()).text, HasSubstr("does it expect TLS?"));
+  EXPECT_EQ(failure(options()).finding, model::findings::kTlsExpected);
   broker->kill();
   ASSERT_TRUE(world->until([&] { return !ann.failures.empty(); }));
   EXPECT_THAT(ann.failures[0].text, HasSubstr("the broker closed the connection"));
@@ -405,7 +411,7 @@ TEST_F(LiveBroker, ALineMayBeDestroyedInEachOfItsCalls) {
       EXPECT_NE(line, nullptr) << "no call after the end: " << call;
       if (call == in) line.reset();
     };
-    MqttCalls calls;
+    MqttCallbacks calls;
     calls.connected = [&](const auto&) { end("connected"); };
     calls.received = [&](const auto&) { end("received"); };
     calls.refused = [&](auto, const auto&) { end("refused"); };

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "model/findings.h"
 #include "support/private_network.h"
 #include "support/process.h"
 #include "transport/mqtt_client.h"
@@ -157,6 +158,7 @@ TEST_F(OddPeers, WhoSpeaksAnotherProtocolIsRefused) {
   auto with = to(web);
   with.tls = MqttTls{};
   EXPECT_THAT(failure(with).text, HasSubstr("TLS failed: wrong version number"));
+  EXPECT_EQ(failure(with).finding, model::findings::kTlsFailed);
 }
 
 TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsReported) {
@@ -200,6 +202,7 @@ TEST_F(OddPeers, WrongOptionsAndUnknownHostsAreReported) {
   const auto why = failure(with);
   EXPECT_EQ(why.code, ErrorCode::kUnreachable);
   EXPECT_THAT(why.text, HasSubstr("host no-such-host.invalid cannot be found"));
+  EXPECT_EQ(why.finding, model::findings::kHostUnknown);
 }
 
 TEST_F(OddPeers, ALineMayEndBeforeItIsConnected) {

@@ -4,9 +4,9 @@
 #include "base/virtual_scheduler.h"
 #include "support/memory/memory_transports.h"
 #include "support/memory/mqtt_broker.h"
+#include "transport/mqtt.h"
 #include "transport/mqtt_client.h"
-#include "transport/mqtt_queue.h"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt_exchange.h"
 
 namespace rubicon::transport {
 namespace {
@@ -332,7 +332,7 @@ TEST_F(MemoryBroker, ALineMayBeDestroyedInEachOfItsCalls) {
       if (line == nullptr) ++calls_after;
       if (call == in) line.reset();
     };
-    MqttCalls calls;
+    MqttCallbacks calls;
     calls.connected = [&](const auto&) { end("connected"); };
     calls.received = [&](const auto&) { end("received"); };
     calls.refused = [&](auto, const auto&) { end("refused"); };

@@ -27,7 +27,7 @@ struct MqttClient {
     return std::to_string(outcome.number) + ' ' + std::to_string(static_cast<int>(outcome.reason));
   }
   void open(Transports& transports, const MqttOptions& options) {
-    MqttCalls calls;
+    MqttCallbacks calls;
     calls.connected = [this](const MqttConnack& told) {
       ++connected;
       connack = told;

@@ -68,7 +68,7 @@ TEST(MqttBrokerOption, SaysWhatIsWrongAndWhatIsExpected) {
 
 TEST(MqttBrokerOption, APasswordInTheFileIsRefusedAndNeverRepeated) {
   const auto plain = read(R"({"broker": {"host": "a", "user": "u", "password": "s3cret"}})").errors;
-  EXPECT_THAT(plain, HasSubstr("name that as password-file"));
+  EXPECT_THAT(plain, HasSubstr("name that file in password-file"));
   EXPECT_THAT(plain, Not(HasSubstr("s3cret")));
   const auto url = read(R"({"broker": "mqtt://u:s3cret@host"})").errors;
   EXPECT_THAT(url, HasSubstr("is a URL, expected HOST[:PORT]"));

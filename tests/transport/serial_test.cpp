@@ -43,7 +43,7 @@ struct SerialEnd {
   std::vector<Error> failures;
   std::unique_ptr<ByteStream> stream;
 
-  StreamCalls calls() {
+  StreamCallbacks calls() {
     return {[this] { ++connected; }, [this](ByteView bytes) { heard += base::as_text(bytes); },
             [this](Error error) { failures.push_back(std::move(error)); }};
   }
@@ -215,7 +215,7 @@ TEST_P(Serial, TheStreamMayBeDestroyedWhileItIsCalled) {
     const auto die = [&](int now) {
       if (now == when) ++called, mortal.reset();
     };
-    StreamCalls calls{[&] { die(0); }, [&](ByteView) { die(1); }, [&](const Error&) { die(2); }};
+    StreamCallbacks calls{[&] { die(0); }, [&](ByteView) { die(1); }, [&](const Error&) { die(2); }};
     mortal = std::move(transports().open_serial({path, 115200}, std::move(calls))).value();
     plugged.send("x");
     ASSERT_TRUE(world->until([&] { return plugged.connected == 1; }));
@@ -247,7 +247,7 @@ TEST(MachineSerial, WhatIsNoSerialLineIsInvalidAndDoesNotBlock) {
     const auto refused = program.open(world.local, path);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalid);
-    EXPECT_EQ(refused.error().text, path + ": is no serial line");
+    EXPECT_EQ(refused.error().text, path + ": is not a serial line");
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-#include "transport/asio_signals.h"
+#include "transport/asio_scheduler.h"
 
 namespace rubicon::transport {
 namespace {

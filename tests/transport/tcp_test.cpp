@@ -67,7 +67,7 @@ struct MemoryServer final : Server {
     listener = net.tcp.listen({"127.0.0.1", 3671}, [this](auto accepting) {
       stream = std::move(accepting);
       ++accepted;
-      return TcpCalls{
+      return TcpCallbacks{
           {}, [this](ByteView bytes) { heard += base::as_text(bytes); }, [this](const Error&) { ended = true; }};
     });
   }
@@ -89,7 +89,7 @@ struct Client {
   std::unique_ptr<TcpStream> stream;
 
   Result<void> open(Transports& transports, const Endpoint& to, Duration patience = 5s) {
-    TcpCalls calls;
+    TcpCallbacks calls;
     calls.connected = [this] { ++connected; };
     calls.received = [this](ByteView bytes) { heard += base::as_text(bytes); };
     calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
@@ -236,7 +236,7 @@ TEST_P(Tcp, TheStreamMayBeDestroyedWhileItIsCalled) {
   for (const bool when_connected : {true, false}) {
     std::unique_ptr<TcpStream> mortal;
     int called = 0;
-    TcpCalls calls;
+    TcpCallbacks calls;
     calls.connected = [&] {
       if (when_connected) ++called, mortal.reset();
     };
@@ -319,7 +319,7 @@ TEST(MemoryTcp, StreamsArriveInPiecesOfTheSizeATestWants) {
   std::unique_ptr<TcpStream> kept;
   const auto listener = world.net.tcp.listen({"10.0.0.1", 3671}, [&](auto stream) {
     kept = std::move(stream);
-    return TcpCalls{{}, [&](ByteView bytes) { pieces.emplace_back(base::as_text(bytes)); }, {}};
+    return TcpCallbacks{{}, [&](ByteView bytes) { pieces.emplace_back(base::as_text(bytes)); }, {}};
   });
   Client client;
   ASSERT_TRUE(client.open(world.memory, {"10.0.0.1", 3671}));

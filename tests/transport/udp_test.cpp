@@ -5,8 +5,8 @@
 #include <cerrno>
 #include <memory>
 
-#include "transport/asio_udp.h"
 #include "transport/interfaces.h"
+#include "transport/machine_sockets.h"
 #include "transport/worlds.h"
 
 namespace rubicon::transport {
@@ -33,7 +33,7 @@ struct Listener {
   std::unique_ptr<UdpSocket> socket;
 
   Result<void> open(Transports& transports, UdpOptions options = {{"127.0.0.1", 0}, 2048}) {
-    UdpCalls calls;
+    UdpCallbacks calls;
     calls.received = [this](const Endpoint& from, ByteView bytes) { heard.emplace_back(from, base::as_text(bytes)); };
     calls.undelivered = [this](Error error) { undelivered.push_back(std::move(error)); };
     calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
@@ -119,7 +119,7 @@ TEST_P(Udp, AnAbsentPeerIsReportedAndHarmless) {
 TEST_P(Udp, TheSocketMayBeDestroyedWhileItIsCalled) {
   Listener a, b;
   ASSERT_TRUE(a.open(transports()));
-  UdpCalls calls;
+  UdpCallbacks calls;
   bool called = false;
   std::unique_ptr<UdpSocket> mortal;
   calls.received = [&](const Endpoint&, ByteView) {

@@ -1,4 +1,4 @@
-#include "transport/worker.h"
+#include "transport/transports.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -9,7 +9,7 @@
 #include "support/memory/memory_transports.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
-#include "transport/poll_sockets.h"
+#include "transport/poll_loop.h"
 
 namespace rubicon::transport {
 
@@ -19,17 +19,17 @@ using namespace std::chrono_literals;
 struct World {
   virtual ~World() = default;
   virtual Transports& transports() = 0;
-  /// Until it is so; false after kLongest, in memory after ten seconds.
+  /// Until it is so; false after kMaxTime, in memory after ten seconds.
   virtual bool until(const std::function<bool()>& so) = 0;
 };
 
 /// What a real world may take: 256 MB through a broker need 5 s where nothing else runs.
-constexpr Duration kLongest = 5min;
+constexpr Duration kMaxTime = 5min;
 
 struct MachineWorld final : World {
   Transports& transports() override { return local; }
   bool until(const std::function<bool()>& so) override {
-    const auto end = loop.scheduler().now() + kLongest;
+    const auto end = loop.scheduler().now() + kMaxTime;
     look(so, end);
     loop.run();
     return so();
@@ -48,7 +48,7 @@ struct MachineWorld final : World {
 struct PollWorld final : World {
   Transports& transports() override { return *sockets; }
   bool until(const std::function<bool()>& so) override {
-    for (const auto end = loop->now() + kLongest; !so() && loop->now() < end; loop->poll()) loop->wait(10ms);
+    for (const auto end = loop->now() + kMaxTime; !so() && loop->now() < end; loop->poll()) loop->wait(10ms);
     return so();
   }
 

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargest = 4096;
+constexpr std::size_t kMaxSize = 4096;
 constexpr const char* kKey = "members/hall/key.pem";
 
 void overwrite(const fs::path& path, const std::string& text) {
@@ -42,7 +42,7 @@ class FilesOfAFolder : public testing::Test {
     EXPECT_TRUE(files_.write(kKey, "key", 0600));
     EXPECT_TRUE(files_.lock());
   }
-  Result<std::string> document() const { return files_.read("realm.p7s", kLargest); }
+  Result<std::string> document() const { return files_.read("realm.p7s", kMaxSize); }
 
   const support::Folder folder_;
   const fs::path root_ = folder_ / "realm";
@@ -92,7 +92,7 @@ TEST_F(FilesOfAFolder, ALockThatIsALinkOrNoFileIsRefused) {
   ASSERT_TRUE(::geteuid() != 0 || ::chown(root_.c_str(), 12345, 12345) == 0);
   const auto linked = files_.lock();
   ASSERT_FALSE(linked);
-  EXPECT_THAT(linked.error().text, testing::HasSubstr(lock.string() + ": is no ordinary file with one name"));
+  EXPECT_THAT(linked.error().text, testing::HasSubstr(lock.string() + ": is not an ordinary file with one name"));
   struct stat about {};
   ASSERT_EQ(::stat(precious.c_str(), &about), 0);
   EXPECT_EQ(about.st_uid, ::geteuid());

@@ -5,12 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "trust/certificate.h"
 #include "trust/member_names.h"
 #include "trust/now.h"
 #include "trust/private_key.h"
-#include "trust/private_memory.h"
-#include "trust/signed_text.h"
-#include "trust/site/site_certificates.h"
+#include "trust/secret_text.h"
+#include "trust/site/site_proofs.h"
 
 namespace rubicon::trust {
 namespace {
@@ -58,7 +58,7 @@ TEST(SignedText, ChangedAfterwardsIsRefused) {
   auto changed = document;
   changed[at] = 'n';
   for (const auto& text :
-       {changed, document.substr(0, document.size() / 2), std::string(), std::string(kLargestSigned + 1, 'x')})
+       {changed, document.substr(0, document.size() / 2), std::string(), std::string(kMaxSigned + 1, 'x')})
     EXPECT_FALSE(verified_text(text, home().certificate, "x"));
 }
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tuples/held_sets.h"
+#include "tuples/remote_sets.h"
 
 namespace rubicon::tuples {
 namespace {

@@ -7,9 +7,8 @@
 #include <set>
 
 #include "tuples/component.h"
-#include "tuples/key_table.h"
 #include "tuples/part_trie.h"
-#include "tuples/subscriber_sets.h"
+#include "tuples/store.h"
 
 namespace rubicon::tuples {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuples/member_policy.h"
+#include "tuples/peer_policy.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ struct OpenJudge final : Judge {
   }
   Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
   const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
-  void record(const Member&, const Wish&, const Result<void>&) override {}
+  void record(const Member&, const OtherRequest&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view, const RemoteSet&, const Reply&) override {
     ++answers;
     last = who;
@@ -78,7 +78,7 @@ TEST_F(PolicyOfMembers, WhoIsNotUpMayNothing) {
   EXPECT_EQ(policy.member(OwnerId(70000)), nullptr);
 }
 
-TEST_F(PolicyOfMembers, WishesOfTheOwnProcessAreNotReported) {
+TEST_F(PolicyOfMembers, RequestsOfTheOwnProcessAreNotReported) {
   policy.peer_up(peer(70000, robot));
   policy.peer_up(peer(70001, robot, true));
   policy.answered(set_by(70001), {});

@@ -7,7 +7,7 @@
 
 #include "tuples/component.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples {
 namespace {
@@ -38,7 +38,7 @@ struct ListJudge final : Judge {
   }
   Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
   const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
-  void record(const Member&, const Wish&, const Result<void>&) override {}
+  void record(const Member&, const OtherRequest&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view host, const RemoteSet& set, const Reply& reply) override {
     answers.push_back(who.name + "@" + std::string(host) + " " + set.key + " " + std::string(to_string(reply.verdict)));
     reasons.push_back(reply.text);

@@ -59,10 +59,5 @@ TEST(EventJson, KnowsUtf8FromOtherBytes) {
   }
 }
 
-TEST(EventJson, AnErrorHasCodeAndText) {
-  EXPECT_EQ(error_line({ErrorCode::kNotFound, "no tuple \xff"}),
-            "{\"ok\":false,\"error\":{\"code\":\"not-found\",\"text\":\"no tuple \xef\xbf\xbd\"}}");
-}
-
 }  // namespace
 }  // namespace rubicon::tuples

@@ -8,11 +8,12 @@ const more = [
   "devices/compare?d=6541/dummy-rooms/living,6541/dummy-rooms/bedroom",
   "tuples/6541:proxy.dummy-rooms.living.status",
   "tuples?q=living",
+  "overview/network%206541%2Fdummy-rooms",
 ];
 const standards = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 /** What axe finds on the page as it is; empty if nothing. */
-async function findingsOf(page, axe) {
+export async function findingsOf(page, axe) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate((values) => globalThis.axe.run(document, { runOnly: { type: "tag", values } }), standards);
   return violations.map(

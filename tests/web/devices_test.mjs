@@ -44,7 +44,7 @@ async function groups({ page, open }) {
   await groups.first().waitFor();
   assert.deepEqual(
     (await groups.allTextContents()).map((text) => text.trim()),
-    ["<b>Lab</b> 1", "no place 4"],
+    ["<b>Lab</b> 1", "no room 4"],
   );
 }
 

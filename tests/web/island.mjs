@@ -1,6 +1,7 @@
 // The island whose page is tested, and other programs beside it.
 import { execFileSync, spawn } from "node:child_process";
-import { copyFile, readFile, writeFile } from "node:fs/promises";
+import { existsSync } from "node:fs";
+import { copyFile, readFile, rm, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -12,6 +13,8 @@ const guarded = "127.0.0.1:8643";
 const alone = "127.0.0.1:8644";
 const example = "127.0.0.1:8645";
 const unwritten = "127.0.0.1:8646";
+const house = "127.0.0.1:8647";
+const houseFile = fileURLToPath(new URL("house.yaml", import.meta.url));
 const examples = fileURLToPath(new URL("../../examples", import.meta.url));
 export const publisher = 70_000;
 
@@ -91,6 +94,36 @@ export class Island {
     const tape = `{type: log, format: csv, file: tape.csv, time: {column: time, unit: s}, deadline: 2s, map: {room: {name: Tape room, columns: {air: {sensor: temperature-1}}}}}`;
     await writeFile(configuration, `island: {id: 6543, name: tape}\nnetworks: {log-tape: ${tape}}\n`);
     this.#beside("rubicon-proxy", ["run", configuration]);
+  }
+
+  /**
+   * An island in a space of its own that keeps what people give it: the address of its page, and the value of one of its
+   * tuples. `more` networks are texts of the command line.
+   */
+  async startHouse(...more) {
+    const url = `http://${house}/`;
+    const configuration = join(this.folder, "house.yaml");
+    await copyFile(houseFile, configuration);
+    await rm(join(this.folder, "house.state"), { force: true });
+    const web = `web={listen: "${house}"${files ? `, files: "${files}"` : ""}}`;
+    const sets = [web, "tuples={space: house}", ...more].flatMap((text) => ["--set", text]);
+    this.#beside("rubicon-proxy", ["run", configuration, ...sets]);
+    while (!(await answers(url))) await pause();
+    const valueOf = async (key) => (await fetch(`${url}api/v1/tuples/6545/${key}`, { headers: { accept: "text/plain" } })).text();
+    return { url, valueOf };
+  }
+
+  /** A ZigBee network without radio, and its network for `startHouse`; null where there is no broker. */
+  async startZigbee(script) {
+    const broker = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"].find(existsSync);
+    if (!broker) return null;
+    const configuration = join(this.folder, "mosquitto.conf");
+    await writeFile(configuration, "listener 18831 127.0.0.1\nallow_anonymous true\npersistence false\n");
+    this.#others.push(spawn(broker, ["-c", configuration], { stdio: "ignore" }));
+    const file = join(this.folder, "zigbee.script");
+    await writeFile(file, script);
+    this.#beside("zigbee-simulator", [file, "--broker", "127.0.0.1:18831"]);
+    return 'networks.zigbee={type: zigbee, broker: "127.0.0.1:18831"}';
   }
 
   /** The island of the examples with an hour of its history, in a space of its own; the address of its page. */

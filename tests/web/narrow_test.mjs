@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { settled, viewsOf } from "./browser.mjs";
 
-const more = ["devices/6541/dummy-rooms/living", "tuples/6541:house.motto"];
+const more = ["devices/6541/dummy-rooms/living", "tuples/6541:house.motto", "overview/network%206541%2Fdummy-rooms"];
 
 /** What goes beyond the right edge and cannot be scrolled to. */
-function beyondTheEdge() {
+export function beyondTheEdge() {
   const scrolls = (element) =>
     element && (/auto|scroll|hidden/.test(getComputedStyle(element).overflowX) || scrolls(element.parentElement));
   return [...document.querySelectorAll("body *")]
@@ -14,7 +14,7 @@ function beyondTheEdge() {
 }
 
 /** Touch targets that are smaller than 44 pixels in both directions. */
-function smallTargets() {
+export function smallTargets() {
   return [...document.querySelectorAll("button, select, input, nav a")]
     .filter(
       (element) =>
@@ -35,6 +35,7 @@ async function fits({ page, open, picture }) {
     assert.equal(await page.evaluate(() => document.scrollingElement.scrollWidth), 320, address);
     assert.deepEqual(await page.evaluate(beyondTheEdge), [], address);
     assert.deepEqual(await page.evaluate(smallTargets), [], address);
+    if (views.includes(address)) assert.ok((await page.locator("main h1").first().boundingBox()).width > 30, `${address} has no title`);
   }
 }
 
@@ -107,7 +108,26 @@ async function devicesAreCompared({ page, open }) {
   assert.ok((await page.getByRole("columnheader").count()) > 4);
 }
 
+/** Numbers are typed on a pad for digits; what the device says and what became of commands is whole. */
+async function aDeviceOnAPhone({ page, open }) {
+  await open("devices/6541/dummy-rooms/tank");
+  const row = (id) => page.locator(".row", { has: page.getByText(id, { exact: true }) });
+  await page.getByRole("button", { name: "on", exact: true }).first().click();
+  const outcome = row("boiler-1").locator(".outcome");
+  await outcome.locator(".state", { hasText: "timed-out" }).waitFor();
+  await outcome.getByText("no report of the device").waitFor();
+  const cut = await row("boiler-1").evaluate((element) => {
+    const low = element.getBoundingClientRect().bottom;
+    return [...element.querySelectorAll(".outcome *")].some(
+      (one) => one.getBoundingClientRect().bottom > low + 1 || one.scrollWidth > one.clientWidth + 1,
+    );
+  });
+  assert.equal(cut, false);
+  assert.equal(await row("valve-1").locator("input[type=number]").getAttribute("inputmode"), "numeric");
+}
+
 export const tests = () => [
+  { name: "narrow: a device, its pad for numbers and whole reasons", settings: phone, body: aDeviceOnAPhone },
   {
     name: "narrow: the head with tokens",
     settings: { ...phone, lines: true },

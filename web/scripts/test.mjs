@@ -21,6 +21,7 @@ try {
     target: "node18",
     jsx: "automatic",
     jsxImportSource: "preact",
+    loader: { ".yaml": "text" },
     logLevel: "warning",
   });
   const files = tests.map((name) => join(out, name.replace(/\.ts$/, ".mjs")));

@@ -1,11 +1,12 @@
 // The one connection, store and catalogue of the page, and what views use of them.
 import { effect, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { Catalog } from "./core/catalog";
+import { Catalog, type Point } from "./core/catalog";
 import { browserClock } from "./core/clock";
 import { Connection, type LineState, openBrowserWire } from "./core/connection";
 import { Feed, type Subscription, type Want } from "./core/feed";
 import type { Answer, Component, Frame, Message } from "./core/frames";
+import { givenName } from "./core/overview";
 import { redraw } from "./core/redraw";
 import { ask, askJson, RestError, type ServerInfo } from "./core/rest";
 import { route, setQuery } from "./core/router";
@@ -47,6 +48,7 @@ const always: Want[] = [
   { pattern: "*:*.*.status", min: 250 },
   { pattern: "*:*.inbox", min: 250 },
   { pattern: "*:*.alerts", min: 250 },
+  { pattern: "*:*.overview", min: 250 },
 ];
 export const baseFeeds: Subscription[] = [];
 
@@ -149,7 +151,7 @@ export function startApp(): void {
   for (const want of always) baseFeeds.push(feed.want(want));
   document.addEventListener("visibilitychange", () => {
     feed.hide(document.hidden);
-    if (document.hidden) active.value = false;
+    if (document.hidden) sleep();
   });
   endActiveWithAddress();
   connection.start();
@@ -230,14 +232,31 @@ export function ownerPattern(): string {
 
 /** The user lets this address wake sensors. It ends with the address, and when the page is hidden. */
 export const active = signal(false);
+/** Points that the user lets this address measure, by path. It ends as `active` does. */
+export const measured = signal<ReadonlySet<string>>(new Set());
 /** How many sensors the present view wakes, as the view counts them. */
 export const wokenSensors = signal(0);
+
+function sleep(): void {
+  active.value = false;
+  if (measured.peek().size > 0) measured.value = new Set();
+}
+
+/** The wants of what the user lets be measured. */
+export function measuredWants(): Want[] {
+  return [...measured.value].map((path) => ({ pattern: `${path}.value`, active: true, min: 1000 }));
+}
+
+/** What people call a point: the name that they gave it, else its id. */
+export function nameOfPoint(point: Point): string {
+  return givenName(catalog.overviews.get(point.device.owner), point) || point.id;
+}
 
 function endActiveWithAddress(): void {
   let before = "";
   effect(() => {
     const address = [route.value.view, ...route.value.parts].join("/");
-    if (address !== before) active.value = false;
+    if (address !== before) sleep();
     before = address;
   });
 }

@@ -154,7 +154,10 @@ test("alerts of all islands or one, problems first, each with the view it leads 
   put("7:proxy.wsn.status", "{}");
   put(
     "7:proxy.alerts",
-    list({ about: "proxy.wsn.3.sensor.battery-1", severity: "warning", what: "low" }, { about: "proxy", severity: "problem", what: "clock" }),
+    list(
+      { about: "proxy.wsn.3.sensor.battery-1", severity: "warning", what: "low" },
+      { about: "proxy", severity: "problem", what: "clock" },
+    ),
   );
   island(8);
   put("8:proxy.alerts", list({ about: "proxy.wsn", severity: "problem", since: 9, what: "down", fix: "look" }, 3 as never));

@@ -23,7 +23,24 @@ test("the control comes from the description alone", () => {
   });
   assert.deepEqual(controlOf({ data_type: "real" }), { kind: "number", minimum: undefined, maximum: undefined, step: "any" });
   assert.deepEqual(controlOf({ data_type: "json" }), { kind: "text", json: true });
-  assert.deepEqual(controlOf({ data_type: "text", type: "colourRgb" }), { kind: "colour" });
+  for (const type of ["colourRgb", "colourXy", "colourHueSaturation"]) assert.equal(controlOf({ data_type: "json", type }).kind, "colour");
+});
+
+test("white light is chosen in kelvin, within what lamps can do", () => {
+  const white = (description: Record<string, unknown>) => controlOf({ data_type: "real", ...description });
+  assert.deepEqual(white({ type: "colourTemperatureMired", minimum: 153, maximum: 500 }), {
+    kind: "white",
+    minimum: 2000,
+    maximum: 6536,
+    mired: true,
+  });
+  assert.deepEqual(white({ type: "colourTemperature", minimum: 1000, maximum: 20000 }), {
+    kind: "white",
+    minimum: 1500,
+    maximum: 10000,
+    mired: false,
+  });
+  assert.deepEqual(white({ type: "colourTemperature" }), { kind: "white", minimum: 1500, maximum: 10000, mired: false });
 });
 
 test("odd descriptions give a field for text", () => {
@@ -59,6 +76,13 @@ test("a refusal carries its reason; a lost line leaves the outcome unknown", () 
     "queued",
     "unknown! lost",
   ]);
+});
+
+test("what was not executed is told apart from what nobody knows", () => {
+  const error = { code: "expired", text: "no answer" };
+  assert.deepEqual(states({ ok: false, verdict: "expired", error }), ["expired! no answer"]);
+  assert.deepEqual(states({ ok: false, verdict: "timed-out", error }), ["timed-out! no answer"]);
+  assert.deepEqual(states({ ok: false, error }), ["unknown! no answer"]);
 });
 
 test("the status of a point tells whose command it was", () => {

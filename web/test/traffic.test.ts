@@ -23,6 +23,16 @@ test("telegrams and packets become rows, whatever is missing", () => {
   const packet = readPassing("wsn", '{"time":5,"direction":"out","kind":"sampling","mote":7,"hex":"7e","text":"light"}', 2);
   assert.deepEqual([packet?.out, packet?.from, packet?.to, packet?.value], [true, "", "7", "light"]);
   assert.equal(readPassing("wsn", '{"direction":"in","kind":"config"}', 3)?.from, "");
+  const set = readPassing(
+    "zigbee",
+    '{"time":5,"direction":"out","topic":"living/ceiling/set","bytes":14,"text":"{\\"state\\":\\"ON\\"}"}',
+    4,
+  );
+  assert.deepEqual([set?.out, set?.kind, set?.name, set?.value], [true, "set", "living/ceiling", '{"state":"ON"}']);
+  const list = readPassing("zigbee", '{"time":5,"direction":"in","topic":"bridge/devices","bytes":300}', 5);
+  assert.deepEqual([list?.out, list?.kind, list?.name, list?.value], [false, "bridge", "devices", "300 bytes"]);
+  const state = readPassing("zigbee", '{"time":5,"direction":"in","topic":"living/ceiling","bytes":2,"text":"{}"}', 6);
+  assert.deepEqual([state?.kind, state?.name], ["state", "living/ceiling"]);
   assert.equal(readPassing("knx", "no JSON", 4), null);
   assert.equal(readPassing("knx", "3", 5), null);
   assert.equal(jsonLines(packet ? [packet, packet] : []).split("\n").length, 3);

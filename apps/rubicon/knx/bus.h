@@ -26,4 +26,7 @@ inline constexpr ToolTags kBusTags{networks::knx::kRequestTag, networks::knx::kR
 std::unique_ptr<ToolLine> open_bus(const Settings& settings, const BusOptions& options, std::string_view command,
                                    int& code);
 
+/// A tunnel of our own to BusOptions::direct; waits until it is there. nullptr: why not was said.
+std::unique_ptr<ToolLine> open_direct(const Settings& settings, const BusOptions& options, int& code);
+
 }  // namespace rubicon::cli::knx

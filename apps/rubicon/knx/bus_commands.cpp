@@ -6,7 +6,7 @@
 
 #include "apps/rubicon/knx/bus.h"
 #include "apps/rubicon/knx/commands.h"
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "base/own_file.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
@@ -188,7 +188,7 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
       ->type_name("ADDRESS")
       ->needs(keyring);
   app->add_option("--tunnel-address", options->bus.tunnel_address,
-                  "take this tunnel of the keyring: an island may use the first one")
+                  "use this tunnel of the keyring, because an island may use the first one")
       ->type_name("ADDRESS")
       ->needs(keyring);
   app->add_option("--group-keys", options->bus.group_keys,

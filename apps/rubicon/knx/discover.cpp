@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "apps/rubicon/knx/commands.h"
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "model/json_members.h"
 #include "networks/knx/line/discovery.h"
 #include "transport/asio_scheduler.h"

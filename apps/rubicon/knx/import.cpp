@@ -12,11 +12,10 @@
 #include "config/yaml.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/secured_groups.h"
 #include "networks/knx/project/project.h"
-#include "networks/knx/secure/password_file.h"
+#include "networks/knx/secure/passwords.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::cli::knx {
 
@@ -47,7 +46,7 @@ Result<void> read_record(const std::string& path, networks::knx::groups::ImportO
   std::vector<GroupPoint> points;
   networks::knx::groups::read_groups(reader, points);
   out.known_secured = networks::knx::groups::read_secured_groups(reader);
-  std::ignore = networks::knx::groups::read_notation(reader);  // that of the import counts
+  std::ignore = networks::knx::groups::read_notation(reader);  // the value of the import counts
   reader.finish();
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   out.known = std::move(points);

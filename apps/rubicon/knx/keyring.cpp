@@ -5,9 +5,9 @@
 #include <set>
 
 #include "apps/rubicon/knx/commands.h"
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "model/json_members.h"
-#include "networks/knx/secure/password_file.h"
+#include "networks/knx/secure/passwords.h"
 #include "transport/local_transports.h"
 
 namespace rubicon::cli::knx {

@@ -9,17 +9,17 @@
 #include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/config_reader.h"
-#include "config/audit_config.h"
 #include "config/config_file.h"
+#include "config/rights_config.h"
 #include "model/json_members.h"
-#include "trust/rights/audit_file.h"
+#include "rights/audit.h"
 
 namespace rubicon::cli::trust {
 
 namespace {
 
 namespace fs = std::filesystem;
-using rubicon::trust::rights::AuditQuery;
+using rubicon::rights::AuditQuery;
 
 /// How often the file is looked at while it is followed.
 constexpr timespec kLook{0, 250'000'000};
@@ -131,7 +131,7 @@ int audit(const Settings& settings, const AuditOptions& asked) {
     options.file = std::move(*found);
   }
   Output out(1);
-  const auto read = rubicon::trust::rights::read_audit(options.file, options.query, [&](std::string_view line) {
+  const auto read = rubicon::rights::read_audit(options.file, options.query, [&](std::string_view line) {
     out.line(settings.json ? std::string(line) : audit_text(line));
   });
   if (!read) return failed(read.error());
@@ -145,13 +145,14 @@ int audit(const Settings& settings, const AuditOptions& asked) {
 
 void add_audit(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<AuditOptions>(
-      {"audit", "Show what was asked of an island of this host, by whom, and how it ended",
+      {"audit", "Show the requests to an island of this host, who sent them, and how they ended",
        "  sudo rubicon trust audit\n"
        "  sudo rubicon trust audit --name desk --refused\n"
        "  sudo rubicon trust audit --follow --json\n",
        parent},
       audit);
-  app->add_option("--file", options->file, "audit log; default that of the only island of this host, or of --config")
+  app->add_option("--file", options->file,
+                  "audit log; default: the log of the only island of this host, or of the one in --config")
       ->type_name("FILE");
   app->add_option("--name", options->query.who, "only what this member asked for");
   app->add_flag("--refused", options->query.refused_only, "only what was refused");

@@ -3,18 +3,116 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <tuple>
+#include <utility>
 
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/own_file.h"
 #include "base/text.h"
-#include "trust/site/site_place.h"
+#include "trust/site/site_identity.h"
+
+namespace rubicon::cli::trust {
+
+namespace {
+
+constexpr std::size_t kMaxPhrase = 1024;
+
+/// The terminal does not show what is typed while it lives.
+class Silence {
+ public:
+  Silence() : changed_(::tcgetattr(STDIN_FILENO, &before_) == 0) {
+    if (!changed_) return;
+    auto silent = before_;
+    silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    silent.c_lflag |= ECHONL;
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
+  }
+  ~Silence() {
+    if (changed_) ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before_);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  termios before_{};
+  bool changed_;
+};
+
+/// Byte by byte: what follows the line is for others. With room for all of it: what grows leaves copies behind.
+SecretText line_of_input() {
+  std::string line;
+  line.reserve(kMaxPhrase);
+  char c = 0;
+  while (line.size() < kMaxPhrase && ::read(STDIN_FILENO, &c, 1) == 1 && c != '\n') line += c;
+  if (line.ends_with('\r')) line.pop_back();
+  return SecretText(std::move(line));
+}
+
+void ask(const std::string& question) {
+  std::fputs(question.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+Result<SecretText> phrase_in(const std::string& file) {
+  auto text = read_text(file);
+  if (!text) return fail(text.error());
+  const SecretText all(std::move(*text));
+  const auto line = all.view().substr(0, all.view().find_first_of("\r\n"));
+  return SecretText(std::string(line));
+}
+
+SecretText typed_phrase(const std::string& question) {
+  if (!::isatty(STDIN_FILENO)) return line_of_input();
+  const Silence silence;
+  ask(question);
+  return line_of_input();
+}
+
+}  // namespace
+
+Result<SecretText> read_phrase(const PhraseOptions& options, const std::string& question) {
+  auto phrase = options.file.empty() ? Result<SecretText>(typed_phrase(question)) : phrase_in(options.file);
+  if (phrase && phrase->empty())
+    return fail(ErrorCode::kInvalid, fmt::format("{}: no pass phrase, expected one line",
+                                                 options.file.empty() ? "standard input" : options.file));
+  return phrase;
+}
+
+Result<void> may_show_phrase(bool json) {
+  if (json) return fail(ErrorCode::kInvalid, "the pass phrase is no part of the JSON; expected --phrase-file FILE");
+  if (::isatty(STDOUT_FILENO)) return {};
+  return fail(
+      ErrorCode::kInvalid,
+      "the pass phrase is shown only on a terminal, and standard output is not one; expected --phrase-file FILE");
+}
+
+/// Not by the buffer of standard output, which keeps it.
+void show_phrase(std::string_view phrase) {
+  std::fflush(stdout);
+  for (const auto part : {std::string_view("phrase       "), phrase, std::string_view("\n")})
+    std::ignore = ::write(STDOUT_FILENO, part.data(), part.size());
+}
+
+Result<bool> confirmed(const std::string& question) {
+  if (!::isatty(STDIN_FILENO))
+    return fail(ErrorCode::kInvalid, "standard input is not a terminal to confirm on, expected --yes");
+  ask(question + " [y/N] ");
+  std::string answer(base::trimmed(line_of_input().view()));
+  for (auto& c : answer) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return answer == "y" || answer == "yes";
+}
+
+}  // namespace rubicon::cli::trust
 
 namespace rubicon::cli {
 
@@ -53,7 +151,7 @@ void add_trust(Cli& cli) {
       "  sudo rubicon trust join hall.trust                     # on the other host\n"
       "  sudo rubicon trust revoke hall\n"
       "  rubicon trust may desk set proxy.hall.door.actuator.lock-1.command\n"
-      "The folder is /etc/rubicon/realm, that of a person ~/.config/rubicon/realm; --realm FOLDER or RUBICON_REALM\n"
+      "The folder is /etc/rubicon/realm for root, ~/.config/rubicon/realm for others; --realm FOLDER or RUBICON_REALM\n"
       "name another one. See docs/sites.md and docs/trust.md.");
   trust::site::add_site(cli, app);
   trust::add_may(cli, app);
@@ -68,11 +166,11 @@ namespace {
 namespace fs = std::filesystem;
 using rubicon::trust::KeyReaders;
 
-constexpr std::size_t kLargestText = 256 * 1024;
+constexpr std::size_t kMaxTextSize = 256 * 1024;
 constexpr mode_t kPrivate = 0600;
 
 Result<std::string> read_all(int descriptor, const std::string& name) {
-  std::string text(kLargestText + 1, '\0');
+  std::string text(kMaxTextSize + 1, '\0');
   std::size_t done = 0;
   while (done < text.size()) {
     const auto count = ::read(descriptor, text.data() + done, text.size() - done);
@@ -80,8 +178,8 @@ Result<std::string> read_all(int descriptor, const std::string& name) {
     if (count == 0) break;
     done += static_cast<std::size_t>(count);
   }
-  if (done > kLargestText)
-    return fail(ErrorCode::kOutOfRange, fmt::format("{}: has more than {} bytes", name, kLargestText));
+  if (done > kMaxTextSize)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: has more than {} bytes", name, kMaxTextSize));
   text.resize(done);
   return text;
 }
@@ -91,7 +189,7 @@ std::optional<unsigned> number_in(const char* variable) {
   return value ? base::parse_number<unsigned>(value) : std::nullopt;
 }
 
-/// Who ran sudo carries the file to another host.
+/// The user who ran sudo carries the file to another host.
 void give_to_sudo_user(int descriptor) {
   const auto user = number_in("SUDO_UID"), group = number_in("SUDO_GID");
   if (::geteuid() == 0 && user && group) std::ignore = ::fchown(descriptor, *user, *group);
@@ -168,4 +266,5 @@ Result<void> NewFile::write(std::string_view text) {
 }
 
 }  // namespace trust
+
 }  // namespace rubicon::cli

@@ -1,14 +1,37 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "base/own_file.h"
+#include "rubicon/result.hpp"
+#include "trust/secret_text.h"
 #include "trust/site/site_folder.h"
 
 namespace rubicon::cli::trust {
+
+using rubicon::trust::SecretText;
+
+/// Where a pass phrase comes from, or goes to, besides the terminal.
+struct PhraseOptions {
+  std::string file;  ///< empty = the terminal
+};
+
+/// The first line of the file; else typed on the terminal, which does not show it; else a line of standard input.
+/// kInvalid: it is empty.
+Result<SecretText> read_phrase(const PhraseOptions& options, const std::string& question);
+
+/// Whether a new phrase can be shown on standard output: a terminal, with text for people. Asked before there is one.
+Result<void> may_show_phrase(bool json);
+/// Shows it once, on standard output.
+void show_phrase(std::string_view phrase);
+
+/// Asks on the terminal; only `y` or `yes`, in upper or lower case, is yes. kInvalid: standard input is not a terminal.
+Result<bool> confirmed(const std::string& question);
 
 using rubicon::trust::site::RealmIdentity;
 
@@ -33,8 +56,8 @@ void put(Output& out, const RealmIdentity& realm);
 
 /// The text of a file of at most 256 kB; `-` = standard input.
 Result<std::string> read_text(const std::string& file);
-/// A new file that only its user may read; under sudo the user who called it. It is opened before what it is for is
-/// made, and gone again if nothing was written.
+/// A new file that only its user may read; under sudo the user who called it. It is opened before its content is made,
+/// and removed if nothing was written.
 class NewFile {
  public:
   /// kDuplicate: it exists.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "apps/rubicon/island_points.h"
+#include "apps/rubicon/targets/options.h"
 #include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/config_reader.h"
@@ -11,15 +11,15 @@
 #include "config/yaml.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
+#include "rights/rights_judge.h"
 #include "rubicon/key.hpp"
-#include "trust/rights/rights_judge.h"
 
 namespace rubicon::cli::trust {
 
 namespace {
 
-using rubicon::trust::rights::Right;
-namespace rules = rubicon::trust::rights;
+using rubicon::rights::Right;
+namespace rules = rubicon::rights;
 
 struct MayOptions {
   std::string name, verb, key;
@@ -29,7 +29,7 @@ struct MayOptions {
 
 /// The rules of a configuration, and the prefix of its keys.
 struct Rules {
-  std::optional<config::RightsSetup> setup;  ///< nullopt: those of an island without
+  std::optional<config::RightsSetup> setup;  ///< nullopt: the rules of an island without
   std::string prefix;
 
   rules::Rights rights() const { return setup ? rules::Rights(setup->rules) : rules::Rights(); }
@@ -68,8 +68,9 @@ tuples::Member member_of(const MayOptions& options) {
   if (member.is_unproven()) return member;
   if (auto found = realm_member(options.name)) return std::move(*found);
   if (options.name.find(':') == options.name.npos)
-    print_error(fmt::format("{}: no member of the realm in {}; answered for a member without roles{}", options.name,
-                            site::folder_to_show("").string(), options.roles.empty() ? "" : " but those given"));
+    print_error(fmt::format("{}: not a member of the realm in {}; the answer is for a member without roles{}",
+                            options.name, site::folder_to_show("").string(),
+                            options.roles.empty() ? "" : " other than the given ones"));
   return member;
 }
 
@@ -78,7 +79,7 @@ Result<Right> right_asked(const MayOptions& options) {
   const auto right = rules::right_of(options.verb);
   if (!right)
     return fail(ErrorCode::kInvalid,
-                fmt::format("'{}' is no right, expected read, demand, set, approve or send", options.verb));
+                fmt::format("'{}' is not a right, expected read, demand, set, approve or send", options.verb));
   const bool names_island = *right == Right::kSend && options.key.starts_with(rules::kIsland);
   const auto good = names_island ? rules::check_rule_key(options.key) : model::check_key(options.key);
   if (!good) return fail(good.error());

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "apps/rubicon/zigbee/tool.h"
 #include "model/json_members.h"
 

@@ -1,8 +1,8 @@
-#include "apps/rubicon/zigbee/permit.h"
+#include "apps/rubicon/zigbee/tool.h"
 
 #include <fmt/format.h>
 
-#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "model/json_members.h"
 
 namespace rubicon::cli::zigbee {
@@ -12,8 +12,8 @@ namespace {
 using nlohmann::json;
 
 /// Zigbee2MQTT permits no longer time.
-constexpr std::chrono::seconds kLongest{254};
-/// So many signals end the program before Zigbee2MQTT confirms that joining is closed.
+constexpr std::chrono::seconds kMaxTime{254};
+/// This number of signals ends the program before Zigbee2MQTT confirms that joining is closed.
 constexpr int kMaxInterrupts = 3;
 
 struct PermitOptions {
@@ -59,7 +59,7 @@ int watch_joins(Tool& tool, const std::string& id) {
     why = model::text_of(event, "why");
   };
   const auto is_closed = [&] { return closed; };
-  if (!line.run(is_closed, kLongest + kPatience)) line.send({{"do", "permit"}, {"seconds", 0}});
+  if (!line.run(is_closed, kMaxTime + kPatience)) line.send({{"do", "permit"}, {"seconds", 0}});
   // One interrupt may come as two signals: to the program and to its group.
   for (int i = 0; i < kMaxInterrupts && !closed && !tool.out().broken(); ++i) {
     line.resume();
@@ -82,8 +82,8 @@ namespace {
 
 int permit(Tool& tool, const PermitOptions& options) {
   const auto time = std::chrono::ceil<std::chrono::seconds>(parse_duration_or(options.time, std::chrono::seconds(60)));
-  if (time > kLongest) {
-    print_error(fmt::format("--for is {}, expected at most {} s", options.time, kLongest.count()));
+  if (time > kMaxTime) {
+    print_error(fmt::format("--for is {}, expected at most {} s", options.time, kMaxTime.count()));
     return kUsage;
   }
   json request{{"do", "permit"}, {"seconds", time.count()}};

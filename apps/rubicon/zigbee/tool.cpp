@@ -1,6 +1,6 @@
 #include "apps/rubicon/zigbee/tool.h"
 
-#include "apps/rubicon/device_options.h"
+#include "apps/rubicon/targets/options.h"
 #include "model/json_members.h"
 #include "networks/zigbee/tool_requests.h"
 
@@ -31,7 +31,9 @@ CLI::App* Tool::add(Cli& cli, CLI::App* parent, const Cli::Text& text, Run run) 
 
 int Tool::name_device(nlohmann::json& request, const char* member, const std::string& word) {
   request[member] = word;
-  const auto found = devices_called(line_->devices(), word);
+  client::KnownNames names{line_->devices(), {}};
+  for (auto& device : names.devices) device.area.clear();  // a room does not mean its only device: it may be removed
+  const auto found = client::devices_called(names, word);
   if (found.size() > 1) return ambiguous(word, found);
   if (found.size() == 1) request["address"] = found.front().address;
   return kGood;
@@ -45,7 +47,8 @@ void Tool::print_json(nlohmann::json reply) {
 }  // namespace zigbee
 
 void add_zigbee(Cli& cli) {
-  auto* app = cli.app().add_subcommand("zigbee", "Tools for ZigBee: pair, list, rename, remove, set options, map");
+  auto* app =
+      cli.app().add_subcommand("zigbee", "Tools for ZigBee: pair, list, rename, remove, set options, map, monitor");
   app->require_subcommand(1);
   app->fallthrough();
   app->get_formatter()->label("SUBCOMMAND", "COMMAND");
@@ -60,6 +63,7 @@ void add_zigbee(Cli& cli) {
   zigbee::add_devices(cli, app);
   zigbee::add_options(cli, app);
   zigbee::add_map(cli, app);
+  zigbee::add_monitor(cli, app);
 }
 
 }  // namespace rubicon::cli

@@ -43,5 +43,10 @@ void add_permit(Cli& cli, CLI::App* parent);
 void add_devices(Cli& cli, CLI::App* parent);
 void add_options(Cli& cli, CLI::App* parent);
 void add_map(Cli& cli, CLI::App* parent);
+void add_monitor(Cli& cli, CLI::App* parent);
+
+/// After a permit: prints what joins until joining is closed, by time, by another client or by an interrupt. `id` is
+/// that of the permit's reply. kGood, or kNotDone after the reason was printed.
+int watch_joins(Tool& tool, const std::string& id);
 
 }  // namespace rubicon::cli::zigbee

@@ -1,4 +1,4 @@
-#include "apps/simulators/knx/program.h"
+#include "apps/simulators/knx/simulator.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,10 @@
 #include <cstdio>
 #include <random>
 
-#include "apps/program/spdlog_sink.h"
-#include "apps/program/version.h"
-#include "apps/simulators/knx/simulator.h"
+#include "apps/program/process.h"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_signals.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::knx_simulator {
 
@@ -21,7 +18,7 @@ namespace {
 
 constexpr int kFailed = 1;         ///< the system refused something, such as a port that is in use
 constexpr int kConfiguration = 2;  ///< an option or a line of the file
-constexpr std::size_t kLargestScript = 1 << 20;
+constexpr std::size_t kMaxScriptSize = 1 << 20;
 
 struct Arguments {
   std::string file, bind = "127.0.0.1", interface, routing, secure, log_level = "warning";
@@ -36,7 +33,7 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("--listen", server.at.port, "UDP and TCP port of the tunnelling server; 0 = any free one")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
-  app.add_option("--bind", a.bind, "numeric IPv4 address to listen on, `any` for all of the machine's")
+  app.add_option("--bind", a.bind, "numeric IPv4 address to listen on, `any` for all addresses of the machine")
       ->capture_default_str();
   app.add_option("--tunnels", server.tunnels, "clients at a time, at 1.1.200 and the following addresses")
       ->check(CLI::Range(1, 50))
@@ -90,7 +87,7 @@ std::string places(const Arguments& a, const Simulator& simulator) {
 
 Result<void> read_passwords(Arguments& a, transport::Transports& transports) {
   if (a.secure.empty()) return {};
-  auto text = transport::read_text(transports, a.secure, kLargestScript);
+  auto text = transport::read_text(transports, a.secure, kMaxScriptSize);
   if (!text) return fail(text.error());
   auto secure = parse_secure_options(*text);
   networks::knx::secure::wipe(*text);
@@ -103,7 +100,7 @@ int run(Arguments& a) {
   transport::Loop loop;
   transport::LocalTransports transports(loop);
   if (const auto read = read_passwords(a, transports); !read) return report(read.error());
-  const auto text = transport::read_text(transports, a.file, kLargestScript);
+  const auto text = transport::read_text(transports, a.file, kMaxScriptSize);
   if (!text) return report(text.error());
   auto script = parse_script(*text);
   if (!script) return report({script.error().code, a.file + ": " + script.error().text});

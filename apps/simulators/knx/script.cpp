@@ -18,7 +18,7 @@ using namespace networks::knx::wire;
 using networks::knx::dpt::Dpt;
 using Words = std::vector<std::string_view>;
 
-constexpr auto kShortest = std::chrono::milliseconds(1);
+constexpr auto kMinTime = std::chrono::milliseconds(1);
 /// More group addresses than this are no bus of ours.
 constexpr std::size_t kMaxGroups = 10000;
 
@@ -58,8 +58,8 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
 std::string_view invalid_reason(const Step& step) {
   using Kind = Step::Kind;
   const bool lasts = step.kind == Kind::kRamp || step.kind == Kind::kSilence || step.kind == Kind::kStop;
-  if (lasts && step.span < kShortest) return "expected a SPAN of at least 1ms";
-  if (step.kind == Kind::kRepeat && step.at < kShortest) return "expected to repeat after at least 1ms";
+  if (lasts && step.span < kMinTime) return "expected a SPAN of at least 1ms";
+  if (step.kind == Kind::kRepeat && step.at < kMinTime) return "expected to repeat after at least 1ms";
   return {};
 }
 
@@ -68,7 +68,7 @@ bool is_number(const Dpt& type, const Payload& value) {
   return decoded && (std::holds_alternative<double>(*decoded) || std::holds_alternative<std::int64_t>(*decoded));
 }
 
-/// The options behind `group GROUP DPT VALUE`; false: the words are none of them.
+/// The options behind `group GROUP DPT VALUE`; false: the words are not options.
 bool read_options(Group& group, const Words& words) {
   for (std::size_t i = 4; i < words.size(); ++i) {
     const auto next = [&] { return ++i < words.size() ? words[i] : std::string_view(); };
@@ -78,12 +78,12 @@ bool read_options(Group& group, const Words& words) {
     } else if (option == "state") {
       if (!assign(group.state, parse_group(next())) || *group.state == group.address) return false;
     } else if (option == "every") {
-      if (!assign(group.every, base::parse_duration(next())) || group.every < kShortest) return false;
+      if (!assign(group.every, base::parse_duration(next())) || group.every < kMinTime) return false;
     } else if (option == "noise") {
       if (!assign(group.noise, finite_number(next())) || group.noise < 0) return false;
     } else if (option == "wave") {
       if (!assign(group.low, finite_number(next())) || !assign(group.high, finite_number(next()))) return false;
-      if (next() != "over" || !assign(group.period, base::parse_duration(next())) || group.period < kShortest)
+      if (next() != "over" || !assign(group.period, base::parse_duration(next())) || group.period < kMinTime)
         return false;
     } else {
       return false;

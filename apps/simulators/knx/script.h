@@ -7,7 +7,7 @@
 
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/wire/address.h"
-#include "networks/knx/wire/telegram.h"
+#include "networks/knx/wire/cemi.h"
 #include "rubicon/time.hpp"
 
 namespace rubicon::knx_simulator {

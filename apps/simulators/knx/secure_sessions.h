@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "networks/knx/secure/session_channel.h"
 
 namespace rubicon::knx_simulator {

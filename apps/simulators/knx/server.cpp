@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/wire/status.h"
 
 namespace rubicon::knx_simulator {
 
@@ -59,7 +59,7 @@ Result<void> Server::start() {
 }
 
 Result<std::unique_ptr<transport::UdpSocket>> Server::open_udp(std::uint16_t port) {
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.undelivered = [](const Error&) {};
   calls.failed = [](const Error&) {};
   calls.received = [this](const Endpoint& from, ByteView bytes) {
@@ -80,7 +80,7 @@ Result<void> Server::listen() {
   return {};
 }
 
-transport::TcpCalls Server::accept(std::unique_ptr<transport::TcpStream> stream) {
+transport::TcpCallbacks Server::accept(std::unique_ptr<transport::TcpStream> stream) {
   if (connections_.size() >= options_.tunnels + kSpareConnections) {
     ++counters.refused_connections;
     return {};
@@ -88,7 +88,7 @@ transport::TcpCalls Server::accept(std::unique_ptr<transport::TcpStream> stream)
   auto connection = std::make_shared<Connection>();
   connection->stream = std::move(stream);
   connections_.push_back(connection);
-  transport::TcpCalls calls;
+  transport::TcpCallbacks calls;
   calls.received = [this, weak = std::weak_ptr(connection)](ByteView bytes) {
     if (const auto self = weak.lock()) stream_received(self, bytes);
   };

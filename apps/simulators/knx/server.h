@@ -71,7 +71,7 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Opens its ports. kBusy if one is taken, else what the transports say.
+  /// Opens its ports. kBusy if one is taken; else errors as from the transports.
   Result<void> start();
   /// Closes its ports and forgets all tunnels without a message, as when it is killed.
   void stop();
@@ -153,7 +153,7 @@ class Server {
 
   Result<std::unique_ptr<transport::UdpSocket>> open_udp(std::uint16_t port);
   Result<void> listen();
-  transport::TcpCalls accept(std::unique_ptr<transport::TcpStream> stream);
+  transport::TcpCallbacks accept(std::unique_ptr<transport::TcpStream> stream);
   void lose(const ConnectionPtr& connection);
   void received(const Peer& from, ByteView frame);
   void received_plain(const Peer& from, ByteView frame);

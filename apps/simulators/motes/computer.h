@@ -3,7 +3,7 @@
 #include <deque>
 
 #include "apps/simulators/motes/sink_firmware.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::motes_simulator {

@@ -4,13 +4,63 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <random>
 
 #include "apps/simulators/motes/sensors.h"
-#include "apps/simulators/motes/tinyos_random.h"
 #include "base/scheduler.h"
 #include "motes/mote_packet.h"
 
 namespace rubicon::motes_simulator {
+
+/// The random numbers of TinyOS (RandomMlcgP: Park and Miller's generator, seeded with the node id + 1). The sequence
+/// numbers of motes 2 and 3 and of sink 1 in the recordings come from it (247f is number 3 of mote 2); the numbers
+/// between them are the radio's back-offs. That is why they repeat after each reboot (wsn.md 9.2).
+class TinyosRandom {
+ public:
+  explicit TinyosRandom(std::uint16_t node) : seed_(node + 1U) {}
+
+  std::uint16_t next() {
+    const std::uint64_t product = std::uint64_t{33614} * seed_;
+    const auto low = static_cast<std::uint32_t>(product) >> 1U;
+    std::uint32_t sum = low + static_cast<std::uint32_t>(product >> 32U);
+    if ((sum & 0x80000000U) != 0) sum = (sum & 0x7fffffffU) + 1;
+    seed_ = sum;
+    return static_cast<std::uint16_t>(seed_);
+  }
+
+ private:
+  std::uint32_t seed_;
+};
+
+/// Bytes for a record after NetMsg header, transport and application (wsn.md 12).
+inline constexpr std::size_t kRecordRoom = 100;
+inline constexpr std::size_t kNetHeader = 12;
+/// The nbytes field of everything that a mote sends, whatever its length (wsn.md 5).
+inline constexpr std::uint8_t kFullCount = 0x66;
+
+/// The message buffers of a firmware. They are reused and not always cleared, so that parts of older messages follow a
+/// record (wsn.md 5).
+class MessageMemory {
+ public:
+  /// `stale`: share of the messages in which parts of an older one follow the record; in the others zeros do.
+  MessageMemory(double stale, std::uint64_t seed) : stale_(stale), rng_(seed) {}
+
+  /// 114 bytes: the message, its record, and the previous content of the buffer.
+  Bytes build(motes::NetMessage message);
+  /// In an acknowledgement one further byte follows the record, which differs between recordings.
+  Bytes build_ack(motes::NetMessage message);
+  void clear() { last_.clear(); }
+  std::mt19937_64& rng() { return rng_; }
+
+ private:
+  using Room = std::array<std::uint8_t, kRecordRoom>;
+  Room room();
+  Bytes wrap(motes::NetMessage& message, const Room& room);
+
+  double stale_;
+  std::mt19937_64 rng_;
+  Bytes last_;  ///< the previous message
+};
 
 /// Source or destination of a message.
 struct Peer {

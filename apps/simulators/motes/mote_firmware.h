@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "apps/simulators/motes/event.h"
-#include "apps/simulators/motes/message_memory.h"
 #include "apps/simulators/motes/mockup.h"
 #include "apps/simulators/motes/radio.h"
 #include "apps/simulators/motes/sensors.h"

@@ -7,17 +7,16 @@
 #include <cstdio>
 #include <utility>
 
-#include "apps/program/version.h"
+#include "apps/program/process.h"
 #include "apps/simulators/motes/computer.h"
 #include "apps/simulators/motes/scaled_scheduler.h"
 #include "apps/simulators/motes/world.h"
 #include "base/config_reader.h"
 #include "base/virtual_scheduler.h"
-#include "motes/packet_log_writer.h"
+#include "motes/packet_log.h"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_signals.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::motes_simulator {
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "apps/simulators/motes/tinyos_random.h"
+#include "apps/simulators/motes/mockup.h"
 #include "base/bytes.h"
 #include "base/scheduler.h"
 

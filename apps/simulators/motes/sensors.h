@@ -59,7 +59,7 @@ class Sensors {
 
   void show(std::size_t sensor, const Signal& signal) { sensors_[sensor] = {signal, 0, std::nullopt, {}}; }
   std::uint16_t read(std::size_t sensor, SteadyTime now);
-  /// As if it had been read `readings` times.
+  /// Sets the state that it has after `readings` readings.
   void skip(std::size_t sensor, unsigned readings) { sensors_[sensor].readings += readings; }
   /// Restarts the counting signals, as a reboot of the mote does.
   void restart();

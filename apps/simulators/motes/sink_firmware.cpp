@@ -110,7 +110,7 @@ void SinkFirmware::disconnected() {
   await_frames();
 }
 
-/// Bytes that are not valid frames cause no arrival: room for more is derived from the line's time.
+/// Invalid bytes never complete a frame, so the free space is computed from the baud rate.
 void SinkFirmware::await_line() {
   if (line_timer_.pending() || line_free_ <= scheduler_.now() + kLineAhead) return;
   line_timer_ = scheduler_.at(line_free_ - kLineAhead, [this] {

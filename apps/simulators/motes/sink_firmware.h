@@ -6,11 +6,9 @@
 #include <random>
 
 #include "apps/simulators/motes/event.h"
-#include "apps/simulators/motes/message_memory.h"
 #include "apps/simulators/motes/mockup.h"
 #include "apps/simulators/motes/radio.h"
-#include "apps/simulators/motes/serial_output.h"
-#include "apps/simulators/motes/serial_receiver.h"
+#include "apps/simulators/motes/serial_line.h"
 
 namespace rubicon::motes_simulator {
 

@@ -37,7 +37,7 @@ void SinkPort::pull() {
   if (stream_) lost();
 }
 
-transport::StreamCalls SinkPort::take(std::unique_ptr<transport::ByteStream> stream) {
+transport::StreamCallbacks SinkPort::take(std::unique_ptr<transport::ByteStream> stream) {
   if (stream_) {
     if (log_) log_({{}, "refused", sink_.number(), 0, std::nullopt, std::nullopt, {}});
     return {};
@@ -53,8 +53,8 @@ void SinkPort::attach(std::unique_ptr<transport::ByteStream> stream) {
   if (connected_) connected_();
 }
 
-transport::StreamCalls SinkPort::calls() {
-  transport::StreamCalls calls;
+transport::StreamCallbacks SinkPort::calls() {
+  transport::StreamCallbacks calls;
   calls.received = [this](ByteView bytes) { received(bytes); };
   calls.failed = [this](const Error&) { lost(); };
   return calls;

@@ -6,13 +6,13 @@
 
 #include "apps/simulators/motes/event.h"
 #include "apps/simulators/motes/sink_firmware.h"
-#include "transport/tcp.h"
+#include "transport/sockets.h"
 #include "transport/transports.h"
 
 namespace rubicon::motes_simulator {
 
-/// The end of a sink's serial line: one computer at a time, as on a real line; a second one is refused. Without a
-/// computer the sink runs on, and its bytes are lost. Sink and log must outlive it.
+/// The end of a sink's serial line: one computer at a time, as on a real line; a second one is refused. While no
+/// computer is connected, the sink runs and its bytes are lost. Sink and log must outlive it.
 class SinkPort {
  public:
   /// Makes the port reachable until the result is destroyed.
@@ -39,8 +39,8 @@ class SinkPort {
   // For openers.
 
   /// Connects a computer unless there is one already.
-  transport::StreamCalls take(std::unique_ptr<transport::ByteStream> stream);
-  transport::StreamCalls calls();
+  transport::StreamCallbacks take(std::unique_ptr<transport::ByteStream> stream);
+  transport::StreamCallbacks calls();
   void attach(std::unique_ptr<transport::ByteStream> stream);
   void lost();
   void closed();

@@ -1,4 +1,4 @@
-#include "apps/simulators/salad/program.h"
+#include "apps/simulators/salad/simulator.h"
 
 int main(int argc, char** argv) {
   return rubicon::salad_simulator::run_program(argc, argv);

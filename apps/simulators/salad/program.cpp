@@ -1,4 +1,4 @@
-#include "apps/simulators/salad/program.h"
+#include "apps/simulators/salad/simulator.h"
 
 #include <fmt/format.h>
 
@@ -6,17 +6,13 @@
 #include <csignal>
 #include <cstdio>
 
-#include "apps/program/spdlog_sink.h"
-#include "apps/program/version.h"
-#include "apps/simulators/salad/simulator.h"
-#include "base/host_port.h"
+#include "apps/program/process.h"
+#include "base/text.h"
 #include "config/config_file.h"
-#include "config/site_types.h"
 #include "networks/salad/salad_network.h"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_signals.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::salad_simulator {
 
@@ -24,7 +20,7 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kConfiguration = 2;
-constexpr std::size_t kLargestScript = 1 << 20;
+constexpr std::size_t kMaxScriptSize = 1 << 20;
 
 struct Arguments {
   std::string table, network, proxy, bind, script, period = "500ms", log_level = "info";
@@ -39,9 +35,10 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("--network", a.network, "network of the island [the first of type salad]");
   app.add_option("--listen", a.port, "port for what the proxy sends; 0 = any free one [salad_port of FILE]")
       ->check(CLI::Range(0, 65535));
-  app.add_option("--bind", a.bind,
-                 "numeric address to listen on, `any` for all of the machine's [127.0.0.1 if the proxy is on this "
-                 "machine, else any]");
+  app.add_option(
+      "--bind", a.bind,
+      "numeric address to listen on, `any` for all addresses of the machine [127.0.0.1 if the proxy is on this "
+      "machine, else any]");
   app.add_option("--proxy", a.proxy, "HOST:PORT that updates go to [localhost, rubicon_port of FILE]");
   app.add_option("--period", a.period, "time between two publications of all devices")->capture_default_str();
   app.add_option("--script", a.script, "file with timed steps: `at 2s set 7 1`, see README of networks/salad");
@@ -133,7 +130,7 @@ int run(Arguments& a) {
   if (auto complete_ones = complete(a, *file); !complete_ones) return report(complete_ones.error());
   std::vector<Step> script;
   if (!a.script.empty()) {
-    auto text = transport::read_text(transports, a.script, kLargestScript);
+    auto text = transport::read_text(transports, a.script, kMaxScriptSize);
     auto steps = text ? parse_script(*text) : Result<std::vector<Step>>(fail(text.error()));
     if (!steps) return report({steps.error().code, a.script + ": " + steps.error().text});
     script = std::move(*steps);

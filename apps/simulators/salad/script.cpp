@@ -9,9 +9,9 @@ namespace rubicon::salad_simulator {
 
 namespace {
 
-constexpr auto kShortest = std::chrono::milliseconds(1);
+constexpr auto kMinTime = std::chrono::milliseconds(1);
 /// Whole numbers up to here are exact.
-constexpr double kLargest = 1e15;
+constexpr double kMaxNumber = 1e15;
 
 using Form = simulation::Form<Step>;
 constexpr Form kForms[] = {
@@ -53,10 +53,10 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
 std::string_view invalid_reason(const Step& step) {
   using Kind = Step::Kind;
   const bool moves = step.kind == Kind::kRandom || step.kind == Kind::kRamp;
-  if (moves && step.span < kShortest) return "expected a SPAN of at least 1ms";
-  if (step.kind == Kind::kRepeat && step.at < kShortest) return "expected to repeat after at least 1ms";
+  if (moves && step.span < kMinTime) return "expected a SPAN of at least 1ms";
+  if (step.kind == Kind::kRepeat && step.at < kMinTime) return "expected to repeat after at least 1ms";
   for (const double value : {step.from, step.to}) {
-    if (!std::isfinite(value) || std::abs(value) > kLargest) return "expected numbers from -1e15 to 1e15";
+    if (!std::isfinite(value) || std::abs(value) > kMaxNumber) return "expected numbers from -1e15 to 1e15";
   }
   if (step.kind == Kind::kRandom && step.from > step.to) return "expected FROM <= TO";
   return {};

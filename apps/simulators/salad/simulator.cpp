@@ -3,10 +3,51 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
+#include "rubicon/key.hpp"
+
 namespace rubicon::salad_simulator {
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, Misbehaviour>, 5> kNames{{{"garbage", Misbehaviour::kGarbage},
+                                                                           {"loss", Misbehaviour::kLoss},
+                                                                           {"duplicates", Misbehaviour::kDuplicates},
+                                                                           {"bursts", Misbehaviour::kBursts},
+                                                                           {"silence", Misbehaviour::kSilence}}};
+
+}  // namespace
+
+Result<std::set<Misbehaviour>> parse_misbehaviours(const std::vector<std::string>& words) {
+  std::set<Misbehaviour> found;
+  for (const auto& word : words) {
+    bool known = word == "all";
+    for (const auto& [name, kind] : kNames) {
+      if (word != name && word != "all") continue;
+      found.insert(kind);
+      known = true;
+    }
+    if (!known)
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("{}: expected garbage, loss, duplicates, bursts, silence or all", model::quoted(word)));
+  }
+  return found;
+}
+
+std::vector<std::string> bad_datagrams(unsigned unknown) {
+  std::vector<std::string> all{"garbage", "", std::string("\0\x01\xff\xfe#SALADST#", 13), "#SALADST#", "#SALADST##"};
+  for (const auto* value : {"abc", "", "1,5", "NaN", "Infinity", "-Infinity", "1e400", "0x1", "1f", "1d"})
+    all.push_back(fmt::format("#SALADST#1;{}#END#", value));
+  for (const auto* id : {"x", "", "-1", "0", "65536", "99999999999999999999", "1.5"})
+    all.push_back(fmt::format("#SALADST#{};1#END#", id));
+  all.push_back(fmt::format("#SALADST#{};7#END#", unknown));
+  all.insert(all.end(), {"#SALADST#1#END#", "#SALADST#1;1;1#END#", "#SALADST#;#END#", "#SALADST#:::#END#"});
+  all.push_back("#SALADST#1;" + std::string(60000, '9'));
+  return all;
+}
 
 namespace {
 
@@ -16,7 +57,7 @@ using networks::salad::Request;
 using networks::salad::SaladDevice;
 
 /// Datagrams of this size pass every network whole, and every buffer of a proxy.
-constexpr std::size_t kLongestDatagram = 1400;
+constexpr std::size_t kMaxDatagramLength = 1400;
 constexpr Duration kLookupPause = 1s;
 constexpr Duration kSilence = 5s;
 constexpr int kBurst = 50;
@@ -64,7 +105,7 @@ Simulator::Simulator(SimulatorOptions options, Devices devices, std::vector<Step
 }
 
 Result<void> Simulator::open() {
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.received = [this](const transport::Endpoint&, ByteView bytes) { received(bytes); };
   calls.undelivered = [](const Error&) {};  // a proxy that is not there yet
   calls.failed = [this](const Error& why) { log_.error(why.text); };
@@ -138,7 +179,7 @@ void Simulator::publish_once() {
   for (const auto& [id, device] : devices_) {
     items.push_back({id, published(id, device)});
     length += 7 + model::to_text(items.back().value).size();
-    if (length < kLongestDatagram) continue;
+    if (length < kMaxDatagramLength) continue;
     send(networks::salad::write_datagram(std::exchange(items, {})));
     length = 0;
   }

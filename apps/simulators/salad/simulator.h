@@ -8,15 +8,30 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/simulators/salad/misbehaviour.h"
 #include "apps/simulators/salad/script.h"
 #include "apps/simulators/script.h"
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "networks/salad/salad_options.h"
+#include "rubicon/result.hpp"
 #include "transport/transports.h"
 
 namespace rubicon::salad_simulator {
+
+/// What a bad network, or a bad SALAD, does to a proxy.
+enum class Misbehaviour : std::uint8_t {
+  kGarbage,     ///< a datagram of each row of the bad-input table (salad.md, section 4), one after the other
+  kLoss,        ///< one publication of five is not sent
+  kDuplicates,  ///< one of five is sent twice
+  kBursts,      ///< one of ten is sent fifty times
+  kSilence,     ///< one of fifty is followed by five seconds of nothing
+};
+
+/// `garbage`, ..., or `all`; kInvalid names the words there are.
+Result<std::set<Misbehaviour>> parse_misbehaviours(const std::vector<std::string>& words);
+
+/// One datagram and more for each row of the bad-input table; `unknown` is an id that is not configured.
+std::vector<std::string> bad_datagrams(unsigned unknown);
 
 struct SimulatorOptions {
   std::uint16_t port = 9000;             ///< where proxies send to; 0 = any free one
@@ -96,5 +111,8 @@ class Simulator {
   Counters counters_;
   Timer period_timer_, lookup_timer_;
 };
+
+/// The program salad-simulator: reads its command line and runs until a signal ends it. Returns its exit code.
+int run_program(int argc, char** argv);
 
 }  // namespace rubicon::salad_simulator

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kMostLeaves = 276;
+constexpr int kMaxLeaves = 276;
 constexpr int kDeepest = 4;
 
 /// Pairs of value_on and value_off (zigbee.md, section 10), with their frequencies.
@@ -318,7 +318,7 @@ Json DefinitionGenerator::exposes() {
   auto wanted =
       static_cast<std::size_t>(1 + 5 * std::exp(1.0 * (random_.share() + random_.share() + random_.share() - 1.4)));
   if (random_.chance(20)) wanted = 20 + random_.below(40);
-  if (random_.chance(1)) wanted = kMostLeaves - 20;
+  if (random_.chance(1)) wanted = kMaxLeaves - 20;
   while (leaves_of(all).size() < wanted) all.push_back(expose());
   if (random_.chance(10)) all.push_back(Json(all[random_.below(all.size())]));  // two leaves on one property
   return all;

@@ -1,4 +1,4 @@
-#include "apps/simulators/zigbee/program.h"
+#include "apps/simulators/zigbee/simulator.h"
 
 int main(int argc, char** argv) {
   return rubicon::zigbee_simulator::run_program(argc, argv);

@@ -1,4 +1,4 @@
-#include "apps/simulators/zigbee/program.h"
+#include "apps/simulators/zigbee/simulator.h"
 
 #include <fmt/format.h>
 
@@ -6,17 +6,13 @@
 #include <csignal>
 #include <cstdio>
 
-#include "apps/program/spdlog_sink.h"
-#include "apps/program/version.h"
+#include "apps/program/process.h"
 #include "apps/simulators/zigbee/replay.h"
-#include "apps/simulators/zigbee/simulator.h"
 #include "base/config_reader.h"
-#include "base/host_port.h"
 #include "base/text.h"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_signals.h"
 #include "transport/local_transports.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::zigbee_simulator {
 
@@ -24,7 +20,7 @@ namespace {
 
 constexpr int kFailed = 1;         ///< the broker was lost in the middle of a replay
 constexpr int kConfiguration = 2;  ///< an option or a line of the file
-constexpr std::size_t kLargestScript = 1 << 20, kLargestTrace = 256 << 20, kLargestPassword = 4096;
+constexpr std::size_t kMaxScriptSize = 1 << 20, kMaxTraceSize = 256 << 20, kMaxPasswordSize = 4096;
 constexpr std::uint16_t kBrokerPort = 1883;
 
 struct Arguments {
@@ -41,7 +37,8 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("--user", a.simulator.broker.user, "at the broker");
   app.add_option("--password-file", a.password_file, "file with the password of the user");
   app.add_option("--base", world.base, "base topic")->capture_default_str();
-  app.add_option("--devices", a.simulator.devices, "so many devices of the built-in models besides those of FILE")
+  app.add_option("--devices", a.simulator.devices,
+                 "number of devices of the built-in models, in addition to those of FILE")
       ->check(CLI::Range(0, 5000));
   app.add_option("--generated", a.simulator.generated, "so many devices with random definitions")
       ->check(CLI::Range(0, 5000));
@@ -87,7 +84,7 @@ Result<void> complete(Arguments& a, transport::Transports& transports) {
     options.world.every = *every;
   }
   if (a.password_file.empty()) return {};
-  auto password = transport::read_text(transports, a.password_file, kLargestPassword);
+  auto password = transport::read_text(transports, a.password_file, kMaxPasswordSize);
   if (!password) return fail(password.error());
   options.broker.password = base::trimmed(*password);
   return {};
@@ -103,7 +100,7 @@ void say(const std::string& text) {
 }
 
 int replay(const Arguments& a, transport::Loop& loop, transport::Transports& transports, const Log& log) {
-  const auto text = transport::read_text(transports, a.replay, kLargestTrace);
+  const auto text = transport::read_text(transports, a.replay, kMaxTraceSize);
   if (!text) return report(text.error());
   auto messages = read_trace(*text);
   if (!messages) return report({messages.error().code, a.replay + ": " + messages.error().text});
@@ -123,7 +120,7 @@ int replay(const Arguments& a, transport::Loop& loop, transport::Transports& tra
 int simulate(Arguments& a, transport::Loop& loop, transport::Transports& transports, const Log& log) {
   Script script;
   if (!a.file.empty()) {
-    const auto text = transport::read_text(transports, a.file, kLargestScript);
+    const auto text = transport::read_text(transports, a.file, kMaxScriptSize);
     if (!text) return report(text.error());
     auto read = parse_script(*text);
     if (!read) return report({read.error().code, a.file + ": " + read.error().text});
@@ -132,7 +129,9 @@ int simulate(Arguments& a, transport::Loop& loop, transport::Transports& transpo
     a.simulator.devices = static_cast<int>(model_names().size());
   }
   Simulator simulator(a.simulator, std::move(script), loop.scheduler(), transports, log);
-  simulator.connected = [&] { say(fmt::format("{} devices, {}", simulator.world().devices().size(), place(a))); };
+  simulator.connected = [&] {
+    say(fmt::format("{} devices, {}", simulator.world().registry().devices().size(), place(a)));
+  };
   if (auto opened = simulator.open(); !opened) return report(opened.error());
   loop.run();
   simulator.world().stop();

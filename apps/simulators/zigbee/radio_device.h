@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/simulators/zigbee/definition_generator.h"
 #include "apps/simulators/zigbee/device_model.h"
-#include "apps/simulators/zigbee/random.h"
 
 namespace rubicon::zigbee_simulator {
 

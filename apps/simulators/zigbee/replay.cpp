@@ -81,7 +81,7 @@ Replay::Replay(Options options, std::vector<RecordedMessage> messages, Scheduler
 }
 
 Result<void> Replay::open() {
-  transport::MqttCalls calls;
+  transport::MqttCallbacks calls;
   calls.connected = [this](const transport::MqttConnack&) {
     connected_ = true;
     began_ = scheduler_.now();

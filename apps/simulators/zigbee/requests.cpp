@@ -5,20 +5,108 @@
 #include <algorithm>
 
 #include "apps/simulators/zigbee/bridge_json.h"
-#include "apps/simulators/zigbee/interviews.h"
+#include "apps/simulators/zigbee/world.h"
 #include "model/json_members.h"
+#include "model/json_text.h"
 
 namespace rubicon::zigbee_simulator {
 
 namespace {
 
 using namespace std::chrono_literals;
+using Stage = RadioDevice::Stage;
+
+/// What the record has after each answer of the device; the recorded bridge needed nine for a lamp.
+constexpr std::array kStages{Stage::kEndpoints, Stage::kEndpoints, Stage::kModel, Stage::kManufacturer, Stage::kPower,
+                             Stage::kPower,     Stage::kPower,     Stage::kDate,  Stage::kDate};
+constexpr Duration kAnswer = 14ms;
+constexpr int kAnswersBeforeFailure = 3;
+
+}  // namespace
+
+void Interviews::add(RadioDevice& device, bool fails) {
+  if (state_.joining()) return begin(device, fails);
+  waiting_.push_back({device.address(), fails});
+}
+
+void Interviews::open() {
+  const auto waiting = std::exchange(waiting_, {});
+  Duration after = kAnswer;
+  for (const auto& one : waiting) {
+    auto* device = registry_.find(one.address);
+    if (device == nullptr) continue;
+    delays_.after(*device, after, [this, fails = one.fails](RadioDevice& found) { begin(found, fails); });
+    after += kAnswer;
+  }
+}
+
+void Interviews::forget(const std::string& address) {
+  std::erase_if(waiting_, [&](const auto& one) { return one.address == address; });
+}
+
+void Interviews::begin(RadioDevice& device, bool fails) {
+  device.joined = true;
+  topics_.availability(device);
+  radio_.hear(device);
+  topics_.devices();
+  topics_.devices();
+  topics_.event("device_joined", device);
+  topics_.event("device_interview", device, {{"status", "started"}});
+  delays_.after(device, kAnswer, [this, fails](RadioDevice& found) { ask(found, fails, 0); });
+}
+
+void Interviews::repeat(RadioDevice& device) {
+  topics_.event("device_interview", device, {{"status", "started"}});
+  delays_.after(device, kAnswer, [this](RadioDevice& found) { ask(found, false, 0); });
+}
+
+void Interviews::ask(RadioDevice& device, bool fails, int question) {
+  radio_.hear(device);
+  const bool known = device.usable();
+  if (!known) device.set_stage(kStages[static_cast<std::size_t>(question)]);
+  const int last = fails ? kAnswersBeforeFailure : static_cast<int>(kStages.size()) - 1;
+  if (question < last)
+    return delays_.after(device, kAnswer,
+                         [this, fails, question](RadioDevice& found) { ask(found, fails, question + 1); });
+  if (fails) return delays_.after(device, 10s, [this](RadioDevice& found) { fail_now(found); });
+  succeed(device);
+}
+
+void Interviews::fail_now(RadioDevice& device) {
+  device.set_stage(Stage::kFailed);
+  topics_.devices();
+  topics_.event("device_interview", device, {{"status", "failed"}});
+}
+
+void Interviews::succeed(RadioDevice& device) {
+  if (!device.usable()) device.set_stage(Stage::kInterviewed);
+  if (state_.options.nulls) device.know_nothing();
+  topics_.devices();
+  topics_.event("device_interview", device,
+                {{"status", "successful"}, {"supported", true}, {"definition", device.definition()}});
+  delays_.after(device, 100ms, [this](RadioDevice& found) { configure(found); });
+}
+
+void Interviews::configure(RadioDevice& device) {
+  radio_.hear(device);
+  const bool reports = !device.model().endpoints.begin()->at("configured_reportings").empty();
+  if (reports && !device.model().sleeps) {
+    for (const auto& properties : device.by_cluster(device.measured())) radio_.report(device, properties);
+  }
+  device.set_stage(Stage::kConfigured);
+  topics_.devices();
+  topics_.info();
+  radio_.begin(device);
+}
+
+namespace {
+
 using Json = nlohmann::json;
 
 /// A map takes the bridge about half a second for each device [recorded with 15].
 constexpr Duration kMapStep = 530ms;
 /// Longest time for which joining can be permitted.
-constexpr int kLongestJoin = 254;
+constexpr int kMaxJoin = 254;
 
 auto wrong_payload() {
   return fail(ErrorCode::kInvalid, "Invalid payload");
@@ -67,7 +155,7 @@ void Requests::respond(std::string_view what, const Json& request, const Answer&
   Json response{{"data", answer ? *answer : Json::object()}, {"status", answer ? "ok" : "error"}};
   if (!answer) response["error"] = answer.error().text;
   if (request.contains("transaction")) response["transaction"] = request["transaction"];
-  world_.say(fmt::format("bridge/response/{}", what), model::dump(response));
+  topics_.say(fmt::format("bridge/response/{}", what), model::dump(response));
 }
 
 void Requests::draw_map(const Json& request) {
@@ -75,16 +163,16 @@ void Requests::draw_map(const Json& request) {
   if (type != "raw")
     return respond("networkmap", request,
                    fail(ErrorCode::kInvalid, fmt::format("Type '{}' not supported, allowed are: raw", type)));
-  const auto count = static_cast<int>(world_.devices_.size());
-  world_.later(count * kMapStep, [this, request] {
-    respond("networkmap", request, map_json(world_.devices(), model::flag_of(request, "routes")));
+  const auto count = static_cast<int>(registry_.size());
+  delays_.after(count * kMapStep, [this, request] {
+    respond("networkmap", request, map_json(registry_.devices(), model::flag_of(request, "routes")));
   });
 }
 
 Result<RadioDevice*> Requests::device_of(const Json& request, const char* member) {
   const auto id = model::text_of(request, member);
   if (id.empty()) return wrong_payload();
-  auto* device = world_.find(id);
+  auto* device = registry_.find(id);
   if (device == nullptr || !device->joined)
     return fail(ErrorCode::kNotFound, fmt::format("Device '{}' does not exist", id));
   return device;
@@ -93,7 +181,7 @@ Result<RadioDevice*> Requests::device_of(const Json& request, const char* member
 Result<DeviceGroup*> Requests::group_of(const Json& request, const char* member) {
   const auto id = text_or_number(request, member);
   if (id.empty()) return wrong_payload();
-  auto* group = world_.find_group(id);
+  auto* group = registry_.find_group(id);
   if (group == nullptr) return fail(ErrorCode::kNotFound, fmt::format("Group '{}' does not exist", id));
   return group;
 }
@@ -102,15 +190,15 @@ Requests::Answer Requests::permit_join(const Json& request) {
   const auto time = request.find("time");
   if (time == request.end() || !time->is_number_integer()) return wrong_payload();
   const int seconds = time->get<int>();
-  if (seconds < 0 || seconds > kLongestJoin)
-    return fail(ErrorCode::kInvalid, fmt::format("Cannot permit join for more than {} seconds.", kLongestJoin));
+  if (seconds < 0 || seconds > kMaxJoin)
+    return fail(ErrorCode::kInvalid, fmt::format("Cannot permit join for more than {} seconds.", kMaxJoin));
   Json data{{"time", seconds}};
   if (const auto via = model::text_of(request, "device"); !via.empty()) {
     const auto router = device_of(request, "device");
     if (!router) return fail(router.error());
     data["device"] = via;
   }
-  world_.permit(std::chrono::seconds(seconds));
+  world_.permit_join(std::chrono::seconds(seconds));
   return data;
 }
 
@@ -133,11 +221,11 @@ Requests::Answer Requests::remove_device(const Json& request) {
         ErrorCode::kUnreachable,
         fmt::format("Failed to remove device '{}' (block: false, force: false) (Error: ZDO leave failed: no answer)",
                     (*device)->name()));
-  const auto gone = std::make_pair((*device)->address(), (*device)->name());
-  world_.forget(gone.first);
-  world_.say(gone.second, "", true);
-  world_.publish_groups();
-  world_.publish_devices();
+  const auto name = (*device)->name();
+  world_.forget(**device);
+  topics_.say(name, "", true);
+  topics_.groups();
+  topics_.devices();
   return Json{{"id", request["id"]},
               {"force", force},
               {"block", model::flag_of(request, "block")},
@@ -151,12 +239,10 @@ Requests::Answer Requests::device_options(const Json& request) {
   if (changes == request.end() || !changes->is_object()) return wrong_payload();
   const auto from = (*device)->options;
   for (const auto& [name, value] : changes->items()) (*device)->options[name] = value;
-  world_.restart_required_ = world_.restart_required_ || changes->contains("qos") || changes->contains("retention");
-  world_.publish_info();
-  return Json{{"id", request["id"]},
-              {"from", from},
-              {"to", (*device)->options},
-              {"restart_required", world_.restart_required_}};
+  state_.restart_required = state_.restart_required || changes->contains("qos") || changes->contains("retention");
+  topics_.info();
+  return Json{
+      {"id", request["id"]}, {"from", from}, {"to", (*device)->options}, {"restart_required", state_.restart_required}};
 }
 
 Requests::Answer Requests::interview(const Json& request) {
@@ -165,7 +251,7 @@ Requests::Answer Requests::interview(const Json& request) {
   if ((*device)->faults.silent)
     return fail(ErrorCode::kUnreachable, fmt::format("interview of '{}' ({}) failed: Error: no answer",
                                                      (*device)->name(), (*device)->address()));
-  world_.start_interview(**device);
+  interviews_.repeat(**device);
   return Json{{"id", request["id"]}};
 }
 
@@ -177,7 +263,7 @@ Requests::Answer Requests::configure_reporting(const Json& request) {
   for (const auto* member : {"cluster", "attribute", "minimum_report_interval", "maximum_report_interval"}) {
     if (!request.contains(member)) return wrong_payload();
   }
-  world_.publish_devices();
+  topics_.devices();
   return data;
 }
 
@@ -185,22 +271,22 @@ Requests::Answer Requests::bridge_options(const Json& request) {
   const auto changes = request.find("options");
   if (changes == request.end() || !changes->is_object()) return wrong_payload();
   if (const auto advanced = changes->find("advanced"); advanced != changes->end()) {
-    if (const auto last_seen = model::find_text(*advanced, "last_seen")) world_.options_.last_seen = *last_seen;
-    if (const auto output = model::find_text(*advanced, "output")) world_.options_.output = *output;
+    if (const auto last_seen = model::find_text(*advanced, "last_seen")) state_.options.last_seen = *last_seen;
+    if (const auto output = model::find_text(*advanced, "output")) state_.options.output = *output;
   }
-  if (changes->contains("availability")) world_.restart_required_ = true;
-  world_.publish_info();
-  return Json{{"restart_required", world_.restart_required_}};
+  if (changes->contains("availability")) state_.restart_required = true;
+  topics_.info();
+  return Json{{"restart_required", state_.restart_required}};
 }
 
 Requests::Answer Requests::add_group(const Json& request) {
   const auto name = model::text_of(request, "friendly_name");
-  if (const auto allowed = world_.check_name(name); !allowed) return fail(allowed.error());
+  if (const auto allowed = registry_.check_name(name); !allowed) return fail(allowed.error());
   const int id = request.contains("id") && request["id"].is_number_integer() ? request["id"].get<int>() : 0;
-  if (world_.groups_.contains(id))
+  if (registry_.groups().contains(id))
     return fail(ErrorCode::kDuplicate, fmt::format("Group ID '{}' is already in use", id));
-  const auto& group = world_.add_group(id, name, {});
-  world_.publish_groups();
+  const auto& group = registry_.add_group(id, name, {});
+  topics_.groups();
   return Json{{"friendly_name", name}, {"id", group.id}};
 }
 
@@ -208,10 +294,9 @@ Requests::Answer Requests::remove_group(const Json& request) {
   const auto group = group_of(request, "id");
   if (!group) return fail(group.error());
   const auto name = (*group)->name;
-  world_.groups_.erase((*group)->id);
-  if (world_.named) world_.named(name, false);
-  world_.say(name, "", true);
-  world_.publish_groups();
+  registry_.erase_group((*group)->id);
+  topics_.say(name, "", true);
+  topics_.groups();
   return Json{{"id", request["id"]}, {"force", model::flag_of(request, "force")}};
 }
 
@@ -219,14 +304,13 @@ Requests::Answer Requests::rename_group(const Json& request) {
   const auto group = group_of(request, "from");
   if (!group) return fail(group.error());
   const auto to = model::text_of(request, "to");
-  if (const auto allowed = world_.check_name(to); !allowed) return fail(allowed.error());
-  const auto from = std::exchange((*group)->name, to);
-  if (world_.named) world_.named(from, false);
-  if (world_.named) world_.named(to, true);
-  world_.say(from, "", true);
-  world_.publish_groups();
-  world_.publish_info();
-  world_.publish_group(**group);
+  if (const auto allowed = registry_.check_name(to); !allowed) return fail(allowed.error());
+  const auto from = (*group)->name;
+  registry_.rename_group(**group, to);
+  topics_.say(from, "", true);
+  topics_.groups();
+  topics_.info();
+  topics_.group(**group);
   return Json{{"from", from}, {"to", to}, {"homeassistant_rename", false}};
 }
 
@@ -237,7 +321,7 @@ Requests::Answer Requests::add_member(const Json& request) {
   if (!device) return fail(device.error());
   auto& members = (*group)->members;
   if (std::ranges::find(members, (*device)->address()) == members.end()) members.push_back((*device)->address());
-  world_.publish_groups();
+  topics_.groups();
   return Json{{"group", request["group"]},
               {"device", request["device"]},
               {"endpoint", request.contains("endpoint") ? request["endpoint"] : Json("default")}};
@@ -249,15 +333,15 @@ Requests::Answer Requests::remove_member(const Json& request) {
   const auto device = device_of(request, "device");
   if (!device) return fail(device.error());
   std::erase((*group)->members, (*device)->address());
-  world_.publish_groups();
+  topics_.groups();
   return Json{{"group", request["group"]}, {"device", request["device"]}};
 }
 
 Requests::Answer Requests::remove_from_all(const Json& request) {
   const auto device = device_of(request, "device");
   if (!device) return fail(device.error());
-  for (auto& [id, group] : world_.groups_) std::erase(group.members, (*device)->address());
-  world_.publish_groups();
+  for (auto& [id, group] : registry_.groups()) std::erase(group.members, (*device)->address());
+  topics_.groups();
   return Json{{"device", request["device"]}};
 }
 
@@ -270,7 +354,7 @@ Requests::Answer Requests::check_coordinator(const Json&) {
 }
 
 Requests::Answer Requests::restart(const Json&) {
-  world_.later(500ms, [this] { world_.restart(5s); });
+  delays_.after(500ms, [this] { world_.restart(5s); });
   return Json::object();
 }
 

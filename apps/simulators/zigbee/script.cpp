@@ -19,7 +19,7 @@ namespace {
 using Words = std::vector<std::string_view>;
 using Kind = Step::Kind;
 
-constexpr auto kShortestSpan = std::chrono::milliseconds(1);
+constexpr auto kMinSpanTime = std::chrono::milliseconds(1);
 /// More devices than this are no house of ours.
 constexpr std::size_t kMaxDevices = 5000;
 constexpr int kMaxBurst = 1000;
@@ -93,8 +93,8 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
 /// A step that takes no time would block the loop.
 std::string_view invalid_reason(const Step& step) {
   const bool lasts = step.kind == Kind::kStop || step.kind == Kind::kPermit;
-  if (lasts && step.span < kShortestSpan) return "expected a SPAN of at least 1ms";
-  if (step.kind == Kind::kRepeat && step.at < kShortestSpan) return "expected to repeat after at least 1ms";
+  if (lasts && step.span < kMinSpanTime) return "expected a SPAN of at least 1ms";
+  if (step.kind == Kind::kRepeat && step.at < kMinSpanTime) return "expected to repeat after at least 1ms";
   if (step.kind == Kind::kBurst && (step.count < 1 || step.count > kMaxBurst)) return "expected a COUNT from 1 to 1000";
   return {};
 }
@@ -102,11 +102,11 @@ std::string_view invalid_reason(const Step& step) {
 Result<void> read_device(Script& script, const Words& words) {
   const bool periodic = words.size() == 5 && words[3] == "every";
   const auto span = periodic ? base::parse_duration(words[4]) : std::optional(Duration{});
-  if ((words.size() != 3 && !periodic) || !span || (periodic && *span < kShortestSpan))
+  if ((words.size() != 3 && !periodic) || !span || (periodic && *span < kMinSpanTime))
     return fail(ErrorCode::kInvalid, fmt::format("expected {}", kDeviceForm));
   if (!is_model(words[1]))
-    return fail(ErrorCode::kInvalid,
-                fmt::format("{}: expected one of random, {}", model::quoted(words[1]), fmt::join(model_names(), ", ")));
+    return fail(ErrorCode::kInvalid, fmt::format("{}: expected random or one of {}", model::quoted(words[1]),
+                                                 fmt::join(model_names(), ", ")));
   if (script.devices.size() == kMaxDevices)
     return fail(ErrorCode::kInvalid, fmt::format("expected at most {} devices", kMaxDevices));
   script.devices.push_back({std::string(words[1]), plain(words[2]), *span});

@@ -23,15 +23,15 @@ Duration with_jitter(Duration pause) {
 }  // namespace
 
 BrokerLine::BrokerLine(const BridgeHost& host, const transport::MqttBrokerOptions& options, transport::MqttWill will,
-                       Calls calls)
+                       Callbacks calls)
     : host_(host),
       options_(options),
       will_(std::move(will)),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       log_({host.log, "bridge " + host.name}, host.scheduler) {}
 
-transport::MqttCalls BrokerLine::line_calls() {
-  transport::MqttCalls calls;
+transport::MqttCallbacks BrokerLine::line_calls() {
+  transport::MqttCallbacks calls;
   calls.connected = [this](const transport::MqttConnack& connack) {
     connected_ = true;
     refused_ = false;
@@ -41,9 +41,9 @@ transport::MqttCalls BrokerLine::line_calls() {
     pause_ = kFirstPause;
     limits_ = connack.retains ? "" : "the broker retains nothing: programs that connect later see no values";
     if (!limits_.empty()) log_.warning("retain", limits_);
-    calls_.connected(connack);
+    callbacks_.connected(connack);
   };
-  calls.received = [this](const transport::MqttMessage& message) { calls_.received(message); };
+  calls.received = [this](const transport::MqttMessage& message) { callbacks_.received(message); };
   calls.refused = [this](std::string_view filter, const Error& why) {
     if (forbidden_.size() < kMaxForbidden) forbidden_.emplace(filter);
     log_.warning("filter", why.text);
@@ -85,7 +85,7 @@ void BrokerLine::failed(const Error& why) {
   const auto pause = refused_ ? kRefusedPause : pause_;
   pause_ = std::min(2 * pause_, kMaxPause);
   retry_ = host_.scheduler.after(with_jitter(pause), [this] { open(); });
-  if (was) calls_.lost();
+  if (was) callbacks_.lost();
 }
 
 void BrokerLine::subscribe(const std::string& filter, std::uint8_t qos) {
@@ -99,6 +99,10 @@ void BrokerLine::unsubscribe(const std::string& filter) {
 
 bool BrokerLine::publish(transport::MqttPublication publication) {
   if (!connected_ || room_.pending()) return false;
+  if (is_burst(publication.topic.size() + publication.payload.size())) {
+    await_room();
+    return false;
+  }
   const auto sent = line_->publish(std::move(publication));
   if (sent) return true;
   if (sent.error().code == ErrorCode::kBusy) {
@@ -108,6 +112,17 @@ bool BrokerLine::publish(transport::MqttPublication publication) {
   ++dropped_;
   log_.warning("publication", sent.error().text);
   return true;
+}
+
+bool BrokerLine::is_burst(std::size_t bytes) {
+  const auto now = host_.scheduler.now();
+  if (now - burst_began_ >= kRoomPause) {
+    burst_began_ = now;
+    burst_ = 0;
+  }
+  if (burst_ > kMaxBurst) return true;
+  burst_ += bytes;
+  return false;
 }
 
 void BrokerLine::publish_in_order(transport::MqttPublication publication) {
@@ -127,7 +142,7 @@ void BrokerLine::await_room() {
 }
 
 void BrokerLine::go_on() {
-  if (drain()) calls_.roomy();
+  if (drain()) callbacks_.roomy();
 }
 
 /// False: it is busy again.
@@ -148,7 +163,7 @@ BridgeStatus BrokerLine::status() const {
   BridgeStatus status;
   status.state = connected_ ? "up" : refused_ ? "refused" : "connecting";
   status.reason = connected_ ? limits_ : reason_;
-  for (const auto& one : forbidden_)
+  for (const auto& one : connected_ ? forbidden_ : std::set<std::string>())
     status.reason += fmt::format("{}the broker refuses {}", status.reason.empty() ? "" : "; ", one);
   status.peer = fmt::format("{}:{}", options_.line.host, options_.line.port);
   status.counters = {{"connections", connections_},

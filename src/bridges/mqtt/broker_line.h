@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "base/lifetime.h"
-#include "base/limited_log.h"
+#include "base/log.h"
+#include "base/scheduler.h"
 #include "bridges/bridge.h"
 #include "transport/mqtt_options.h"
 
@@ -21,10 +21,12 @@ class BrokerLine {
   static constexpr Duration kFirstPause = std::chrono::milliseconds(200), kMaxPause = std::chrono::seconds(1);
   /// After it refused us: a wrong password does not become right by repetition.
   static constexpr Duration kRefusedPause = std::chrono::seconds(30);
+  /// It is busy after so many bytes at once: what a whole town announces need not lie in queues on both ways.
+  static constexpr std::size_t kMaxBurst = std::size_t{128} << 10U;
   /// Of what waits in order.
   static constexpr std::size_t kMaxWaiting = 10'000, kMaxWaitingBytes = std::size_t{4} << 20U;
 
-  struct Calls {
+  struct Callbacks {
     std::function<void(const transport::MqttConnack&)> connected;
     std::function<void(const transport::MqttMessage&)> received;
     std::function<void()> roomy;  ///< after a busy(): it takes more
@@ -32,7 +34,7 @@ class BrokerLine {
   };
   /// `will`: published by the broker when the connection is lost.
   BrokerLine(const BridgeHost& host, const transport::MqttBrokerOptions& options, transport::MqttWill will,
-             Calls calls);
+             Callbacks calls);
 
   void open();
   bool connected() const { return connected_; }
@@ -52,9 +54,10 @@ class BrokerLine {
   BridgeStatus status() const;
 
  private:
-  transport::MqttCalls line_calls();
+  transport::MqttCallbacks line_calls();
   Result<void> begin();
   void failed(const Error& why);
+  bool is_burst(std::size_t bytes);
   void await_room();
   void go_on();
   bool drain();
@@ -62,7 +65,7 @@ class BrokerLine {
   const BridgeHost& host_;
   const transport::MqttBrokerOptions& options_;
   transport::MqttWill will_;
-  Calls calls_;
+  Callbacks callbacks_;
   base::LimitedLog log_;
   bool connected_ = false, refused_ = false;
   std::string reason_, limits_;
@@ -70,6 +73,8 @@ class BrokerLine {
   Timer retry_, room_;
   std::deque<transport::MqttPublication> waiting_;
   std::size_t waiting_bytes_ = 0;
+  std::size_t burst_ = 0;  ///< bytes
+  SteadyTime burst_began_{};
   std::uint64_t dropped_ = 0, connections_ = 0;
   std::set<std::string> forbidden_;  ///< filters and topics that the broker refuses
   transport::MqttCounters before_{};

@@ -4,24 +4,31 @@
 
 #include <algorithm>
 
+#include "base/text.h"
+#include "model/home_assistant.h"
 #include "model/json_members.h"
 #include "rubicon/key.hpp"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::bridges::mqtt {
 
 namespace {
 
 constexpr std::string_view kSet = "/set";
-constexpr Duration kPatience = std::chrono::seconds(15);
 
-tuples::RemoteSet remote_set(const PointEntry& point, std::string_view value) {
-  tuples::RemoteSet set;
-  set.owner = point.device->island;
-  set.key = point.key + ".command";
-  set.value = value;
-  set.media_type = "text/plain";
-  return set;
+/// The point of this role beside a siren: of the same instance, or the only one.
+const PointEntry* part_of(const PointEntry& siren, std::string_view role) {
+  for (const auto& row : model::entity_parts()) {
+    if (row.platform != "siren" || row.role != role) continue;
+    std::vector<const PointEntry*> all;
+    for (const auto* point : siren.device->points) {
+      if (point->type() != row.type || !point->can_write()) continue;
+      if (point->instance() == siren.instance()) return point;
+      all.push_back(point);
+    }
+    if (all.size() == 1) return all.front();
+  }
+  return nullptr;
 }
 
 /// A response topic must not be a command.
@@ -35,27 +42,8 @@ bool can_answer_at(const std::string& base, std::string_view topic) {
 Result<PointEntry*> Commands::check(const transport::MqttMessage& message, std::string_view topic) const {
   auto* point = house_.find_by_topic(topic);
   if (point == nullptr) return fail(ErrorCode::kNotFound, fmt::format("{}: no such point", topic));
-  if (message.payload.size() > kMaxText)
-    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected at most {}", message.payload.size(), kMaxText));
-  if (under_way_.size() >= kMaxUnderWay)
-    return fail(ErrorCode::kBusy, fmt::format("{} commands are under way already", kMaxUnderWay));
-  const auto set = remote_set(*point, message.payload);
-  if (auto allowed = may(set, message.sender); !allowed) return fail(allowed.error());
+  if (auto allowed = desk_.check(*point, message.payload, message.sender); !allowed) return fail(allowed.error());
   return point;
-}
-
-/// The configuration of the bridge first, then the rights of the island; what they refuse is in the audit.
-Result<void> Commands::may(const tuples::RemoteSet& set, std::string_view sender) const {
-  const tuples::Member member{"bridge:" + host_.name};
-  Result<void> answer;
-  if (!takes_command(options_, set.key))
-    answer = fail(ErrorCode::kRefused,
-                  fmt::format("{} may not set {}: its `commands` do not name it", member.name, set.key));
-  if (!host_.judge) return answer;
-  if (answer) answer = host_.judge->may_set(member, set);
-  if (!answer)
-    host_.judge->answered(member, sender, set, {{}, 0, Verdict::kRefused, answer.error().code, answer.error().text});
-  return answer;
 }
 
 void Commands::take(const transport::MqttMessage& message) {
@@ -64,33 +52,48 @@ void Commands::take(const transport::MqttMessage& message) {
   Way way{std::string(topic), std::string(message.response_topic), std::string(message.correlation)};
   if (!can_answer_at(options_.base, way.response)) way.response.clear();
   ++taken_;
-  const auto point = check(message, topic);
-  if (point) return send(**point, message, std::move(way));
-  log_.info(way.topic, fmt::format("a command was refused: {}", point.error().text));
-  answer(way, {"refused", point.error().text});
+  const auto* siren = house_.find_by_topic(topic);
+  auto one = message;
+  std::string state;
+  if (siren && siren->type() == "siren" && message.payload.starts_with('{') &&
+      message.payload.size() <= CommandDesk::kMaxText && !base::is_nested_deeper(message.payload, 1)) {
+    const auto object = model::object_of(message.payload);
+    if (auto set = send_parts(*siren, message, object); !set) return refuse(way, set.error());
+    state = model::text_of(object, "state");
+    one.payload = state;
+  }
+  const auto point = check(one, topic);
+  if (!point) return refuse(way, point.error());
+  send(**point, one, std::move(way));
+}
+
+/// What Home Assistant sends to a siren with tones: `{"state":"on","tone":"fire","duration":10}`. The parts are points
+/// of their own.
+Result<void> Commands::send_parts(const PointEntry& siren, const transport::MqttMessage& message,
+                                  const nlohmann::json& object) {
+  for (const auto* role : {"tone", "duration"}) {
+    const auto value = object.find(role);
+    const auto* part = value == object.end() ? nullptr : part_of(siren, role);
+    if (part == nullptr) continue;
+    const auto text = value->is_string() ? value->get<std::string>() : model::dump(*value);
+    auto one = message;
+    one.payload = text;
+    const auto point = check(one, part->topic());
+    if (!point) return fail(point.error());
+    send(**point, one, {part->topic(), {}, {}});
+  }
+  return {};
+}
+
+void Commands::refuse(const Way& way, const Error& why) {
+  log_.info(way.topic, fmt::format("a command was refused: {}", why.text));
+  answer(way, {"refused", why.text});
 }
 
 void Commands::send(const PointEntry& point, const transport::MqttMessage& message, Way way) {
-  const auto lives = message.expiry > Duration(0) ? std::min(message.expiry, kMaxToLive) : kTimeToLive;
-  const auto asker = "bridge:" + host_.name;
-  tuples::ReplyCall noted;
-  if (host_.judge) {
-    noted = [judge = host_.judge, asker, sender = std::string(message.sender),
-             set = remote_set(point, message.payload)](const Reply& reply) {
-      judge->answered({asker}, sender, set, reply);
-    };
-  }
-  const auto at = under_way_.insert(under_way_.end(), Running{});
-  const auto ended = [this, at, way = std::move(way)](const client::Outcome& outcome) {
-    answer(way, outcome);
-    under_way_.erase(at);
-  };
-  SetOptions options;
-  options.asker = asker;
-  at->tracker = std::make_unique<client::RemoteSetTracker>(host_.scheduler, host_.space, point.device->island,
-                                                           point.key + ".command", message.payload, ended, lives,
-                                                           kPatience, nullptr, nullptr, options, std::move(noted));
-  if (host_.judge) at->spoken_for = host_.judge->speak_for({asker}, host_.space.self(), at->tracker->request());
+  const auto lives = message.expiry > Duration(0) ? std::min(message.expiry, kMaxToLive) : CommandDesk::kTimeToLive;
+  desk_.send(point, message.payload, message.sender, lives,
+             [this, way = std::move(way)](const client::Outcome& outcome) { answer(way, outcome); });
 }
 
 void Commands::answer(const Way& way, const client::Outcome& outcome) {
@@ -100,10 +103,10 @@ void Commands::answer(const Way& way, const client::Outcome& outcome) {
   message.payload = model::dump(json);
   message.qos = 1;
   message.correlation = way.correlation;
-  if (transport::is_mqtt_topic(message.topic)) calls_.publish(std::move(message));
+  if (transport::is_mqtt_topic(message.topic)) callbacks_.publish(std::move(message));
   if (outcome.good()) return;
   ++refused_;
-  calls_.correct(way.topic);
+  callbacks_.correct(way.topic);
 }
 
 }  // namespace rubicon::bridges::mqtt

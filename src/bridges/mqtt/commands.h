@@ -2,13 +2,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <list>
-#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "base/limited_log.h"
-#include "bridges/mqtt/house.h"
-#include "client/remote_set_tracker.h"
+#include "base/log.h"
+#include "bridges/command_desk.h"
+#include "bridges/house.h"
+#include "bridges/mqtt/mqtt_bridge.h"
 #include "transport/mqtt.h"
 
 namespace rubicon::bridges::mqtt {
@@ -17,26 +17,23 @@ namespace rubicon::bridges::mqtt {
 /// A command that was retained is older than we are, and ignored.
 class Commands {
  public:
-  static constexpr std::size_t kMaxUnderWay = 1000;
-  static constexpr std::size_t kMaxText = std::size_t{64} << 10U;  ///< of a command, in bytes
-  static constexpr Duration kTimeToLive = std::chrono::seconds(5), kMaxToLive = std::chrono::hours(24);
+  static constexpr Duration kMaxToLive = std::chrono::hours(24);
 
-  struct Calls {
+  struct Callbacks {
     std::function<void(transport::MqttPublication)> publish;
-    /// A command did not succeed: whoever showed its value already is told the present one again.
+    /// A command did not succeed: receivers that already show its value get the present value again.
     std::function<void(const std::string& topic)> correct;
   };
-  Commands(const BridgeHost& host, const Options& options, House& house, Calls calls)
-      : host_(host),
-        options_(options),
+  Commands(const BridgeHost& host, const Options& options, House& house, Callbacks calls)
+      : options_(options),
         house_(house),
-        calls_(std::move(calls)),
+        desk_(host, options),
+        callbacks_(std::move(calls)),
         log_({host.log, "bridge " + host.name}, host.scheduler) {}
 
   void take(const transport::MqttMessage& message);
   std::uint64_t taken() const { return taken_; }
   std::uint64_t refused() const { return refused_; }
-  std::size_t under_way() const { return under_way_.size(); }
 
  private:
   /// Where the answer goes.
@@ -45,20 +42,16 @@ class Commands {
     std::string response, correlation;
   };
   Result<PointEntry*> check(const transport::MqttMessage& message, std::string_view topic) const;
-  Result<void> may(const tuples::RemoteSet& set, std::string_view sender) const;
   void send(const PointEntry& point, const transport::MqttMessage& message, Way way);
+  Result<void> send_parts(const PointEntry& siren, const transport::MqttMessage& message, const nlohmann::json& object);
+  void refuse(const Way& way, const Error& why);
   void answer(const Way& way, const client::Outcome& outcome);
 
-  struct Running {
-    std::unique_ptr<client::RemoteSetTracker> tracker;
-    Handle spoken_for;
-  };
-  const BridgeHost& host_;
   const Options& options_;
   House& house_;
-  Calls calls_;
+  CommandDesk desk_;
+  Callbacks callbacks_;
   base::LimitedLog log_;
-  std::list<Running> under_way_;
   std::uint64_t taken_ = 0, refused_ = 0;
 };
 

@@ -1,10 +1,12 @@
-#include "bridges/mqtt/composites.h"
+#include "bridges/mqtt/discovery.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <initializer_list>
 #include <optional>
+
+#include "model/home_assistant.h"
 
 namespace rubicon::bridges::mqtt {
 
@@ -26,13 +28,20 @@ class Parts {
   /// What belongs to it: of one of the types and the same instance, or the only one of its type beside an only one.
   const PointEntry* partner(const PointEntry& of, Types types) {
     for (const auto type : types) {
-      auto found = match(written_, of, type, true);
-      if (found == written_.end() && alone(written_, type) && !any(written_, of.type()))
-        found = match(written_, of, type, false);
-      if (found != written_.end()) return taken(found);
+      if (const auto found = beside(of, type); found != written_.end()) return taken(found);
     }
     return nullptr;
   }
+  /// The point of this role of an entity, by the table; it stays an entity of its own too.
+  const PointEntry* part(const PointEntry& of, std::string_view platform, std::string_view role) {
+    for (const auto& row : model::entity_parts()) {
+      if (row.platform != platform || row.role != role) continue;
+      if (const auto found = beside(of, row.type); found != written_.end()) return *found;
+    }
+    return nullptr;
+  }
+  /// It is no entity of its own.
+  void take(const PointEntry& point) { std::erase(written_, &point); }
   /// A sensor that belongs to it; it stays an entity of its own too.
   const PointEntry* sensor(const PointEntry& of, std::string_view type) const {
     auto found = match(left_, of, type, true);
@@ -50,11 +59,16 @@ class Parts {
     for (std::size_t i = 0; i < made.size(); ++i) {
       const auto same = std::count_if(made.begin(), made.end(),
                                       [&](const Entity& other) { return other.platform == made[i].platform; });
-      made[i].body["name"] = same == 1 ? Json() : Json(words_of_id(mains_[i]->id));
+      made[i].body["name"] = same == 1 ? Json() : Json(words_of_id(mains_[i]->id()));
     }
   }
 
  private:
+  Points::iterator beside(const PointEntry& of, std::string_view type) {
+    const auto found = match(written_, of, type, true);
+    const bool only = found == written_.end() && alone(written_, type) && !any(written_, of.type());
+    return only ? match(written_, of, type, false) : found;
+  }
   const PointEntry* taken(Points::iterator at) {
     const auto* point = *at;
     written_.erase(at);
@@ -77,7 +91,7 @@ class Parts {
 };
 
 std::string set_topic(const PointEntry& point) {
-  return point.topic + "/set";
+  return point.topic() + "/set";
 }
 
 bool has_word(const PointEntry& point, std::string_view word) {
@@ -87,7 +101,7 @@ bool has_word(const PointEntry& point, std::string_view word) {
 
 void add_brightness(const PointEntry& dimmer, Json& body) {
   body["bri_cmd_t"] = set_topic(dimmer);
-  body["bri_stat_t"] = dimmer.topic;
+  body["bri_stat_t"] = dimmer.topic();
   body["bri_scl"] = dimmer.type() == "lightLevel" ? 255 : 100;
 }
 
@@ -95,7 +109,7 @@ void add_white(Parts& parts, const PointEntry& main, Json& body) {
   const auto* white = parts.partner(main, {"colourTemperature", "colourTemperatureMired"});
   if (white == nullptr) return;
   body["clr_temp_cmd_t"] = set_topic(*white);
-  body["clr_temp_stat_t"] = white->topic;
+  body["clr_temp_stat_t"] = white->topic();
   const bool kelvin = white->type() == "colourTemperature";
   if (kelvin) body["color_temp_kelvin"] = true;
   const auto& about = *white->about;
@@ -107,7 +121,7 @@ void add_white(Parts& parts, const PointEntry& main, Json& body) {
 void add_colour(Parts& parts, const PointEntry& main, Json& body) {
   const auto add = [&](const PointEntry& point, const std::string& name, const char* command, const char* value) {
     body[name + "_cmd_t"] = set_topic(point);
-    body[name + "_stat_t"] = point.topic;
+    body[name + "_stat_t"] = point.topic();
     body[name + "_command_template"] = command;
     body[name + "_val_tpl"] = value;
   };
@@ -152,7 +166,7 @@ void add_movement(const PointEntry& movement, Json& body) {
 
 void add_tilt(const PointEntry& tilt, Json& body) {
   body["tilt_cmd_t"] = set_topic(tilt);
-  body["tilt_status_t"] = tilt.topic;
+  body["tilt_status_t"] = tilt.topic();
   body["tilt_opnd_val"] = 0;
   body["tilt_clsd_val"] = 100;
 }
@@ -160,7 +174,7 @@ void add_tilt(const PointEntry& tilt, Json& body) {
 /// Our 100 % is closed, theirs is open.
 void add_covers(Parts& parts) {
   while (const auto* blind = parts.next("blindPosition")) {
-    Json body{{"pos_t", blind->topic}, {"set_pos_t", set_topic(*blind)}, {"pos_open", 0}, {"pos_clsd", 100}};
+    Json body{{"pos_t", blind->topic()}, {"set_pos_t", set_topic(*blind)}, {"pos_open", 0}, {"pos_clsd", 100}};
     body["opt"] = false;
     if (const auto* movement = parts.partner(*blind, {"blindMove", "upDown"})) add_movement(*movement, body);
     if (const auto* tilt = parts.partner(*blind, {"blindTilt"})) add_tilt(*tilt, body);
@@ -177,7 +191,7 @@ void add_covers(Parts& parts) {
   }
   for (const auto& [type, device_class] : {std::pair("damper", "damper"), std::pair("window", "window")}) {
     while (const auto* drive = parts.next(type)) {
-      Json body{{"pos_t", drive->topic}, {"set_pos_t", set_topic(*drive)}, {"pos_open", 100}, {"pos_clsd", 0}};
+      Json body{{"pos_t", drive->topic()}, {"set_pos_t", set_topic(*drive)}, {"pos_open", 100}, {"pos_clsd", 0}};
       body["opt"] = false;
       body["dev_cla"] = device_class;
       parts.add("cover", *drive, std::move(body));
@@ -209,19 +223,34 @@ std::vector<std::string> modes_of(const PointEntry& controller) {
 
 void add_temperatures(Parts& parts, const PointEntry& setpoint, Json& body) {
   body["temp_cmd_t"] = set_topic(setpoint);
-  body["temp_stat_t"] = setpoint.topic;
+  body["temp_stat_t"] = setpoint.topic();
   body["temp_unit"] = "C";
   if (setpoint.about->minimum) body["min_temp"] = *setpoint.about->minimum;
   if (setpoint.about->maximum) body["max_temp"] = *setpoint.about->maximum;
   body["temp_step"] = 0.5;
-  if (const auto* now = parts.sensor(setpoint, "temperature")) body["curr_temp_t"] = now->topic;
+  if (const auto* now = parts.sensor(setpoint, "temperature")) body["curr_temp_t"] = now->topic();
 }
 
 void add_activity(Parts& parts, const PointEntry& controller, Json& body) {
   const auto* activity = parts.sensor(controller, "hvacState");
   if (activity == nullptr) return;
-  body["act_t"] = activity->topic;
+  body["act_t"] = activity->topic();
   body["act_tpl"] = "{{ {'heat': 'heating', 'cool': 'cooling', 'fan': 'fan'}.get(value, 'idle') }}";
+}
+
+/// A preset with the words of the device, and a fan. Their `none` is in each list of presets by itself.
+void add_climate_parts(Parts& parts, const PointEntry& main, Json& body) {
+  const auto add = [&](const PointEntry* point, const char* words_key, const std::string& prefix) {
+    auto words = point == nullptr ? std::vector<std::string>() : words_of(*point);
+    std::erase(words, "none");
+    if (words.empty()) return;
+    body[words_key] = words;
+    body[prefix + "_cmd_t"] = set_topic(*point);
+    body[prefix + "_stat_t"] = point->topic();
+    parts.take(*point);
+  };
+  add(main.type() == "hvacMode" ? &main : parts.part(main, "climate", "preset"), "pr_modes", "pr_mode");
+  add(parts.part(main, "climate", "fan"), "fan_modes", "fan_mode");
 }
 
 /// A controller without a mode that they know stays a selection.
@@ -234,14 +263,31 @@ void add_thermostats(Parts& parts, Points& written) {
     const auto* controller = *at;
     written.erase(at);
     Json body{{"modes", modes_of(*controller)}, {"mode_cmd_t", set_topic(*controller)}};
-    body["mode_stat_t"] = controller->topic;
+    body["mode_stat_t"] = controller->topic();
     body["mode_cmd_tpl"] = "{{ 'fan' if value == 'fan_only' else value }}";
     body["mode_stat_tpl"] = "{{ 'fan_only' if value == 'fan' else value }}";
     body["opt"] = false;
     if (const auto* setpoint = parts.partner(*controller, {"temperatureSetpoint"}))
       add_temperatures(parts, *setpoint, body);
+    add_climate_parts(parts, *controller, body);
     add_activity(parts, *controller, body);
     parts.add("climate", *controller, std::move(body));
+  }
+}
+
+/// A room controller has a setpoint and modes such as comfort and economy, but none of heating and cooling.
+void add_room_controllers(Parts& parts, Points& written) {
+  const Points all = written;
+  for (const auto* setpoint : all) {
+    if (setpoint->type() != "temperatureSetpoint") continue;
+    const auto* mode = parts.partner(*setpoint, {"hvacMode"});
+    if (mode == nullptr) continue;
+    parts.take(*setpoint);
+    Json body{{"modes", {"auto"}}, {"mode_stat_t", mode->topic()}, {"mode_stat_tpl", "auto"}, {"opt", false}};
+    add_temperatures(parts, *setpoint, body);
+    add_climate_parts(parts, *mode, body);
+    add_activity(parts, *mode, body);
+    parts.add("climate", *mode, std::move(body));
   }
 }
 
@@ -274,15 +320,19 @@ void add_fans_and_sirens(Parts& parts) {
     add_words(*fan, body, {"pl_off"}, {"pl_on"});
     if (const auto* speed = parts.partner(*fan, {"fanSpeed"})) {
       body["pct_cmd_t"] = set_topic(*speed);
-      body["pct_stat_t"] = speed->topic;
+      body["pct_stat_t"] = speed->topic();
     }
     parts.add("fan", *fan, std::move(body));
   }
   while (const auto* siren = parts.next("siren")) {
     auto body = commanded(*siren);
     add_words(*siren, body, {"pl_off", "stat_off"}, {"pl_on", "stat_on"});
-    body["cmd_tpl"] = "{{ value }}";  // else it sends an object
-    body["sup_dur"] = false;
+    const auto* tone = parts.part(*siren, "siren", "tone");
+    const auto tones = tone == nullptr ? std::vector<std::string>() : words_of(*tone);
+    const bool lasts = parts.part(*siren, "siren", "duration") != nullptr;
+    if (!tones.empty()) body["av_tones"] = tones;
+    if (tones.empty() && !lasts) body["cmd_tpl"] = "{{ value }}";  // else it sends an object, which commands.cpp takes
+    body["sup_dur"] = lasts;
     body["sup_vol"] = false;
     parts.add("siren", *siren, std::move(body));
   }
@@ -296,6 +346,7 @@ std::vector<Entity> composites_of(Points& written, Points& left) {
   add_covers(parts);
   add_garage_doors(parts);
   add_thermostats(parts, written);
+  add_room_controllers(parts, written);
   add_locks_and_valves(parts);
   add_fans_and_sirens(parts);
   parts.name_all();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 
 #include "model/json_members.h"
@@ -51,7 +52,7 @@ void add(Json& json, const char* key, const std::string& text) {
 
 /// The value of a property of this type, such as its firmware.
 std::string value_of(const DeviceEntry& device, std::string_view type) {
-  for (const auto& [key, point] : device.points) {
+  for (const auto* point : device.points) {
     if (point->kind == model::Kind::kProperty && point->type() == type) return point->value;
   }
   return {};
@@ -59,6 +60,14 @@ std::string value_of(const DeviceEntry& device, std::string_view type) {
 
 std::string island_object(OwnerId island) {
   return fmt::format("rubicon_{}", number(island));
+}
+
+void add_attributes(const Options& options, Entity& entity) {
+  for (const auto* topic : {"stat_t", "pos_t", "mode_stat_t"}) {
+    const auto found = entity.body.find(topic);
+    if (options.attributes && found != entity.body.end() && !entity.body.contains("json_attr_t"))
+      entity.body["json_attr_t"] = found->get<std::string>() + "/attributes";
+  }
 }
 
 Entity connectivity(const std::string& topic, const std::string& id) {
@@ -94,6 +103,18 @@ nlohmann::ordered_json Announcer::device_json(const DeviceEntry& device) const {
   return json;
 }
 
+/// A group names the entities of its members that are of its kind.
+void Announcer::add_members(const DeviceEntry& group, Entity& entity) const {
+  if (!entity.body.contains("cmd_t") && !entity.body.contains("set_pos_t")) return;
+  auto members = Json::array();
+  for (const auto* member : house_.members_of(group)) {
+    for (const auto& one : entities_of(*member, [this](const PointEntry& point) { return takes(point); })) {
+      if (one.platform == entity.platform) members.push_back(fmt::format("{}_{}", object_id(*member), one.id));
+    }
+  }
+  if (!members.empty()) entity.body["group"] = std::move(members);
+}
+
 std::vector<Announcement> Announcer::of(const DeviceEntry& device) const {
   const auto island = house_.island_topic(device.island);
   const auto network = fmt::format("{}/{}", island, device.network);
@@ -101,7 +122,10 @@ std::vector<Announcement> Announcer::of(const DeviceEntry& device) const {
                     availability({home_, island, network, device.topic})};
   auto entities = entities_of(device, [this](const PointEntry& point) { return takes(point); });
   for (auto& entity : entities) {
-    // What is only read is unavailable while its value is not good; what can be commanded is there with its device.
+    add_attributes(options_, entity);
+    add_members(device, entity);
+    // An entity that can only be read is unavailable while its value is not good. An entity with commands is available
+    // as long as its device.
     if (entity.body.contains("cmd_t") || entity.platform == "event" || !entity.body.contains("stat_t")) continue;
     entity.body["avty"] =
         availability({home_, island, network, device.topic, entity.body["stat_t"].get<std::string>()});
@@ -184,6 +208,59 @@ bool Announcer::is_ours(std::string_view payload) const {
   if (origin == json.end() || model::text_of(*origin, "name") != "rubicon" || all == json.end() || !all->is_array())
     return false;
   return !all->empty() && model::text_of(all->front(), "t") == home_ + "/online";
+}
+
+namespace {
+
+constexpr std::string_view kPresence = "/online";
+
+std::string_view above(std::string_view topic) {
+  return topic.substr(0, std::min(topic.rfind('/'), topic.size()));
+}
+
+}  // namespace
+
+/// Devices, points, whether a point is there. They do not overlap with each other or with those of commands: a broker
+/// may send a message once for each filter.
+std::vector<std::string> Leftovers::filters() const {
+  const auto& base = options_.base;
+  std::vector<std::string> all{base + "/+/+/+/online", base + "/+/+/+/+/+", base + "/+/+/+/+/+/online"};
+  const auto& discovery = options_.discovery_base;
+  if (options_.discovery == Discovery::kNone) return all;
+  all.push_back(discovery + "/device/+/config");
+  all.push_back(discovery + "/+/+/+/config");
+  return all;
+}
+
+void Leftovers::take(const transport::MqttMessage& message) {
+  const bool announced = announcer_.is_of_rubicon(message.topic);
+  const bool foreign = announced && !message.payload.empty() && !announcer_.is_ours(message.payload);
+  disputed_ |= foreign && !message.retained;  // what a run before left is written over
+  if (!message.retained || message.payload.empty() || topics_.size() >= kMaxTopics) return;
+  const bool ours = announced ? announcer_.is_ours(message.payload) : message.topic.starts_with(options_.base + "/");
+  if (ours) topics_.emplace(message.topic, announced);
+}
+
+bool Leftovers::is_other_form(const transport::MqttMessage& message) const {
+  if (!message.retained || !announcer_.is_of_rubicon(message.topic)) return false;
+  const bool whole = message.topic.starts_with(options_.discovery_base + "/device/");
+  return whole != (options_.discovery == Discovery::kDevices) && announcer_.is_ours(message.payload);
+}
+
+bool Leftovers::is_gone(const std::string& topic) const {
+  bool there = false;
+  house_.each_island([&](IslandEntry& island) { there |= island.present && topic.starts_with(island.topic + "/"); });
+  if (!there) return false;
+  const auto point = topic.ends_with(kPresence) ? above(topic) : std::string_view(topic);
+  return house_.find_by_topic(point) == nullptr && house_.find_device(point) == nullptr;
+}
+
+std::set<std::string> Leftovers::gone(const std::set<std::string>& kept) {
+  std::set<std::string> all;
+  for (const auto& [topic, announced] : std::exchange(topics_, {})) {
+    if (announced ? !kept.contains(topic) : is_gone(topic)) all.insert(topic);
+  }
+  return all;
 }
 
 }  // namespace rubicon::bridges::mqtt

@@ -1,4 +1,4 @@
-#include "bridges/mqtt/entities.h"
+#include "bridges/mqtt/discovery.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "bridges/mqtt/composites.h"
 #include "model/home_assistant.h"
 
 namespace rubicon::bridges::mqtt {
@@ -19,14 +18,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMaxOptions = 256;
 /// Bounds of a number that has none.
 constexpr double kAnyNumber = 1e9;
-
-std::vector<std::string> words_of(const PointEntry& point) {
-  std::vector<std::string> words;
-  for (const auto& word : point.about->words) {
-    if (words.size() < kMaxOptions) words.push_back(word.text);
-  }
-  return words;
-}
 
 std::string off_word(const PointEntry& point) {
   return point.about->words.empty() ? "off" : point.about->words.front().text;
@@ -55,7 +46,7 @@ bool is_number(const PointEntry& point) {
 }
 
 Entity shown_number(const PointEntry& point) {
-  Entity made{"sensor", {}, {{"stat_t", point.topic}}};
+  Entity made{"sensor", {}, {{"stat_t", point.topic()}}};
   const auto* known = model::entity_class_of(point.type());
   add_unit(point, known, made.body);
   made.body["stat_cla"] = known ? known->state_class : "measurement";
@@ -66,7 +57,7 @@ Entity shown_number(const PointEntry& point) {
 }
 
 Entity shown_boolean(const PointEntry& point) {
-  Entity made{"binary_sensor", {}, {{"stat_t", point.topic}}};
+  Entity made{"binary_sensor", {}, {{"stat_t", point.topic()}}};
   const auto* known = model::binary_class_of(point.type());
   const bool reversed = known && known->first_is_on;
   made.body["pl_on"] = reversed ? off_word(point) : on_word(point);
@@ -76,13 +67,21 @@ Entity shown_boolean(const PointEntry& point) {
   return made;
 }
 
+void add_template(Json& body, const char* key, std::string_view text) {
+  if (!text.empty()) body[key] = text;
+}
+
 /// Words that a device reports beside its own would be refused there: only lists that are known are enumerations.
 Entity shown_text(const PointEntry& point) {
-  Entity made{"sensor", {}, {{"stat_t", point.topic}}};
+  Entity made{"sensor", {}, {{"stat_t", point.topic()}}};
   const bool words = point.about->data_type == "enumeration" && !point.about->words.empty();
+  const auto* known = model::text_class_of(point.type());
   if (words) {
     made.body["dev_cla"] = "enum";
     made.body["ops"] = words_of(point);
+  } else if (known) {
+    add_template(made.body, "dev_cla", known->device_class);
+    add_template(made.body, "val_tpl", known->value_template);
   } else {
     made.body["val_tpl"] = "{{ value[:255] }}";
   }
@@ -92,7 +91,7 @@ Entity shown_text(const PointEntry& point) {
 
 /// The payload is the word; the template makes of it what the receiver expects.
 Entity shown_event(const PointEntry& point) {
-  Entity made{"event", {}, {{"stat_t", point.topic}}};
+  Entity made{"event", {}, {{"stat_t", point.topic()}}};
   const auto words = words_of(point);
   if (words.empty()) {
     const auto type = point.about->data_type == "boolean" ? std::string("on") : std::string(point.type());
@@ -133,12 +132,17 @@ Entity set_number(const PointEntry& point) {
   return made;
 }
 
-/// What is written and has no state: each is one press.
+/// Points that are written and have no state: each write is one press.
 Entity set_event(const PointEntry& point) {
   if (point.about->data_type == "boolean")
-    return {"button", {}, {{"cmd_t", point.topic + "/set"}, {"pl_prs", on_word(point)}}};
+    return {"button", {}, {{"cmd_t", point.topic() + "/set"}, {"pl_prs", on_word(point)}}};
   auto body = commanded(point);
   const auto words = words_of(point);
+  if (words.size() == 1) {
+    Json press{{"cmd_t", point.topic() + "/set"}, {"pl_prs", words.front()}};
+    if (point.type() == "identify") press["dev_cla"] = "identify";
+    return {"button", {}, std::move(press)};
+  }
   if (!words.empty()) {
     body["ops"] = words;
     return {"select", {}, std::move(body)};
@@ -163,6 +167,12 @@ Entity set(const PointEntry& point) {
   if (point.is_event()) return set_event(point);
   if (is_number(point)) return set_number(point);
   if (point.about->data_type == "boolean") return set_boolean(point);
+  if (const auto* known = model::text_class_of(point.type())) {
+    Entity made{std::string(known->platform), {}, commanded(point)};
+    add_template(made.body, "val_tpl", known->value_template);
+    add_template(made.body, "cmd_tpl", known->command_template);
+    return made;
+  }
   const auto words = words_of(point);
   Entity made{words.empty() ? "text" : "select", {}, commanded(point)};
   if (!words.empty()) made.body["ops"] = words;
@@ -172,12 +182,20 @@ Entity set(const PointEntry& point) {
 
 }  // namespace
 
+std::vector<std::string> words_of(const PointEntry& point) {
+  std::vector<std::string> words;
+  for (const auto& word : point.about->words) {
+    if (words.size() < kMaxOptions) words.push_back(word.text);
+  }
+  return words;
+}
+
 std::string on_word(const PointEntry& point) {
   return point.about->words.size() < 2 ? "on" : point.about->words[1].text;
 }
 
 nlohmann::ordered_json commanded(const PointEntry& point) {
-  return {{"stat_t", point.topic}, {"cmd_t", point.topic + "/set"}, {"opt", false}};
+  return {{"stat_t", point.topic()}, {"cmd_t", point.topic() + "/set"}, {"opt", false}};
 }
 
 std::string words_of_id(std::string_view id) {
@@ -194,7 +212,7 @@ std::string words_of_id(std::string_view id) {
 std::vector<Entity> entities_of(const DeviceEntry& device, const std::function<bool(const PointEntry&)>& takes) {
   std::vector<const PointEntry*> written, left;
   std::map<std::string_view, std::size_t> count;
-  for (const auto& [key, point] : device.points) {
+  for (const auto* point : device.points) {
     if (!point->about || point->about->data_type == "bytes") continue;
     ++count[point->type()];
     const bool can = point->kind != model::Kind::kSensor && point->can_write() && takes(*point);
@@ -204,7 +222,7 @@ std::vector<Entity> entities_of(const DeviceEntry& device, const std::function<b
   const auto add = [&](Entity made, const PointEntry& point, bool writes) {
     made.id = entity_id(point);
     const auto only = count[point.type()] == 1 && point.instance() == "1";
-    made.body["name"] = words_of_id(only ? std::string_view(point.id).substr(0, point.id.find('-')) : point.id);
+    made.body["name"] = words_of_id(only ? point.id().substr(0, point.id().find('-')) : point.id());
     if (writes) add_category(point, false, true, made.body);
     all.push_back(std::move(made));
   };
@@ -216,7 +234,7 @@ std::vector<Entity> entities_of(const DeviceEntry& device, const std::function<b
 }
 
 std::string entity_id(const PointEntry& point) {
-  return fmt::format("{}-{}", to_string(point.kind), point.id);
+  return fmt::format("{}-{}", to_string(point.kind), point.id());
 }
 
 }  // namespace rubicon::bridges::mqtt

@@ -6,14 +6,14 @@
 #include <random>
 #include <utility>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "base/text.h"
+#include "bridges/house.h"
 #include "bridges/mqtt/broker_line.h"
 #include "bridges/mqtt/commands.h"
 #include "bridges/mqtt/discovery.h"
-#include "bridges/mqtt/leftovers.h"
 #include "bridges/mqtt/payloads.h"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::bridges::mqtt {
 
@@ -23,10 +23,10 @@ using transport::MqttPublication;
 using transport::MqttQueue;
 
 constexpr const char *kOnline = "/online", *kYes = "online", *kNo = "offline";
-/// A device is announced when all its points are described, at the latest after this time.
-constexpr Duration kComplete = std::chrono::seconds(5);
 /// After that announcements in another form are there.
 constexpr Duration kMigration = std::chrono::seconds(10);
+/// Attributes of a point come at most once in this time.
+constexpr Duration kAttributesPause = std::chrono::seconds(1);
 constexpr Duration kAnnouncePause = std::chrono::milliseconds(100);
 /// After Home Assistant's birth message: all bridges answer it.
 constexpr int kBirthFirst = 1000, kBirthLast = 10'000;  // ms
@@ -36,8 +36,8 @@ MqttPublication state(std::string topic, std::string payload, std::uint8_t qos =
   return {std::move(topic), std::move(payload), true, qos, MqttQueue::kLatest};
 }
 
-/// What waits to be published is marked: points and devices once each, so it is bounded by what there is, and the
-/// newest value wins. Everything is published in one place, go(), as long as the line takes it.
+/// Points and devices that wait to be published are marked, once each. So their number is bounded, and the newest value
+/// wins. Everything is published in one place, go(), as long as the line takes it.
 class MqttBridge final : public Bridge {
  public:
   MqttBridge(Options options, const BridgeHost& host)
@@ -62,9 +62,13 @@ class MqttBridge final : public Bridge {
 
   BridgeStatus status() const override {
     auto status = line_.status();
-    if (leftovers_.is_disputed())
+    if (status.state == "up" && leftovers_.is_disputed())
       status.reason += std::string(status.reason.empty() ? "" : "; ") +
                        "another program announces devices under our ids: two bridges for one island?";
+    if (status.state == "up" && silent_)
+      status.reason += std::string(status.reason.empty() ? "" : "; ") +
+                       "no value that it publishes comes back: the access list of the broker may hide " + options_.base;
+    status.counters["births"] = births_;
     status.counters["devices"] = house_.devices();
     status.counters["points"] = house_.points();
     status.counters["events"] = events_;
@@ -74,17 +78,19 @@ class MqttBridge final : public Bridge {
   }
 
  private:
-  House::Calls house_calls() {
+  House::Callbacks house_calls() {
     return {.point = [this](PointEntry& point) { mark(point); },
+            .status = [this](PointEntry& point) { mark_status(point); },
             .device = [this](DeviceEntry& device) { mark(device); },
             .network = [this](NetworkEntry& network) { mark_small(network); },
             .island = [this](IslandEntry& island) { mark_small(island); },
             .point_gone = [this](PointEntry& point) { forget(point); },
             .device_gone = [this](DeviceEntry& device) { forget(device); },
             .renamed = [this](DeviceEntry& device) { forget_topics(device); },
-            .network_gone = [this](OwnerId island, const std::string& id) { forget_network(island, id); }};
+            .network_gone = [this](OwnerId island, const std::string& id) { forget_network(island, id); },
+            .is_ours = [this](std::string_view origin) { return is_broker(options_, origin); }};
   }
-  BrokerLine::Calls line_calls() {
+  BrokerLine::Callbacks line_calls() {
     return {.connected = [this](const transport::MqttConnack&) { connected(); },
             .received = [this](const transport::MqttMessage& message) { received(message); },
             .roomy = [this] { go(); },
@@ -96,7 +102,9 @@ class MqttBridge final : public Bridge {
   void migrate(const std::string& topic);
   void sample(std::string_view topic, std::string_view payload);
   void mark(PointEntry& point);
+  void mark_status(PointEntry& point);
   void mark(DeviceEntry& device);
+  void mark_again(DeviceEntry& device);
   template <class Entry>
   void mark_small(Entry& entry) {
     entry.dirty = true;
@@ -112,8 +120,8 @@ class MqttBridge final : public Bridge {
   bool publish(PointEntry& point);
   bool publish_state(PointEntry& point);
   void publish_event(PointEntry& point);
-  bool announce(const std::vector<Announcement>& messages, std::set<std::string>& announced);
-  bool is_complete(const DeviceEntry& device) const;
+  void publish_attributes();
+  bool announce(DeviceEntry& device);
   void want(PointEntry& point);
   void correct(const std::string& topic);
   void forget(PointEntry& point);
@@ -134,18 +142,22 @@ class MqttBridge final : public Bridge {
   BrokerLine line_;
   std::vector<PointEntry*> points_;    ///< that are dirty
   std::vector<DeviceEntry*> devices_;  ///< that are dirty
+  std::set<PointEntry*> statuses_;     ///< that changed
   bool small_dirty_ = false;           ///< an island or a network is
   std::set<std::string> announced_;    ///< of islands and networks
   std::set<std::string> removed_;      ///< topics to empty
   std::set<std::string> migrated_;     ///< of another form of discovery
-  std::uint64_t events_ = 0;
-  Timer birth_, settled_, later_, migration_;
+  std::uint64_t events_ = 0, births_ = 0;
+  bool heard_own_ = false;  ///< a value that it published came back
+  bool silent_ = false;     ///< none did, long enough
+  Timer birth_, settled_, later_, migration_, attributes_;
   base::OncePerTurn soon_;
 };
 
 void MqttBridge::connected() {
   std::vector<std::string> filters = leftovers_.filters();
   leftovers_.begin();
+  heard_own_ = silent_ = false;
   for (const auto& filter : filters) line_.subscribe(filter, 0);
   if (!options_.commands.empty()) line_.subscribe(options_.base + "/+/+/+/+/+/set", 1);
   if (options_.on_request) line_.subscribe(options_.base + "/+/+/+/+/+/sample", 0);
@@ -161,10 +173,11 @@ void MqttBridge::mark_all() {
   house_.each_network([this](NetworkEntry& network) { mark_small(network); });
   house_.each_device([this](DeviceEntry& device) {
     device.online.reset();
-    mark(device);
-    for (auto& [key, point] : device.points) {
+    mark_again(device);
+    for (auto* point : device.points) {
       point->online.reset();
       mark(*point);
+      mark_status(*point);
     }
   });
 }
@@ -174,6 +187,7 @@ void MqttBridge::received(const transport::MqttMessage& message) {
   if (message.topic.ends_with("/sample") && options_.on_request) return sample(message.topic, message.payload);
   if (message.topic == options_.discovery_base + "/status") {
     if (message.payload != kYes || message.retained) return;
+    ++births_;
     static std::minstd_rand random{std::random_device{}()};
     const std::chrono::milliseconds pause(kBirthFirst + static_cast<int>(random() % (kBirthLast - kBirthFirst)));
     birth_ = host_.scheduler.after(pause, [this] { mark_all(); });
@@ -181,15 +195,17 @@ void MqttBridge::received(const transport::MqttMessage& message) {
   }
   if (leftovers_.is_other_form(message)) return migrate(std::string(message.topic));
   leftovers_.take(message);
-  if (auto* point = message.retained ? house_.find_by_topic(message.topic) : nullptr) mark(*point);
+  auto* point = house_.find_by_topic(message.topic);
+  heard_own_ |= point != nullptr;
+  if (point && message.retained) mark(*point);
 }
 
-/// The receiver keeps what people set of these entities: it is told that they move, then where to, then the old
-/// announcement goes.
+/// The receiver keeps what people set for these entities. So the bridge announces that they move, then the new place,
+/// and then removes the old announcement.
 void MqttBridge::migrate(const std::string& topic) {
   line_.publish_in_order({topic, R"({"migrate_discovery": true})", true, 1});
   migrated_.insert(topic);
-  house_.each_device([this](DeviceEntry& device) { mark(device); });
+  house_.each_device([this](DeviceEntry& device) { mark_again(device); });
   house_.each_network([this](NetworkEntry& network) { mark_small(network); });
   house_.each_island([this](IslandEntry& island) { mark_small(island); });
   migration_ = host_.scheduler.after(kMigration, [this] {
@@ -221,6 +237,18 @@ void MqttBridge::mark(PointEntry& point) {
   soon_.request();
 }
 
+void MqttBridge::mark_status(PointEntry& point) {
+  if (!options_.attributes) return;
+  statuses_.insert(&point);
+  if (!attributes_.pending()) attributes_ = host_.scheduler.after(kAttributesPause, [this] { publish_attributes(); });
+}
+
+/// Its announcement is published also if it is the same.
+void MqttBridge::mark_again(DeviceEntry& device) {
+  for (auto& [topic, hash] : device.announced) hash = 0;
+  mark(device);
+}
+
 void MqttBridge::mark(DeviceEntry& device) {
   if (std::exchange(device.dirty, true)) return;
   devices_.push_back(&device);
@@ -238,12 +266,14 @@ void MqttBridge::go() {
   if (!later_.pending()) {
     std::vector<DeviceEntry*> wait;
     while (!devices_.empty()) {
-      auto& device = *devices_.back();
-      if (!is_complete(device))
-        wait.push_back(&device);
-      else if (!publish(device))
+      auto* device = devices_.back();
+      devices_.pop_back();  // publish() may add others
+      if (!house_.is_complete(*device)) {
+        wait.push_back(device);
+      } else if (!publish(*device)) {
+        devices_.push_back(device);
         break;
-      devices_.pop_back();
+      }
     }
     devices_.insert(devices_.end(), wait.begin(), wait.end());
     if (!wait.empty()) later_ = host_.scheduler.after(kAnnouncePause, [this] { go(); });
@@ -256,18 +286,14 @@ void MqttBridge::go() {
   points_.clear();
 }
 
-bool MqttBridge::is_complete(const DeviceEntry& device) const {
-  if (host_.scheduler.now() - device.since >= kComplete) return true;
-  if (!device.about) return false;
-  const auto all = device.about->sensors.size() + device.about->actuators.size() + device.about->properties.size();
-  const auto described = [](const auto& point) { return point.second->about.has_value(); };
-  return device.points.size() >= all && std::all_of(device.points.begin(), device.points.end(), described);
-}
-
 template <class Entry>
 bool MqttBridge::publish_small(Entry& entry, bool online) {
   if (!entry.dirty) return true;
-  if (options_.discovery != Discovery::kNone && !announce(announcer_.of(entry), announced_)) return false;
+  for (const auto& message :
+       options_.discovery == Discovery::kNone ? std::vector<Announcement>() : announcer_.of(entry)) {
+    if (!line_.publish(state(message.topic, message.payload, 1))) return false;
+    announced_.insert(message.topic);
+  }
   const bool is_home = entry.topic == home_;  // the will tells about it
   if (!is_home && !line_.publish(state(entry.topic + kOnline, online ? kYes : kNo, 1))) return false;
   entry.dirty = false;
@@ -282,28 +308,28 @@ bool MqttBridge::publish_small() {
   return all;
 }
 
-/// What was announced and is not any longer goes.
-bool MqttBridge::announce(const std::vector<Announcement>& messages, std::set<std::string>& announced) {
+/// Publishes what is new in it, and removes what is not announced any longer.
+bool MqttBridge::announce(DeviceEntry& device) {
+  const auto messages = announcer_.of(device);
+  std::map<std::string, std::size_t> now;
+  bool changed = false;
   for (const auto& message : messages) {
-    if (!line_.publish(state(message.topic, message.payload, 1))) return false;
-    announced.insert(message.topic);
+    const auto hash = std::hash<std::string>()(message.payload) | 1U;
+    auto& known = device.announced[message.topic];
+    if (known != hash && !line_.publish(state(message.topic, message.payload, 1))) return false;
+    changed |= std::exchange(known, hash) != hash;
+    now[message.topic] = hash;
   }
+  for (const auto& [topic, hash] : std::exchange(device.announced, now)) {
+    if (!now.contains(topic)) remove(topic);
+  }
+  for (auto* group : changed ? house_.groups_of(device) : std::vector<DeviceEntry*>()) mark(*group);
   return true;
 }
 
 bool MqttBridge::publish(DeviceEntry& device) {
-  if (options_.discovery != Discovery::kNone) {
-    const auto messages = announcer_.of(device);
-    auto before = std::exchange(device.announced, {});
-    if (!announce(messages, device.announced)) {
-      device.announced.merge(before);
-      return false;
-    }
-    for (const auto& topic : before) {
-      if (!device.announced.contains(topic)) remove(topic);
-    }
-  }
-  const bool online = device.status != "unreachable";
+  if (options_.discovery != Discovery::kNone && !announce(device)) return false;
+  const bool online = !device.is_away();
   if (device.online != online && !line_.publish(state(device.topic + kOnline, online ? kYes : kNo, 1))) return false;
   device.online = online;
   device.dirty = false;
@@ -320,30 +346,43 @@ bool MqttBridge::publish(PointEntry& point) {
 void MqttBridge::publish_event(PointEntry& point) {
   point.fresh = false;
   ++events_;
-  line_.publish_in_order({point.topic, payload_of(point, options_), false, 0});
+  line_.publish_in_order({point.topic(), payload_of(point, options_), false, 0});
 }
 
 /// A value that is not good any longer is taken away: who connects later must not take it for one of now.
 bool MqttBridge::publish_state(PointEntry& point) {
   const bool online = is_online(point);
   const bool has = point.good() || options_.json;
-  point.shown |= leftovers_.has(point.topic);
+  point.shown |= leftovers_.has(point.topic());
   if (point.kind != model::Kind::kActuator && point.online != online) {
-    if (!line_.publish(state(point.topic + kOnline, online ? kYes : kNo))) return false;
+    if (!line_.publish(state(point.topic() + kOnline, online ? kYes : kNo))) return false;
     point.online = online;
   }
   if (has) {
     if (point.value.empty() && !options_.json) return true;
-    if (!line_.publish(state(point.topic, payload_of(point, options_)))) return false;
+    if (!line_.publish(state(point.topic(), payload_of(point, options_)))) return false;
     point.shown = true;
   } else if (point.shown && !options_.keep) {
-    if (!line_.publish(state(point.topic, {}))) return false;
+    if (!line_.publish(state(point.topic(), {}))) return false;
     point.shown = false;
   }
   return true;
 }
 
-/// Who showed the commanded value hears the present one.
+void MqttBridge::publish_attributes() {
+  while (!statuses_.empty()) {
+    auto& point = **statuses_.begin();
+    const auto status = host_.space.get(point.device->island, point.key + ".status");
+    const auto topic = point.topic() + "/attributes";
+    if (status && !line_.publish({topic, attributes_of(point, status->value), false, 0, MqttQueue::kLatest})) {
+      attributes_ = host_.scheduler.after(kAttributesPause, [this] { publish_attributes(); });
+      return;
+    }
+    statuses_.erase(statuses_.begin());
+  }
+}
+
+/// Receivers that show the commanded value get the present one.
 void MqttBridge::correct(const std::string& topic) {
   if (auto* point = house_.find_by_topic(topic)) mark(*point);
 }
@@ -354,16 +393,17 @@ void MqttBridge::remove(const std::string& topic) {
 }
 
 void MqttBridge::forget(PointEntry& point) {
+  statuses_.erase(&point);
   if (point.dirty) std::erase(points_, &point);
   point.dirty = false;
-  if (point.shown) remove(point.topic);
-  if (point.online) remove(point.topic + kOnline);
+  if (point.shown) remove(point.topic());
+  if (point.online) remove(point.topic() + kOnline);
   point.shown = false;
   point.online.reset();
 }
 
 void MqttBridge::forget_topics(DeviceEntry& device) {
-  for (const auto& [key, point] : device.points) forget(*point);
+  for (auto* point : device.points) forget(*point);
   if (device.online) remove(device.topic + kOnline);
   device.online.reset();
 }
@@ -372,7 +412,7 @@ void MqttBridge::forget(DeviceEntry& device) {
   forget_topics(device);
   if (device.dirty) std::erase(devices_, &device);
   device.dirty = false;
-  for (const auto& topic : std::exchange(device.announced, {})) remove(topic);
+  for (const auto& [topic, hash] : std::exchange(device.announced, {})) remove(topic);
 }
 
 void MqttBridge::forget_network(OwnerId island, const std::string& id) {
@@ -385,12 +425,19 @@ void MqttBridge::forget_network(OwnerId island, const std::string& id) {
   remove(fmt::format("{}/{}{}", house_.island_topic(island), id, kOnline));
 }
 
-/// What a run before left. The filters would bring our own messages from now on.
+/// Removes what an earlier run left, and ends its subscriptions, which would bring our own messages from now on.
 void MqttBridge::sweep() {
   auto kept = announced_;
-  house_.each_device([&](DeviceEntry& device) { kept.insert(device.announced.begin(), device.announced.end()); });
+  house_.each_device([&](DeviceEntry& device) {
+    for (const auto& [topic, hash] : device.announced) kept.insert(topic);
+  });
   for (const auto& topic : leftovers_.gone(kept)) remove(topic);
   for (const auto& filter : leftovers_.filters()) line_.unsubscribe(filter);
+  bool shown = false;
+  house_.each_device([&](DeviceEntry& device) {
+    for (const auto* point : device.points) shown |= point->shown;
+  });
+  silent_ = shown && !heard_own_;  // a broker does not tell what its access list drops
 }
 
 /// In order, so that the broker does not publish the will.

@@ -1,22 +1,14 @@
-#include "bridges/mqtt/options.h"
+#include "bridges/mqtt/mqtt_bridge.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "base/glob.h"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::bridges::mqtt {
 
 namespace {
 
 constexpr std::size_t kMaxBase = 64;
-/// What `commands: yes` takes, and what it does not: that opens doors, or ends an alarm.
-constexpr const char* kUsualCommands = "*.*.*.actuator.*.command";
-constexpr std::string_view kGuarded[] = {"lock",  "lockState", "doorOpener", "garageDoor",
-                                         "alarm", "windAlarm", "frostAlarm", "siren"};
-
 std::string base_fault(std::string_view base) {
   if (base.empty() || base.size() > kMaxBase) return "expected 1 to 64 bytes";
   if (base.find_first_of("+#") != base.npos || base.starts_with('/') || base.ends_with('/') ||
@@ -37,34 +29,6 @@ void read_base(ConfigReader& options, Options& found) {
   if (const auto wrong = base_fault(found.discovery_base); !wrong.empty()) options.error("discovery-base", wrong);
 }
 
-/// Lists of key patterns, or words for usual ones.
-std::vector<std::string> read_keys(ConfigReader& options, const std::string& key) {
-  auto keys = options.texts(key);
-  for (const auto& text : keys) {
-    const auto parsed = Pattern::parse(text);
-    const bool parts =
-        text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-.*") == text.npos &&
-        !text.empty() && text.find("..") == text.npos;
-    if (!parsed && !parts) options.error(key, parsed.error().text);
-  }
-  return keys;
-}
-
-bool is_word(const std::vector<std::string>& words, std::string_view word) {
-  return words.size() == 1 && words.front() == word;
-}
-
-void read_commands(ConfigReader& options, Options& found) {
-  const auto words = options.texts("commands");
-  if (words.empty() || is_word(words, "no") || is_word(words, "false")) return;
-  if (!is_word(words, "yes") && !is_word(words, "true")) {
-    found.commands = read_keys(options, "commands");
-    return;
-  }
-  found.commands = {kUsualCommands};
-  for (const auto type : kGuarded) found.forbidden.push_back(fmt::format("*.*.*.actuator.{}-*.command", type));
-}
-
 /// `passive`, `on-request`, or {active: [patterns]}.
 void read_demand(ConfigReader& options, Options& found) {
   const auto* node = options.node("demand");
@@ -77,32 +41,14 @@ void read_demand(ConfigReader& options, Options& found) {
   found.on_request = options.choice("demand", "passive", {"passive", "on-request"}) == "on-request";
 }
 
-void read_patterns(ConfigReader& options, Options& found) {
-  for (const auto& text : options.texts("patterns")) {
-    auto pattern = Pattern::parse(text);
-    if (pattern)
-      found.patterns.push_back(std::move(*pattern));
-    else
-      options.error("patterns", pattern.error().text);
-  }
-  found.except = read_keys(options, "except");
-}
-
-std::string_view next_part(std::string_view& rest) {
-  const auto dot = std::min(rest.find('.'), rest.size());
-  const auto part = rest.substr(0, dot);
-  rest.remove_prefix(std::min(dot + 1, rest.size()));
-  return part;
-}
-
 }  // namespace
 
 Options read_options(ConfigReader& options, const std::string& directory) {
   Options found;
+  found.origin = "broker";
   found.broker = transport::read_mqtt_broker(options, directory);
   read_base(options, found);
-  read_patterns(options, found);
-  read_commands(options, found);
+  read_scope(options, found);
   read_demand(options, found);
   const auto form = options.choice("discovery", "none", {"none", "homeassistant", "homeassistant-entities"});
   found.discovery = form == "none"            ? Discovery::kNone
@@ -110,6 +56,7 @@ Options read_options(ConfigReader& options, const std::string& directory) {
                                               : Discovery::kEntities;
   found.json = options.choice("payload", "text", {"text", "json"}) == "json";
   found.friendly = options.choice("names", "keys", {"keys", "friendly"}) == "friendly";
+  found.attributes = options.boolean("attributes", false);
   found.keep = options.boolean("keep", false);
   found.page = options.text("page", {});
   if (!found.page.empty() && !found.page.starts_with("http://") && !found.page.starts_with("https://"))
@@ -119,22 +66,6 @@ Options read_options(ConfigReader& options, const std::string& directory) {
                   "json is for databases, expected text where there is a discovery; a second bridge may "
                   "have the other");
   return found;
-}
-
-bool key_matches(std::string_view pattern, std::string_view key) {
-  while (!pattern.empty() && !key.empty()) {
-    if (pattern == "**") return true;
-    if (!base::glob_matches(next_part(pattern), next_part(key))) return false;
-  }
-  return key.empty() && (pattern.empty() || pattern == "**");
-}
-
-bool any_key_matches(const std::vector<std::string>& patterns, std::string_view key) {
-  return std::any_of(patterns.begin(), patterns.end(), [key](const auto& one) { return key_matches(one, key); });
-}
-
-bool takes_command(const Options& options, std::string_view key) {
-  return any_key_matches(options.commands, key) && !any_key_matches(options.forbidden, key);
 }
 
 }  // namespace rubicon::bridges::mqtt

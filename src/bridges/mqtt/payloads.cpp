@@ -1,11 +1,19 @@
 #include "bridges/mqtt/payloads.h"
 
+#include <fmt/format.h>
+
 #include "base/text.h"
 #include "model/json_members.h"
 
 namespace rubicon::bridges::mqtt {
 
 namespace {
+
+/// `localhost` and its addresses are one broker.
+std::string place_of_broker(std::string host, std::uint64_t port) {
+  if (host == "localhost" || host == "::1") host = "127.0.0.1";
+  return fmt::format("{}:{}", host, port);
+}
 
 /// Numbers as numbers, booleans of any words as 1 and 0: databases can compute with them.
 nlohmann::ordered_json value_json(const PointEntry& point) {
@@ -21,6 +29,17 @@ nlohmann::ordered_json value_json(const PointEntry& point) {
 
 }  // namespace
 
+std::string attributes_of(const PointEntry& point, std::string_view status) {
+  const auto said = model::point_status_from_json(status);
+  nlohmann::ordered_json json{{"quality", said.quality}, {"reason", said.reason}};
+  json["heard"] = model::seconds_json(said.heard);
+  json["changed"] = model::seconds_json(said.changed);
+  if (point.about && point.about->unit != "1") json["unit"] = point.about->unit;
+  if (const auto command = model::command_status_from_json(status))
+    json["command"] = {{"state", command->state}, {"reason", command->reason}, {"value", command->value}};
+  return model::dump(json);
+}
+
 std::string payload_of(const PointEntry& point, const Options& options) {
   if (!options.json) return point.value;
   nlohmann::ordered_json json{{"value", value_json(point)}};
@@ -32,6 +51,12 @@ std::string payload_of(const PointEntry& point, const Options& options) {
 
 bool is_online(const PointEntry& point) {
   return point.good() || point.quality == model::Quality::kUnknown;
+}
+
+bool is_broker(const Options& options, std::string_view property) {
+  const auto json = model::object_of(property);
+  const auto theirs = place_of_broker(model::text_of(json, "host"), model::count_of(json, "port"));
+  return theirs == place_of_broker(options.broker.line.host, options.broker.line.port);
 }
 
 }  // namespace rubicon::bridges::mqtt

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using Behaviour = ActuatorScript::Behaviour;
 
 /// Samples are not sent more often; with a period of zero the loop would never end.
-constexpr Duration kShortestPeriod = 10ms;
+constexpr Duration kMinPeriod = 10ms;
 
 template <class Scripts>
 std::size_t index_of(const Scripts& scripts, const model::PointId& point) {
@@ -126,7 +126,7 @@ Result<void> DummyDevice::sample(const model::Sample& sample) {
     wanted.push_back(index);
   }
   sampled_ = std::move(wanted);
-  period_ = std::max<Duration>(sample.period, kShortestPeriod);
+  period_ = std::max<Duration>(sample.period, kMinPeriod);
   acknowledge(sample.request, model::Outcome::kSent);
   measure();
   return {};

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 /// Lifetime of a command for which the island sets none.
 constexpr Duration kCommandLifetime = 5s;
-/// An actuator that has the commanded state already often reports nothing: after this time it is read.
+/// An actuator that already has the commanded state often reports nothing, so the island reads it after this time.
 constexpr Duration kReportTime = 1s;
 /// A value younger than this need not be read (knx.md, section 8: expire).
 constexpr Duration kFresh = 60min;
@@ -106,13 +106,13 @@ void BusPoints::period_ended(std::size_t index) {
   start_period(index);
 }
 
-bool BusPoints::receive(const wire::Telegram& telegram, const BoundPoint* commanded) {
+bool BusPoints::receive(const wire::Telegram& telegram, const BoundPoint* except) {
   if (!table_.contains(telegram.destination)) return false;
   if (telegram.service == wire::Service::kRead) return true;
   reads_.received(telegram.destination);
   for (const auto& listener : table_.listeners_of(telegram.destination)) {
     auto& point = table_.points()[listener.point];
-    if (&point != commanded) update(point, telegram.payload);
+    if (&point != except) update(point, telegram.payload);
   }
   return true;
 }
@@ -170,7 +170,7 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   if (line_ == nullptr) return fail(ErrorCode::kUnreachable, "the line to the bus is down");
   wire::Telegram telegram;
   telegram.destination = point->group.address;
-  telegram.priority = wire::Priority::kNormal;  // before reads and exposed tuples
+  telegram.priority = wire::Priority::kNormal;  // sent before reads and exposed tuples
   telegram.payload = *payload;
   ++counters_.commands;
   commanded_[{device, command.point}] = {command.request, std::move(*payload), command.value, {}};

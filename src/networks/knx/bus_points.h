@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "network/network.h"
 #include "networks/knx/group_reads.h"
 #include "networks/knx/point_table.h"
@@ -42,8 +42,8 @@ class BusPoints {
 
  private:
   void join(const std::string& device);
-  /// `commanded` is not updated: the telegram was a command to it and not its report.
-  bool receive(const wire::Telegram& telegram, const BoundPoint* commanded);
+  /// A sent telegram also updates other points of its address, but not the point that it commands (`except`).
+  bool receive(const wire::Telegram& telegram, const BoundPoint* except);
   void update(BoundPoint& point, wire::PayloadView payload);
   void read(const BoundPoint& point, GroupReads::Rank rank) { reads_.add(point.source(), rank); }
   void read_all();

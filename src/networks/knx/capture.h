@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <deque>
+#include <utility>
 
 #include "base/bytes.h"
 #include "networks/knx/wire/address.h"
+#include "networks/knx/wire/cemi.h"
 #include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
@@ -42,5 +44,18 @@ Bytes pcap_file_header();
 /// A frame as a pcap record. The packet is made up, for analysers of KNXnet/IP: a ROUTING_INDICATION to
 /// 224.0.23.12:3671, from 127.0.0.1 for frames that were sent and from 127.0.0.2 for received ones.
 Bytes pcap_record(const Capture::Frame& frame);
+
+/// Finds telegrams that the bus repeated: a frame that is marked as repeated and equals another one of the last 200 ms
+/// is the same telegram (knx.md, section 8).
+class Repetitions {
+ public:
+  /// Whether this telegram was taken before. If not, it is remembered.
+  bool contain(const wire::Telegram& telegram, SteadyTime now);
+  std::uint64_t count() const { return count_; }
+
+ private:
+  std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
+  std::uint64_t count_ = 0;
+};
 
 }  // namespace rubicon::networks::knx

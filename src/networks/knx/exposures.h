@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -7,12 +8,31 @@
 #include <vector>
 
 #include "network/network.h"
-#include "networks/knx/bus_clock.h"
 #include "networks/knx/dpt/dpt.h"
-#include "networks/knx/groups/group_point.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/problems.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
+
+/// Which time the clocks on the bus show.
+enum class ClockZone : std::uint8_t { kLocal, kUtc };
+
+/// Whether a type is a time of day (10.001), a date (11.001) or both (19.001).
+bool is_clock_type(dpt::DptId id);
+
+/// A moment as a clock on the bus shows it. Local: by the time zone of this process (TZ, /etc/localtime), with daylight
+/// saving time. 19.001 also says whether that is in force, and whether the clock is set from outside (KNX
+/// 3/7/2, 19.001: SUTI, CLQ). kRefused before 2020: the clock of this host was never set, and one on the bus may be
+/// right.
+Result<wire::Payload> clock_payload(dpt::DptId id, ClockZone zone, WallTime now, bool synchronised);
+
+/// A number that changes when the day or the offset from UTC changes: clocks on the bus are then set at once.
+std::int64_t clock_era(ClockZone zone, WallTime now);
+
+/// Whether the system keeps the clock of this host synchronised: adjtimex(2), or, where that is forbidden, the word of
+/// systemd-timesyncd.
+bool is_clock_synchronised();
 
 /// A tuple that the bus can read and whose changes are written to the bus; or the clock of this host.
 struct Exposure {
@@ -27,9 +47,9 @@ struct Exposure {
   friend bool operator==(const Exposure&, const Exposure&) = default;
 };
 
-/// Keeps the values of exposed tuples, writes them to the bus and answers reads. Clocks are told the time when the line
-/// is up, when the day or the offset from UTC changes and when the clock of the host is set, within a minute. The host
-/// must outlive it.
+/// Keeps the values of exposed tuples, writes them to the bus and answers reads. The time is sent to clocks when the
+/// line is up, when the day or the offset from UTC changes and when the clock of the host is set, within a minute. The
+/// host must outlive it.
 class Exposures {
  public:
   /// Sends a telegram to the bus; calls `done` with whether it reached the bus, and why it never will (else empty).
@@ -44,7 +64,7 @@ class Exposures {
 
   Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, Report report);
 
-  /// Replaces all exposures. Those that are equal to a present one keep their value and timers.
+  /// Replaces all exposures. Exposures that are equal to a present one keep their value and timers.
   void set(std::vector<Exposure> exposures);
   /// Writes the known values of all exposures that are written at all.
   void line_up();

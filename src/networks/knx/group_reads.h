@@ -6,7 +6,6 @@
 #include <map>
 #include <string_view>
 
-#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/line.h"
 

@@ -1,5 +1,7 @@
 #include "networks/knx/knx_line.h"
 
+#include <fmt/format.h>
+
 #include <random>
 #include <tuple>
 #include <utility>
@@ -8,7 +10,7 @@ namespace rubicon::networks::knx {
 
 namespace {
 
-auto parts(const line::Outbox::Limits& limits) {
+auto parts(const line::TelegramQueue::Limits& limits) {
   return std::tie(limits.rate, limits.burst, limits.queue);
 }
 
@@ -45,6 +47,28 @@ std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& sch
   return std::make_unique<line::GatewayLine>(
       line::GatewayOptions{options.tunnel, std::move(gateways), options.gateway_check}, scheduler, transports,
       std::move(calls));
+}
+
+std::vector<wire::IndividualAddress> TunnelRound::unusable() const {
+  auto all = taken_;
+  all.insert(all.end(), users_refused_.begin(), users_refused_.end());
+  return all;
+}
+
+bool TunnelRound::end(bool last_was_refused, const Error& why) {
+  const bool others_wait = last_was_refused && !taken_.empty();
+  text_ = why.text;
+  finding_ = why.finding;
+  for (const auto tunnel : users_refused_)
+    text_ += fmt::format("{}the interface refuses the user of {}", text_.empty() ? "" : "; ", to_string(tunnel));
+  if (last_was_refused && taken_.empty()) users_refused_.clear();
+  taken_.clear();
+  return others_wait;
+}
+
+void TunnelRound::up() {
+  taken_.clear();
+  text_.clear();
 }
 
 }  // namespace rubicon::networks::knx

@@ -7,15 +7,16 @@
 #include <tuple>
 #include <utility>
 
-#include "network/state_reporter.h"
+#include "model/findings.h"
+#include "network/line_reports.h"
 #include "networks/knx/bus_points.h"
+#include "networks/knx/capture.h"
+#include "networks/knx/knx_line.h"
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
-#include "networks/knx/missing_keys.h"
-#include "networks/knx/repetitions.h"
+#include "networks/knx/problems.h"
+#include "networks/knx/secure_access.h"
 #include "networks/knx/tool_requests.h"
-#include "networks/knx/tunnel_round.h"
-#include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
 #include "rubicon/key.hpp"
 #include "transport/interfaces.h"
@@ -83,7 +84,7 @@ class KnxNetwork final : public network::Network {
   void warn_of_duplicate_address(const model::State& state);
   std::optional<model::State> state_without_keys() const;
   void add_counters(std::map<std::string, std::uint64_t>& all) const;
-  void add_limits(std::string& reason) const;
+  void add_limits(model::State& state) const;
   std::optional<model::State> state();
 
   KnxOptions options_;
@@ -102,7 +103,7 @@ class KnxNetwork final : public network::Network {
   Repetitions repetitions_;
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
   std::unique_ptr<transport::Worker> worker_;  ///< while the keys of KNX Secure are derived
-  std::string refused_;                        ///< why there are no keys; the options are to be changed
+  Error refused_;                              ///< why there are no keys; the options are to be changed
   std::uint64_t key_attempts_ = 0;             ///< to derive the keys again, for a user
   /// What the keys do not permit, for the user: a line that is plain, groups that cannot be written or have no key.
   std::string missing_keys_, plain_;
@@ -175,7 +176,7 @@ void KnxNetwork::use_next_tunnel(Result<SecureAccess> access) {
     options_.line.tunnel.wanted = access->tunnel;
     line_->use(std::move(*access->session), *access->tunnel);
   } else {
-    const bool again = round_.end(line_->state().user_refused, access ? std::string() : access.error().text);
+    const bool again = round_.end(line_->state().user_refused, access ? Error{} : access.error());
     if (auto started = again ? derive_keys() : Result<void>(); !started) round_.reopen();
   }
   reporter_.line_changed();
@@ -184,7 +185,7 @@ void KnxNetwork::use_next_tunnel(Result<SecureAccess> access) {
 void KnxNetwork::use_keys(Result<SecureAccess> access) {
   if (!access && access.error().code == ErrorCode::kIo) return line_lost(access.error());  // no fault of the options
   if (!access) {
-    refused_ = access.error().text;
+    refused_ = access.error();
     return reporter_.line_changed();
   }
   auto& line = options_.line;
@@ -239,7 +240,7 @@ Result<void> KnxNetwork::open() {
     points_.begin();
     exposures_.set(options_.exposures);
   }
-  if (!line_ && options_.secure.any()) return worker_ || !refused_.empty() ? Result<void>() : derive_keys();
+  if (!line_ && options_.secure.any()) return worker_ || !refused_.text.empty() ? Result<void>() : derive_keys();
   if (!line_) {
     secure_groups({});
     make_line();
@@ -250,10 +251,10 @@ Result<void> KnxNetwork::open() {
 Result<void> KnxNetwork::reopen() {
   round_.reopen();
   if (line_) return line_->reopen() ? Result<void>() : Network::reopen();
-  if (refused_.empty()) return Network::reopen();
+  if (refused_.text.empty()) return Network::reopen();
   if (auto started = derive_keys(); !started) return started;
   ++key_attempts_;
-  refused_.clear();
+  refused_ = {};
   return {};
 }
 
@@ -398,8 +399,8 @@ std::optional<model::State> KnxNetwork::state_without_keys() const {
   const std::map<std::string, std::uint64_t> counters{{"attempts", key_attempts_}};
   if (worker_)
     return model::State{model::LineState::kConnecting, "derives the keys of KNX Secure from its passwords", counters};
-  if (refused_.empty()) return std::nullopt;
-  return model::State{model::LineState::kRefused, refused_, counters};
+  if (refused_.text.empty()) return std::nullopt;
+  return model::State{model::LineState::kRefused, refused_.text, counters, {}, std::string(refused_.finding)};
 }
 
 void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
@@ -419,9 +420,14 @@ void KnxNetwork::add_counters(std::map<std::string, std::uint64_t>& all) const {
               {"dropped-unassigned", unassigned_.dropped()}});
 }
 
-void KnxNetwork::add_limits(std::string& reason) const {
-  for (const auto& one : {plain_, missing_keys_, read_only()}) {
-    if (!one.empty()) reason += (reason.empty() ? "" : "; ") + one;
+void KnxNetwork::add_limits(model::State& state) const {
+  namespace findings = model::findings;
+  for (const auto& [text, finding] :
+       {std::pair(plain_, findings::kPlainLine), std::pair(missing_keys_, findings::kGroupWithoutKey),
+        std::pair(read_only(), findings::kGroupsReadOnly)}) {
+    if (text.empty()) continue;
+    state.reason += (state.reason.empty() ? "" : "; ") + text;
+    if (state.finding.empty()) state.finding = finding;
   }
 }
 
@@ -433,14 +439,18 @@ std::optional<model::State> KnxNetwork::state() {
   using Phase = line::LineState::Phase;
   if (!opened_ || line.phase == Phase::kOff) return std::nullopt;
   const bool refused = !worker_ && (line.phase == Phase::kWaiting || line.phase == Phase::kRefused);
+  const bool round = line.tunnel_in_use && !round_.text().empty();
   model::State state{up_       ? model::LineState::kUp
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
-                     line.tunnel_in_use && !round_.text().empty() ? round_.text() : line.reason, line_->counters()};
+                     round ? round_.text() : line.reason,
+                     line_->counters(),
+                     {},
+                     std::string(round ? round_.finding() : line.finding)};
   state.counters["attempts"] += key_attempts_;
   warn_of_duplicate_address(state);
   add_counters(state.counters);
-  if (up_) add_limits(state.reason);
+  if (up_) add_limits(state);
   state.texts = {{"unassigned", unassigned_.json(options_.notation)},
                  {"problems", problems_.json(options_.notation)},
                  {"server", line.server},

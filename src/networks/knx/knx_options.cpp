@@ -7,16 +7,14 @@
 #include <filesystem>
 #include <set>
 
-#include "base/host_port.h"
 #include "base/text.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/secured_groups.h"
 #include "networks/knx/project/project.h"
-#include "networks/knx/secure/password_file.h"
+#include "networks/knx/secure/passwords.h"
 #include "rubicon/key.hpp"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::networks::knx {
 
@@ -42,8 +40,8 @@ auto read_address(ConfigReader& options, const std::string& key, Parse parse) {
   return found;
 }
 
-line::Outbox::Limits read_limits(ConfigReader& options) {
-  line::Outbox::Limits limits;
+line::TelegramQueue::Limits read_limits(ConfigReader& options) {
+  line::TelegramQueue::Limits limits;
   limits.rate = options.real("telegrams-per-second", limits.rate, 0, 1'000'000);
   limits.burst = static_cast<unsigned>(options.integer("burst", limits.burst, 1, 1000));
   return limits;
@@ -158,7 +156,7 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
   }
   if (exposure.clock && dpt::find_dpt(exposure.dpt) && !is_clock_type(exposure.dpt))
     entry.error("dpt",
-                fmt::format("is {}, expected that of a clock: 10.001, 11.001 or 19.001", to_string(exposure.dpt)));
+                fmt::format("is {}, expected the type of a clock: 10.001, 11.001 or 19.001", to_string(exposure.dpt)));
   exposure.on_change = entry.boolean("on-change", true);
   exposure.pause = entry.duration("pause", exposure.pause);
   exposure.every =
@@ -171,7 +169,7 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
   out.push_back(std::move(exposure));
 }
 
-/// An exposed address cannot be that of a point too: the network itself answers reads of it.
+/// An exposed address must not belong to a point too, because the network itself answers reads of it.
 void check_exposures(ConfigReader& options, const KnxOptions& out) {
   std::set<wire::GroupAddress> exposed;
   for (const auto& one : out.exposures) exposed.insert(one.address);

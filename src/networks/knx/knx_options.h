@@ -6,7 +6,7 @@
 #include "network/network.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/exposures.h"
-#include "networks/knx/groups/group_point.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/knx_line.h"
 #include "networks/knx/secure_access.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/message.h"
-#include "networks/knx/groups/group_point.h"
+#include "networks/knx/groups/group_file.h"
 
 namespace rubicon::networks::knx {
 

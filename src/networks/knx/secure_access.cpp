@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
 #include "base/text.h"
-#include "networks/knx/secure/group_keys_file.h"
-#include "networks/knx/secure/password_file.h"
+#include "model/findings.h"
+#include "networks/knx/secure/group_keys.h"
+#include "networks/knx/secure/passwords.h"
 
 namespace rubicon::networks::knx {
 
@@ -18,7 +20,7 @@ using Taken = std::span<const wire::IndividualAddress>;
 
 constexpr std::size_t kKeyFileBytes = 64;
 /// Tunnels of one interface that are tried: interfaces have fewer.
-constexpr std::size_t kMostTunnels = 32;
+constexpr std::size_t kMaxTunnels = 32;
 
 /// Reads the options of KNX Secure and the files that they name.
 class Reader {
@@ -108,7 +110,8 @@ class Reader {
         if (options_.has(key)) options_.error(key, "is given without 'user-password-file'");
       return;
     }
-    if (out.keyring) return options_.error("user-password-file", "is not used beside 'keyring': expected one of them");
+    if (out.keyring)
+      return options_.error("user-password-file", "cannot be given with 'keyring': expected one of them");
     SecureOptions::User user;
     user.number = static_cast<std::uint8_t>(options_.integer("user", user.number, 2, 127));
     if (auto password = password_of("user-password-file")) user.password = std::move(*password);
@@ -123,7 +126,7 @@ class Reader {
       if (options_.has("latency")) options_.error("latency", "is given without 'backbone-key-file'");
       return;
     }
-    if (out.keyring) return options_.error("backbone-key-file", "is not used beside 'keyring': expected one of them");
+    if (out.keyring) return options_.error("backbone-key-file", "cannot be given with 'keyring': expected one of them");
     SecureOptions::Backbone backbone;
     backbone.latency = options_.duration("latency", backbone.latency);
     if (backbone.latency < std::chrono::milliseconds(1) || backbone.latency > std::chrono::seconds(8))
@@ -166,7 +169,7 @@ class Reader {
 };
 
 Error in_file(const SecureOptions::KeyringSource& source, const Error& error) {
-  return {error.code, fmt::format("{}: {}", source.path, error.text)};
+  return {error.code, fmt::format("{}: {}", source.path, error.text), error.finding};
 }
 
 /// Plain only where the keyring cannot mean anything else: an address that it does not have may be a typing error.
@@ -177,17 +180,18 @@ Result<void> derive_without_tunnels(const SecureOptions& options, const LineOpti
     out.plain = fmt::format("the line is plain: {}", kNone);
     return {};
   }
-  return fail(in_file(*options.keyring,
-                      {ErrorCode::kNotFound, fmt::format("{}: its interfaces are plain. `secure: off` opens a plain "
-                                                         "line; secured groups stay secured",
-                                                         kNone)}));
+  return fail(in_file(*options.keyring, {ErrorCode::kNotFound,
+                                         fmt::format("{}: its interfaces are plain. `secure: off` opens a plain "
+                                                     "line; secured groups stay secured",
+                                                     kNone),
+                                         model::findings::kKeyringPlainTunnels}));
 }
 
 /// All tunnels of the interface at one of several hosts.
 Result<void> add_gateways(const keyring::Keyring& keyring, const std::string& host,
                           std::optional<wire::IndividualAddress> server, std::vector<line::Gateway>& out) {
   std::vector<wire::IndividualAddress> taken;
-  while (taken.size() < kMostTunnels) {
+  while (taken.size() < kMaxTunnels) {
     const auto access = keyring.tunnel({{}, server, taken});
     if (!access && taken.empty()) return fail(access.error());
     if (!access) break;
@@ -238,7 +242,8 @@ Result<void> derive_routing(const SecureOptions& options, const keyring::Keyring
   }
   return fail(in_file(*options.keyring, {ErrorCode::kNotFound,
                                          "it has no backbone key for secure routing; with "
-                                         "'secure: allow' the line would be plain"}));
+                                         "'secure: allow' the line would be plain",
+                                         model::findings::kKeyringNoBackbone}));
 }
 
 Result<SecureAccess> derive_from_keyring(const SecureOptions& options, const LineOptions& line, Taken taken) {
@@ -318,6 +323,63 @@ Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptio
     access->groups.groups.insert(more.begin(), more.end());
   }
   return access;
+}
+
+namespace {
+
+constexpr std::size_t kNamed = 5;
+
+/// `1/2/7, 1/2/8 and 3 more`.
+std::string list_of(const std::vector<wire::GroupAddress>& groups) {
+  std::string out;
+  const auto named = groups.size() <= kNamed ? groups.size() : kNamed - 1;
+  for (std::size_t i = 0; i < named; ++i) out += fmt::format("{}{}", i == 0 ? "" : ", ", to_string(groups[i]));
+  return named == groups.size() ? out : fmt::format("{} and {} more", out, groups.size() - named);
+}
+
+}  // namespace
+
+std::vector<wire::GroupAddress> add_without_keys(secure::GroupKeys& keys,
+                                                 const std::vector<wire::GroupAddress>& secured) {
+  std::vector<wire::GroupAddress> added;
+  for (const auto group : secured) {
+    if (keys.groups.try_emplace(group).second) added.push_back(group);
+  }
+  return added;
+}
+
+std::string explain_missing_keys(const std::vector<wire::GroupAddress>& groups, const SecureOptions& options) {
+  if (groups.empty()) return {};
+  const bool one = groups.size() == 1;
+  return fmt::format("there {} for the secured group{} {}: nothing is sent to {} or taken from {}; {}",
+                     one ? "is no key" : "are no keys", one ? "" : "s", list_of(groups), one ? "it" : "them",
+                     one ? "it" : "them",
+                     options.keyring      ? "export the keyring of the whole project from ETS again"
+                     : options.group_keys ? "add them to the file of `group-keys-file`, or configure a `keyring` of ETS"
+                                          : "export a keyring from ETS and configure `keyring`");
+}
+
+void add_missing_keys(const SecureOptions& secure, const LineOptions& line,
+                      const std::vector<wire::GroupAddress>& secured, bool remembers,
+                      std::vector<network::Missing>& all) {
+  auto access = derive_access(secure, line);
+  using Kind = network::Missing::Kind;
+  if (!access)
+    return all.push_back({secure.keyring ? "keyring" : "secure", access.error().text,
+                          access.error().code == ErrorCode::kIo ? Kind::kOnHost : Kind::kWrong});
+  if (!access->groups.groups.empty() && !remembers)
+    all.push_back({secure.keyring ? "keyring" : "group-keys-file",
+                   "its groups can only be read, and recorded telegrams are taken once more after each start: sequence "
+                   "numbers need a state file (state: {file: ...})",
+                   Kind::kWarning});
+  if (access->routing && !remembers)
+    all.push_back({secure.keyring ? "keyring" : "backbone-key-file",
+                   "recorded telegrams of secure routing can be replayed after a restart: its timer needs a state file "
+                   "(state: {file: ...})",
+                   Kind::kWarning});
+  const auto without = add_without_keys(access->groups, secured);
+  if (!without.empty())
+    all.push_back({secure.keyring ? "keyring" : "import", explain_missing_keys(without, secure), Kind::kWarning});
 }
 
 }  // namespace rubicon::networks::knx

@@ -9,6 +9,7 @@
 #include "network/network.h"
 #include "networks/knx/keyring/keyring.h"
 #include "networks/knx/knx_line.h"
+#include "networks/knx/secure/group_keys.h"
 
 namespace rubicon::networks::knx {
 
@@ -38,7 +39,7 @@ struct SecureOptions {
     Duration latency = std::chrono::seconds(2);
   };
 
-  /// Keys of single groups, besides those of a keyring.
+  /// Keys of single groups, in addition to the keys of a keyring.
   struct GroupKeysSource {
     std::string path;
     secure::GroupKeys keys;
@@ -56,7 +57,7 @@ struct SecureOptions {
   bool any() const { return secures_line() || group_keys; }
 };
 
-/// True if keys derived from one of them are those of the other.
+/// True if both give the same keys.
 bool same_access(const SecureOptions& one, const SecureOptions& other);
 
 /// `secure`, `keyring` and the keys without a keyring, with the files that they name. Errors
@@ -80,5 +81,19 @@ struct SecureAccess {
 /// configuration. `taken`: tunnels of the keyring that are in use.
 Result<SecureAccess> derive_access(const SecureOptions& options, const LineOptions& line,
                                    std::span<const wire::IndividualAddress> taken = {});
+
+/// Adds the secured groups that have no key, so that a guard neither sends to them nor accepts plain telegrams to them.
+/// Returns these groups, in the order of `secured`.
+std::vector<wire::GroupAddress> add_without_keys(secure::GroupKeys& keys,
+                                                 const std::vector<wire::GroupAddress>& secured);
+
+/// Names these groups and what to do, for the state of the line and for `check`; empty for no group.
+std::string explain_missing_keys(const std::vector<wire::GroupAddress>& groups, const SecureOptions& options);
+
+/// Adds what KNX Secure lacks, for `check`. Tries the passwords, which takes some 15 ms each. `secured`: the groups
+/// that the import or the options secure.
+void add_missing_keys(const SecureOptions& secure, const LineOptions& line,
+                      const std::vector<wire::GroupAddress>& secured, bool remembers,
+                      std::vector<network::Missing>& all);
 
 }  // namespace rubicon::networks::knx

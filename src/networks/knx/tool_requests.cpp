@@ -8,7 +8,7 @@
 
 #include "model/json_members.h"
 #include "model/json_text.h"
-#include "model/tool_request.h"
+#include "model/message_fields.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {

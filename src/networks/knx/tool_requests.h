@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "base/lifetime.h"
-#include "network/monitors.h"
+#include "base/scheduler.h"
+#include "network/line_reports.h"
 #include "network/network.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/dpt/dpt.h"
@@ -43,9 +43,9 @@ class ToolRequests {
 
   /// Sends telegrams over this line; nullptr: requests that need it are refused.
   void use(line::Line* line);
-  /// Refuses to write what commands an actuator where the message names the member who sent it: who may send need not
-  /// be one who may set (docs/decisions/015-messages-of-others.md). kUnsupported if the message is not a request of a
-  /// tool, kInvalid if it cannot be read.
+  /// Refuses to write what commands an actuator where the message names the member who sent it: a member that may send
+  /// need not be allowed to set (docs/decisions/015-messages-of-others.md). kUnsupported if the message is not a
+  /// request of a tool, kInvalid if it cannot be read.
   Result<void> receive(const model::Message& message);
   bool monitored() const { return monitors_.any(); }
   /// A telegram was received, or is sent (`own`).

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "model/unknown_type.h"
-#include "networks/log/iso_time.h"
+#include "model/type_catalogue.h"
+#include "networks/log/file_time.h"
 
 namespace rubicon::networks::log {
 

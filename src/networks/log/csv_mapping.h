@@ -10,8 +10,8 @@
 #include "model/point.h"
 #include "model/type_catalogue.h"
 #include "model/units.h"
+#include "networks/log/file_time.h"
 #include "networks/log/replay_clock.h"
-#include "networks/log/time_zone.h"
 
 namespace rubicon::networks::log {
 
@@ -78,8 +78,8 @@ Result<model::Value> value_of(const CellForm& form, std::string_view cell);
 /// A finite decimal number without blanks, with or without a sign.
 std::optional<double> number_of(std::string_view text, char decimal = '.');
 
-/// The time in a cell, in microseconds since the beginning of the file or since 1970. `previous`: of the row before, by
-/// which the two times of a repeated hour are told apart.
+/// The time in a cell, in microseconds since the beginning of the file or since 1970. `previous`: the time of the row
+/// before; it distinguishes the two times of a repeated hour.
 std::optional<RecordTime> time_of(const CsvMapping& mapping, std::string_view cell, std::optional<RecordTime> previous);
 bool is_absolute(TimeUnit unit);
 

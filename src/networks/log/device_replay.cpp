@@ -16,7 +16,7 @@ constexpr std::size_t kMaxMessages = 250;
 /// Values held until the end of a turn or snapshot, in bytes; more end the turn.
 constexpr std::size_t kMaxHeld = 8 << 20;
 /// A snapshot whose end was lost ends after this.
-constexpr RecordTime kLongestSnapshot = std::chrono::minutes(1);
+constexpr RecordTime kMaxSnapshot = std::chrono::minutes(1);
 
 bool is_removal(const Record& record) {
   return record.kind == RecordKind::kDeleted || record.kind == RecordKind::kExpired;
@@ -71,7 +71,7 @@ void DeviceReplay::find_missing() {
 void DeviceReplay::play(const Record& record) {
   turn_ = record.seen;
   if (record.kind == RecordKind::kMark) return read_mark(record);
-  if (in_snapshot_ && record.seen - snapshot_since_ > kLongestSnapshot) in_snapshot_ = false;
+  if (in_snapshot_ && record.seen - snapshot_since_ > kMaxSnapshot) in_snapshot_ = false;
   const auto target = keys_.target_of(record);
   if (target.device == nullptr) return;
   target.device->confirmed = snapshot_;
@@ -118,8 +118,9 @@ void DeviceReplay::read_device(RecordedDevice& device, const Record& record) {
     budget_.charge(device.points.size());
     const auto before = device.text_cost();
     if (record.value.size() > kMaxDescription || !describe(device, record.value)) {
-      return faults_.invalid(fmt::format("{} is no description of a device, expected a JSON object of at most {} bytes",
-                                         model::quoted(record.key), kMaxDescription));
+      return faults_.invalid(
+          fmt::format("{} is not a description of a device, expected a JSON object of at most {} bytes",
+                      model::quoted(record.key), kMaxDescription));
     }
     if (!reserve_description(before, device.text_cost())) return drop_description(device, before);
     device.changed = true;
@@ -162,8 +163,8 @@ void DeviceReplay::read_point(RecordedDevice& device, RecordedPoint& point, cons
     return faults_.limit_exceeded("bytes of descriptions", kMaxDescriptions);
   if (!describe(point, record.value, types_)) {
     description_bytes_ -= record.value.size() - before;
-    return faults_.invalid(
-        fmt::format("{} is no description of a point, expected a JSON object with a type", model::quoted(record.key)));
+    return faults_.invalid(fmt::format("{} is not a description of a point, expected a JSON object with a type",
+                                       model::quoted(record.key)));
   }
   device.changed = true;
   for (const auto& ids : device.listed) budget_.charge(ids.size());

@@ -19,8 +19,8 @@ class DeviceReplay {
   DeviceReplay(RecordedKeys& keys, ForeignTypes& types, WorkBudget& budget, RecordingFaults& faults, Step& step)
       : keys_(keys), types_(types), budget_(budget), faults_(faults), step_(step) {}
 
-  /// What was played before no longer counts: the recording starts again, or the recorder did. The devices stay until
-  /// a snapshot shows that they are gone.
+  /// Forgets what was played before: the recording starts again, or the recorder did. The devices stay until a snapshot
+  /// shows that they are gone.
   void begin_session();
   void play(const recording::Record& record);
   /// Something was lost: the present snapshot does not show which devices are gone.
@@ -28,7 +28,7 @@ class DeviceReplay {
 
   /// Devices wait for the end of a turn of the recorded loop.
   bool has_deferred() const { return !deferred_.empty(); }
-  /// This record is of a later turn, and devices wait for the end of the present one.
+  /// The record is of a later turn, and devices still wait for the end of the present turn.
   bool must_end_turn_before(const recording::Record& record) const {
     return record.seen != turn_ && has_deferred() && !in_snapshot_;
   }

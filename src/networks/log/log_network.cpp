@@ -6,12 +6,10 @@
 #include <iterator>
 #include <set>
 
-#include "networks/log/csv_recording.h"
-#include "networks/log/file_list.h"
+#include "networks/log/file_chain.h"
+#include "networks/log/foreign_recordings.h"
 #include "networks/log/log_network_impl.h"
 #include "networks/log/log_sample.h"
-#include "networks/log/packet_recording.h"
-#include "networks/log/recording_end.h"
 #include "networks/log/tuple_recording.h"
 
 namespace rubicon::networks::log {
@@ -25,9 +23,9 @@ using model::LineState;
 /// other networks need not wait. The last message may exceed it (by 250 readings in a recording of our own).
 constexpr std::size_t kReadingsPerTurn = 1000;
 constexpr std::size_t kPiecesPerTurn = 16;
-/// So many readings that are skipped cost as much as one that is delivered.
+/// As many skipped readings cost as much as one delivered reading.
 constexpr std::size_t kSkippedPerReading = 10;
-/// So many bytes of text count as one more reading.
+/// As many bytes of text count as one more reading.
 constexpr std::size_t kTextPerReading = 1024;
 constexpr Duration kCountersEvery = 5s;
 /// Between two rounds of a loop, which may be played as fast as possible.

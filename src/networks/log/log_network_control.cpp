@@ -1,11 +1,48 @@
+#include "networks/log/log_network_impl.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "networks/log/log_network_impl.h"
-
 namespace rubicon::networks::log {
+
+void LastReadings::joined(const std::string& device, const model::Join& join) {
+  auto& known = devices_[device];
+  for (const auto& capability : join.capabilities) {
+    if (capability.report == model::Report::kEvent) known.events.insert(capability.point);
+  }
+}
+
+bool LastReadings::is_event(const Device& device, const model::PointId& point) const {
+  const auto* type = types_.find(point.type);
+  return type ? type->report == model::Report::kEvent : device.events.contains(point);
+}
+
+void LastReadings::keep(const std::string& device, const model::Updates& updates, WallTime when) {
+  auto& known = devices_[device];
+  for (const auto& reading : updates.readings) {
+    if (is_event(known, reading.point)) continue;
+    auto& last = known.last[reading.point] = reading;
+    if (last.user_time == WallTime{}) last.user_time = when;
+  }
+}
+
+void LastReadings::clear() {
+  for (auto& [device, known] : devices_) known.last.clear();
+}
+
+std::vector<std::pair<std::string, model::Body>> LastReadings::take() {
+  std::vector<std::pair<std::string, model::Body>> messages;
+  for (auto& [device, known] : devices_) {
+    if (known.last.empty()) continue;
+    model::Updates updates;
+    for (auto& [point, reading] : known.last) updates.readings.push_back(std::move(reading));
+    messages.emplace_back(device, std::move(updates));
+  }
+  clear();
+  return messages;
+}
 
 namespace {
 
@@ -76,8 +113,8 @@ Result<RecordTime> LogNetwork::time_of(const ReplayTarget& target) const {
   const auto from = target.from == From::kBeginning ? *begin_ : target.from == From::kHere ? here() : RecordTime{0};
   const auto time = std::max(from + target.time, *begin_);
   if (!end_ || time <= *end_) return time;
-  return fail(ErrorCode::kOutOfRange, fmt::format("{} lies behind the end of the recording, {}", replay_time_text(time),
-                                                  replay_time_text(*end_)));
+  return fail(ErrorCode::kOutOfRange,
+              fmt::format("{} is after the end of the recording, {}", replay_time_text(time), replay_time_text(*end_)));
 }
 
 Result<void> LogNetwork::go_to(std::string_view text) {

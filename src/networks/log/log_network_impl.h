@@ -4,20 +4,48 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
+#include "model/message.h"
+#include "model/type_catalogue.h"
+#include "network/line_reports.h"
 #include "network/network.h"
-#include "network/state_reporter.h"
 #include "networks/log/file_chain.h"
-#include "networks/log/last_readings.h"
 #include "networks/log/log_options.h"
 #include "networks/log/replay_clock.h"
-#include "networks/log/replay_controls.h"
 
 namespace rubicon::networks::log {
+
+/// The last reading of each point in a part of a recording that is searched and not played, so that devices show the
+/// state of the moment at which it goes on. Keeps no events: what happened before does not happen again. Holds as many
+/// readings as the recording has points.
+class LastReadings {
+ public:
+  explicit LastReadings(const TypeCatalogue& types) : types_(types) {}
+
+  void joined(const std::string& device, const model::Join& join);
+  void left(const std::string& device) { devices_.erase(device); }
+  /// `when` is the user time of readings that have none; zero = they stay without.
+  void keep(const std::string& device, const model::Updates& updates, WallTime when);
+  /// What was kept, by device; nothing is kept any more.
+  std::vector<std::pair<std::string, model::Body>> take();
+  void clear();
+
+ private:
+  struct Device {
+    std::set<model::PointId> events;
+    std::map<model::PointId, model::Reading> last;
+  };
+  bool is_event(const Device& device, const model::PointId& point) const;
+
+  const TypeCatalogue& types_;
+  std::map<std::string, Device> devices_;
+};
 
 /// A network of type `log`: delivers the messages of a recording when they are due, and does what users ask of the
 /// replay (log_network_control.cpp).

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "base/text.h"
-#include "networks/log/replay_controls.h"
+#include "networks/log/replay_clock.h"
 
 namespace rubicon::networks::log {
 
@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kTableKeys[] = {
     "map", "period", "time", "header", "separators", "start-time", "comment", "names-from-comment", "decimal", "zone"};
 
-/// Why the options seem to be those of a table; empty = they do not.
+/// Why the options seem to describe a table; empty = they do not.
 std::string table_hint(ConfigReader& options, const LogOptions& out) {
   std::vector<std::string> keys;
   for (const auto* key : kTableKeys) {

@@ -7,16 +7,16 @@
 #include <set>
 
 #include "base/text.h"
-#include "model/former_types.h"
+#include "model/point.h"
 #include "model/point_tuples.h"
-#include "model/words.h"
+#include "model/type_names.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 
 namespace {
 
-/// As many as a proxy accepts of a device; limits the memory that a hostile recording takes.
+/// As many points as a proxy accepts for a device. Limits the memory that a hostile recording takes.
 constexpr std::size_t kMaxListed = 1024;
 
 std::vector<std::string> limited(std::vector<std::string> texts) {

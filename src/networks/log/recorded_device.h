@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "model/message.h"
-#include "model/open_type.h"
-#include "model/quality.h"
+#include "model/point_tuples.h"
 #include "model/type_catalogue.h"
+#include "model/type_names.h"
 #include "model/units.h"
 
 namespace rubicon::networks::log {
@@ -48,7 +48,7 @@ struct RecordedStatus {
   Quality quality = Quality::kUnknown;
   WallTime heard{};  ///< zero = never
 
-  /// Whether the quality is that of the value: not that of the line or device, not that nothing was heard yet.
+  /// Whether the quality belongs to the value itself, and not to the line or the device, or to a point without a value.
   bool is_live() const {
     return quality == Quality::kBad || quality == Quality::kStale || quality >= Quality::kAssumed;
   }
@@ -72,6 +72,14 @@ struct RecordedPoint {
   WallTime write_time{};
   std::optional<RecordedStatus> status;
   std::optional<model::Reading> waiting;  ///< held until the join, or until the status shows that it was heard
+
+  /// What a value of it touches comes into the cache meanwhile.
+  void fetch() const {
+    __builtin_prefetch(&capability.point);
+    __builtin_prefetch(&type);
+    __builtin_prefetch(&session);
+    __builtin_prefetch(&waiting);
+  }
 };
 
 /// One device of a recording. Its points never move.
@@ -96,7 +104,8 @@ struct RecordedDevice {
   bool complete() const;
 };
 
-/// Reads the JSON of a `.description` tuple (docs/tuple-keys.md); false, and nothing changes, if it is no description.
+/// Reads the JSON of a `.description` tuple (docs/tuple-keys.md); false, and nothing changes, if it is not a
+/// description.
 bool describe(RecordedDevice& device, std::string_view text);
 bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types);
 
@@ -107,7 +116,7 @@ model::Join join_of(RecordedDevice& device, ForeignTypes& types);
 /// `light-window` -> `light`.
 std::string_view type_part(std::string_view id);
 
-/// Reads the JSON of a `.status` tuple (docs/tuple-keys.md); nullopt if it is no status.
+/// Reads the JSON of a `.status` tuple (docs/tuple-keys.md); nullopt if it is not a status.
 std::optional<RecordedStatus> recorded_status(std::string_view text);
 
 /// Converts a value from the unit of its description to that of its type.

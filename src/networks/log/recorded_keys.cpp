@@ -1,8 +1,41 @@
 #include "networks/log/recorded_keys.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <functional>
+
+#include "model/point_keys.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
+
+namespace {
+
+constexpr std::size_t kMaxNetworks = 1000;
+
+/// `wsn-1.7.sensor.light-1.value` and `wsn-1.status`.
+bool names_network(const std::vector<std::string_view>& parts) {
+  if (parts.empty() || model::is_part_of_island(parts[0])) return false;
+  if (parts.size() == 2) return parts[1] == "status";
+  return parts.size() == 5 && (parts[2] == "sensor" || parts[2] == "actuator" || parts[2] == "property");
+}
+
+}  // namespace
+
+bool RecordedNetworks::note(const std::vector<std::string_view>& parts) {
+  if (!names_network(parts) || names_.contains(parts[0])) return false;
+  if (names_.size() >= kMaxNetworks || parts[0] != model::to_key_part(parts[0])) return false;
+  names_.emplace(parts[0]);
+  return true;
+}
+
+Error RecordedNetworks::ambiguous() const {
+  return {ErrorCode::kInvalid,
+          fmt::format(
+              "the recording holds the networks {}; choose one with the option `network`, for example `network: {}`",
+              fmt::join(names_, ", "), *names_.begin())};
+}
 
 namespace {
 
@@ -16,6 +49,11 @@ std::optional<Kind> kind_from(std::string_view word) {
 /// Spares commands the search.
 bool may_be_played(std::string_view key) {
   return key.ends_with(".value") || key.ends_with(".description") || key.ends_with(".status");
+}
+
+/// Never 0.
+std::uint32_t hash_of(std::string_view key) {
+  return static_cast<std::uint32_t>(std::uint64_t{std::hash<std::string_view>()(key)} >> 32) | 1U;
 }
 
 RecordedKeys::Role role_of_point(std::string_view last_part) {
@@ -48,26 +86,56 @@ void RecordedKeys::note_network(const recording::Record& record) {
   if (is_of_island(record)) networks_.note(model::key_parts(record.key.substr(prefix_.size())));
 }
 
-RecordedKeys::Target RecordedKeys::target_of(const recording::Record& record) {
+RecordedKeys::Numbered& RecordedKeys::numbered(const recording::Record& record) {
   if (record.key_number >= by_number_.size()) by_number_.resize(record.key_number + std::size_t{1});
-  auto& target = by_number_[record.key_number];
+  auto& numbered = by_number_[record.key_number];
+  if (numbered.hash == 0) numbered.hash = hash_of(record.key);
+  return numbered;
+}
+
+const RecordedKeys::Key* RecordedKeys::known(const Numbered& numbered, std::string_view text) const {
+  const auto found = by_text_.find(numbered.hash, [&](std::uint32_t place) { return keys_[place].text == text; });
+  return found == base::HashIndex::kNone ? nullptr : &keys_[found];
+}
+
+/// Each block names its keys again, in any order. So those of some records are looked for at once, one step of all
+/// before the next step.
+void RecordedKeys::fetch(std::span<const recording::Record> next) {
+  for (const auto& record : next) by_text_.fetch(numbered(record).hash);
+  for (const auto& record : next) {
+    const auto guess = by_text_.guess(numbered(record).hash);
+    if (guess != base::HashIndex::kNone) __builtin_prefetch(&keys_[guess]);
+  }
+  for (const auto& record : next) {
+    const auto guess = by_text_.guess(numbered(record).hash);
+    if (guess == base::HashIndex::kNone) continue;
+    __builtin_prefetch(keys_[guess].text.data());
+    if (const auto* device = keys_[guess].target.device) __builtin_prefetch(&device->joined_as);
+    if (const auto* point = keys_[guess].target.point) point->fetch();
+  }
+}
+
+RecordedKeys::Target RecordedKeys::target_of(const recording::Record& record) {
+  auto& numbered = this->numbered(record);
+  auto& target = numbered.target;
   if (target.role != Role::kUnresolved) return target;
   target.role = Role::kIgnored;
   if (island_ == model::kNoOwner && model::is_island(record.owner)) island_ = record.owner;
   if (!is_of_island(record) || !may_be_played(record.key.substr(prefix_.size()))) return target;
-  const auto known = by_text_.find(record.key);
-  target = known != by_text_.end() ? known->second : add_key(record.key);
+  const auto* known = this->known(numbered, record.key);
+  target = known ? known->target : add_key(record.key, numbered.hash);
   return target;
 }
 
-RecordedKeys::Target RecordedKeys::add_key(std::string_view key) {
+RecordedKeys::Target RecordedKeys::add_key(std::string_view key, std::uint32_t hash) {
   budget_.charge(4);
   if (by_text_.size() >= kMaxKeys || text_ + key.size() > kMaxText) {
     faults_.limit_exceeded("keys", by_text_.size());
     return {Role::kIgnored, nullptr, nullptr};
   }
   text_ += key.size();
-  return by_text_.emplace(key, resolve(key.substr(prefix_.size()))).first->second;
+  by_text_.add(hash, static_cast<std::uint32_t>(keys_.size()));
+  return keys_.emplace_back(Key{std::string(key), resolve(key.substr(prefix_.size()))}).target;
 }
 
 /// `wsn-1.7.description`, `wsn-1.7.sensor.light-1.value` and so on, without the prefix.

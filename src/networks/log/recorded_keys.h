@@ -2,18 +2,34 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "base/by_text.h"
+#include "base/compare_text.h"
+#include "base/hash_index.h"
 #include "networks/log/recorded_device.h"
-#include "networks/log/recorded_networks.h"
-#include "networks/log/recording_faults.h"
-#include "networks/log/work_budget.h"
-#include "recording/file_head.h"
+#include "networks/log/recording.h"
+#include "recording/file_format.h"
 #include "recording/record.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::log {
+
+/// The names of the networks in a recording; at most 1000.
+class RecordedNetworks {
+ public:
+  /// Takes the parts of a key after the prefix, `wsn-1.7.sensor.light-1.value`. True: they name a new network.
+  bool note(const std::vector<std::string_view>& parts);
+  std::size_t size() const { return names_.size(); }
+  /// The error that one of them must be chosen, with all names.
+  Error ambiguous() const;
+
+ private:
+  std::set<std::string, std::less<>> names_;
+};
 
 /// The keys of a recording: which device and which of its tuples each one names. Owns the devices, which never move.
 /// Bounded, whatever the recording holds. What the constructor takes by reference must outlive it.
@@ -35,6 +51,8 @@ class RecordedKeys {
     RecordedPoint* point = nullptr;
   };
   Target target_of(const recording::Record& record);
+  /// target_of() these records comes next: what it and its callers touch comes into the cache meanwhile.
+  void fetch(std::span<const recording::Record> next);
 
   /// The key numbers of records begin again.
   void begin_block() { by_number_.clear(); }
@@ -53,8 +71,20 @@ class RecordedKeys {
   const base::ByText<std::unique_ptr<RecordedDevice>>& devices() const { return devices_; }
 
  private:
+  /// A key of any block.
+  struct Key {
+    std::string text;
+    Target target;
+  };
+  /// A key of the present block.
+  struct Numbered {
+    Target target;
+    std::uint32_t hash = 0;  ///< of its text, once it was needed; 0 = not yet
+  };
+  Numbered& numbered(const recording::Record& record);
+  const Key* known(const Numbered& numbered, std::string_view text) const;
   bool is_of_island(const recording::Record& record) const;
-  Target add_key(std::string_view key);
+  Target add_key(std::string_view key, std::uint32_t hash);
   Target resolve(std::string_view key);
   RecordedDevice* find_or_add_device(std::string_view id);
   RecordedPoint* find_or_add_point(RecordedDevice& device, std::string_view kind, std::string_view id);
@@ -68,9 +98,10 @@ class RecordedKeys {
   OwnerId island_ = model::kNoOwner;
   RecordedNetworks networks_;
   base::ByText<std::unique_ptr<RecordedDevice>> devices_;
-  base::ByText<Target> by_text_;
-  std::size_t text_ = 0;           ///< bytes in by_text_
-  std::vector<Target> by_number_;  ///< of the present block
+  std::vector<Key> keys_;
+  base::HashIndex by_text_;          ///< places in keys_
+  std::size_t text_ = 0;             ///< bytes in keys_
+  std::vector<Numbered> by_number_;  ///< of the present block
 };
 
 }  // namespace rubicon::networks::log

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,6 +15,7 @@
 #include "base/bytes.h"
 #include "model/message.h"
 #include "networks/log/replay_clock.h"
+#include "recording/recording_reader.h"
 
 namespace rubicon::networks::log {
 
@@ -64,6 +69,59 @@ class Recording {
   virtual std::vector<std::string> label_tables() const { return {}; }
   /// All devices so far; they leave at the end if the options say so.
   virtual std::vector<std::string> devices() const = 0;
+};
+
+/// Counts and reports what cannot be played of a recording. The counters and the reader must outlive it.
+class RecordingFaults {
+ public:
+  RecordingFaults(ReplayCounters& counters, Complaint complain, const recording::RecordingReader& reader)
+      : counters_(counters), complain_(std::move(complain)), reader_(reader) {}
+
+  void skipped(const recording::Damage& damage) {
+    ++counters_.damaged;
+    counters_.skipped_bytes += damage.bytes;
+    complain_(damage.offset, fmt::format("{}; {} bytes skipped", damage.why, damage.bytes));
+  }
+  /// A record that cannot be played.
+  void invalid(const std::string& text) {
+    ++counters_.damaged;
+    complain_(reader_.block_offset(), text);
+  }
+  /// More of something than is played; reported once for each `what`.
+  void limit_exceeded(std::string_view what, std::size_t limit) {
+    if (!exceeded_.emplace(what).second) return;
+    invalid(fmt::format("more {} than are played, expected at most {}; the others are ignored", what, limit));
+  }
+  /// A file of another island.
+  void foreign_file(const std::string& text) { complain_(0, text); }
+
+ private:
+  ReplayCounters& counters_;
+  Complaint complain_;
+  const recording::RecordingReader& reader_;
+  std::set<std::string, std::less<>> exceeded_;
+};
+
+/// Limits the work of one turn of the loop, so that a long recording does not hold up the other networks. Counts in
+/// small records, each about 100 ns.
+class WorkBudget {
+ public:
+  void charge(std::size_t records) { used_ += records; }
+  void charge_copied(std::size_t bytes) { used_ += bytes / kCopiedPerRecord; }
+  void charge_parsed(std::size_t bytes) { used_ += bytes / kParsedPerRecord; }
+  /// For work that must be the last of its turn.
+  void charge_all() { used_ += kRecords; }
+
+  bool used_up() const { return used_ >= kRecords; }
+  /// A new turn.
+  void renew() { used_ = 0; }
+
+ private:
+  static constexpr std::size_t kRecords = 10'000;
+  /// Number of bytes that take as long to read as a small record.
+  static constexpr std::size_t kCopiedPerRecord = 256, kParsedPerRecord = 16;
+
+  std::size_t used_ = 0;
 };
 
 }  // namespace rubicon::networks::log

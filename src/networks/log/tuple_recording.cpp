@@ -1,6 +1,9 @@
 #include "networks/log/tuple_recording.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "recording/recording_reader.h"
 
 namespace rubicon::networks::log {
 
@@ -12,6 +15,8 @@ namespace {
 constexpr std::size_t kReaderBudget = 4 << 20;
 /// Records of the first block in which network names are searched; the recorder's own blocks have fewer.
 constexpr std::size_t kLookAhead = 50'000;
+/// As many as a processor fetches memory for at the same time.
+constexpr std::size_t kAtOnce = 16;
 
 }  // namespace
 
@@ -28,6 +33,10 @@ void TupleRecording::begin(std::string_view, std::vector<std::string>) {
   reader_ = recording::RecordingReader(kReaderBudget);
   keys_.begin_block();
   put_back_.reset();
+  behind_.reset();
+  next_.clear();
+  next_place_ = 0;
+  left_in_block_ = 0;
 }
 
 bool TupleRecording::ready() const {
@@ -93,23 +102,46 @@ bool TupleRecording::read_network_names() {
 
 std::optional<Record> TupleRecording::next_record() {
   while (!failure_ && !budget_.used_up()) {
-    auto item = reader_.next();
-    if (!item) return std::nullopt;
-    if (auto* record = std::get_if<Record>(&*item)) {
+    if (next_place_ == next_.size() && !behind_) read_some();
+    if (next_place_ < next_.size()) {
+      const auto& record = next_[next_place_++];
       budget_.charge(1);
-      budget_.charge_copied(record->value.size());
-      return *record;
+      budget_.charge_copied(record.value.size());
+      return record;
     }
-    if (const auto* head = std::get_if<recording::FileHead>(&*item)) read_head(*head);
-    if (std::holds_alternative<recording::BlockFound>(*item)) read_block_head();
-    if (const auto* damage = std::get_if<recording::Damage>(&*item)) {
-      budget_.charge(1);
-      budget_.charge_copied(static_cast<std::size_t>(damage->bytes));
-      replay_.damaged();
-      faults_.skipped(*damage);
-    }
+    if (!behind_) return std::nullopt;
+    read(*std::exchange(behind_, std::nullopt));
   }
   return std::nullopt;
+}
+
+void TupleRecording::read_some() {
+  next_.clear();
+  next_place_ = 0;
+  // What follows the last record of a block may end the life of those before it.
+  for (auto most = std::clamp<std::size_t>(left_in_block_, 1, kAtOnce); most > 0; --most) {
+    auto item = reader_.next();
+    if (!item) break;
+    const auto* record = std::get_if<Record>(&*item);
+    if (!record) {
+      behind_ = std::move(item);
+      break;
+    }
+    next_.push_back(*record);
+  }
+  left_in_block_ -= std::min(left_in_block_, static_cast<std::uint32_t>(next_.size()));
+  keys_.fetch(next_);
+}
+
+void TupleRecording::read(const recording::RecordingReader::Item& item) {
+  if (const auto* head = std::get_if<recording::FileHead>(&item)) read_head(*head);
+  if (const auto* block = std::get_if<recording::BlockFound>(&item)) read_block_head(block->head);
+  const auto* damage = std::get_if<recording::Damage>(&item);
+  if (!damage) return;
+  budget_.charge(1);
+  budget_.charge_copied(static_cast<std::size_t>(damage->bytes));
+  replay_.damaged();
+  faults_.skipped(*damage);
 }
 
 void TupleRecording::read_head(const recording::FileHead& head) {
@@ -120,8 +152,9 @@ void TupleRecording::read_head(const recording::FileHead& head) {
                                    number(head.island), number(keys_.island())));
 }
 
-void TupleRecording::read_block_head() {
+void TupleRecording::read_block_head(const recording::BlockHead& head) {
   budget_.charge_copied(recording::kBlockSize);
+  left_in_block_ = head.records;
   keys_.begin_block();
   head_read_ = true;  // or lost
   if (!std::exchange(first_block_read_, true) && !keys_.chosen_by_user()) note_networks_of_block();
@@ -137,6 +170,18 @@ void TupleRecording::note_networks_of_block() {
   }
   keys_.begin_block();
   budget_.charge_all();
+}
+
+std::optional<RecordTime> end_of_recording(transport::Transports& transports, const std::string& path) {
+  const auto file = transports.open_file(path);
+  if (!file) return std::nullopt;
+  const auto read = [&file](std::uint64_t offset, std::span<std::uint8_t> into) -> Result<std::size_t> {
+    if (auto there = (*file)->seek(offset); !there) return fail(there.error());
+    return (*file)->read(into);
+  };
+  const auto tail = recording::find_tail((*file)->size(), read);
+  if (!tail || !tail->last) return std::nullopt;
+  return tail->last->time_since_epoch();
 }
 
 }  // namespace rubicon::networks::log

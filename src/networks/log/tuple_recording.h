@@ -1,12 +1,15 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "networks/log/device_replay.h"
 #include "networks/log/recorded_keys.h"
 #include "networks/log/recording.h"
+#include "networks/log/replay_clock.h"
 #include "recording/recording_reader.h"
+#include "transport/transports.h"
 
 namespace rubicon::networks::log {
 
@@ -35,8 +38,10 @@ class TupleRecording final : public Recording {
   bool read_network_names();
   bool belongs_to_step(const recording::Record& record) const;
   std::optional<recording::Record> next_record();
+  void read_some();
+  void read(const recording::RecordingReader::Item& item);
   void read_head(const recording::FileHead& head);
-  void read_block_head();
+  void read_block_head(const recording::BlockHead& head);
   void note_networks_of_block();
 
   ReplayCounters& counters_;
@@ -52,6 +57,15 @@ class TupleRecording final : public Recording {
   bool has_more_ = false;
   std::optional<Error> failure_;
   std::optional<recording::Record> put_back_;  ///< read, not yet played
+  std::uint32_t left_in_block_ = 0;            ///< records of the present block that were not read yet
+  /// The records of the present block that come next, and what follows them if it is no record.
+  std::vector<recording::Record> next_;
+  std::size_t next_place_ = 0;
+  std::optional<recording::RecordingReader::Item> behind_;
 };
+
+/// The time of the last record of a recording of our own, found from the end of the file; nullopt where it cannot be
+/// read, or has no sound block near its end.
+std::optional<RecordTime> end_of_recording(transport::Transports& transports, const std::string& path);
 
 }  // namespace rubicon::networks::log

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "base/text.h"
-#include "base/utf8.h"
 
 namespace rubicon::networks::salad {
 

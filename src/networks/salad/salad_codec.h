@@ -28,8 +28,8 @@ enum class Fault : std::uint8_t {
   kNotSalad,  ///< does not begin with `#SALADST#`
   kEmpty,     ///< no item in it
   kForm,      ///< an item does not have exactly one `;`
-  kId,        ///< the id is no decimal number from 1 to 65535
-  kValue,     ///< the value is no plain decimal number, or too large for one
+  kId,        ///< the id is not a decimal number from 1 to 65535
+  kValue,     ///< the value is not a plain decimal number, or too large for one
   kCut,       ///< the last item of a datagram that fills the buffer
 };
 inline constexpr std::size_t kFaults = 6;

@@ -24,7 +24,7 @@ Result<void> SaladLine::open() {
 }
 
 Result<void> SaladLine::open_sockets() {
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.received = [this](const transport::Endpoint& from, ByteView bytes) { receive(from, bytes); };
   calls.undelivered = [](const Error&) {};
   calls.failed = [this](Error why) { fail_line(std::move(why)); };

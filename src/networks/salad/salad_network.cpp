@@ -9,11 +9,11 @@
 #include <tuple>
 #include <utility>
 
-#include "base/deadline.h"
-#include "base/limited_log.h"
-#include "network/state_reporter.h"
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "network/line_reports.h"
 #include "networks/salad/salad_line.h"
-#include "networks/salad/salad_points.h"
+#include "networks/salad/salad_options.h"
 #include "networks/salad/salad_sample.h"
 #include "rubicon/key.hpp"
 

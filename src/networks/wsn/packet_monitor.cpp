@@ -6,8 +6,8 @@
 
 #include "base/bytes.h"
 #include "model/json_members.h"
-#include "model/tool_request.h"
-#include "motes/packet_text.h"
+#include "model/message_fields.h"
+#include "motes/mote_packet.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {
@@ -17,19 +17,19 @@ namespace {
 using nlohmann::json;
 
 /// Longest id of a request that a reply repeats.
-constexpr std::size_t kMostId = 200;
+constexpr std::size_t kMaxIdNumber = 200;
 
 }  // namespace
 
 Result<void> PacketMonitor::receive(const model::Message& message) {
   const auto& opaque = std::get<model::Opaque>(message.body);
-  // Who may send to one mote must not see the others.
+  // A member that may send to one mote must not see the others.
   if (!message.destination.device.empty())
     return fail(ErrorCode::kRefused, "a wsn.request concerns the whole network: address that, not a mote");
   const auto object = model::read_tool_request(opaque);
   if (!object) return fail(object.error());
   const auto& request = *object;
-  const auto id = model::text_of(request, "id").substr(0, kMostId);
+  const auto id = model::text_of(request, "id").substr(0, kMaxIdNumber);
   const auto what = model::text_of(request, "do");
   json answer{{"id", id}, {"ok", true}, {"line", up_()}};
   Result<void> done = fail(ErrorCode::kInvalid, fmt::format("do is {}, expected monitor", model::quoted(what)));

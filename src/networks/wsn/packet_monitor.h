@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "network/monitors.h"
+#include "network/line_reports.h"
 
 namespace rubicon::networks::wsn {
 

@@ -4,9 +4,39 @@
 #include <tuple>
 #include <utility>
 
+#include "base/assert.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::networks::wsn {
+
+namespace {
+
+const model::DeviceType& mote_type() {
+  const auto all = TypeCatalogue::device_types();
+  const auto found = std::find_if(all.begin(), all.end(), [](const auto& type) { return type.name == "mote"; });
+  RUBICON_ASSERT(found != all.end());
+  return *found;
+}
+
+}  // namespace
+
+void MoteProperties::declare(std::uint16_t mote, model::Join& join) const {
+  for (const auto& property : mote_type().properties) {
+    model::Capability capability;
+    capability.point = {Kind::kProperty, types_.find(property.property)->id, {}};
+    capability.type_name = property.property;
+    capability.access = property.access;
+    const auto known = masks_.find(mote);
+    if (property.property == "mask" && known != masks_.end()) capability.initial = std::int64_t{known->second};
+    join.capabilities.push_back(std::move(capability));
+  }
+}
+
+model::Updates MoteProperties::set_mask(std::uint16_t mote, std::uint16_t mask) {
+  masks_[mote] = mask;
+  const model::PointId point{Kind::kProperty, types_.find("mask")->id, {}};
+  return model::Updates{{{point, std::int64_t{mask}, {}}}};
+}
 
 namespace {
 
@@ -49,8 +79,8 @@ bool Sampling::up_to_date(const Mote& mote) const {
   return mote.demanded.mask == 0 && !mote.reports;
 }
 
-/// A mote without demand is not throttled while its reports may be for subscribers who are about to find us again, or
-/// for another program. Only a few are throttled at a time, so that commands of others keep their room in the lane.
+/// A mote without demand is not throttled while its reports may serve subscribers who are about to find us again, or
+/// another program. Only a few are throttled at a time, so that commands of others keep their room in the lane.
 bool Sampling::may_command(const Mote& mote) const {
   const auto now = scheduler_.now();
   if (closed_ || mote.pending || now < mote.last_try + kPause) return false;

@@ -7,16 +7,14 @@
 #include <tuple>
 #include <utility>
 
-#include "base/limited_log.h"
-#include "network/state_reporter.h"
-#include "networks/wsn/island_id_keeper.h"
-#include "networks/wsn/mote_probes.h"
-#include "networks/wsn/mote_properties.h"
+#include "base/log.h"
+#include "network/line_reports.h"
 #include "networks/wsn/packet_monitor.h"
 #include "networks/wsn/recent_messages.h"
 #include "networks/wsn/sampling.h"
 #include "networks/wsn/share/forwarder.h"
-#include "networks/wsn/sink/packet_recorder.h"
+#include "networks/wsn/sink/packet_logs.h"
+#include "networks/wsn/upkeep.h"
 #include "networks/wsn/wsn_options.h"
 #include "networks/wsn/wsn_sample.h"
 #include "rubicon/key.hpp"
@@ -187,8 +185,8 @@ void WsnNetwork::correct_island(std::uint16_t theirs) {
   island_id_keeper_.correct();
 }
 
-/// For missing answers and reports. A sink that was switched off and on has another island id and hears none of our
-/// motes; that may be the cause.
+/// Looks for a cause of missing answers and reports: a sink that was switched off and on has another island id and
+/// hears none of our motes.
 void WsnNetwork::correct_island_if_silent() {
   if (!options_.island_check || plays_a_file() || host_.scheduler().now() < last_heard_ + kSilence) return;
   island_id_keeper_.correct();

@@ -5,9 +5,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "base/host_port.h"
 #include "base/text.h"
-#include "networks/wsn/mote_tag.h"
+#include "networks/wsn/mote_messages.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {

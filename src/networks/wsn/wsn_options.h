@@ -6,7 +6,7 @@
 #include "motes/mote_codec.h"
 #include "network/network.h"
 #include "networks/wsn/share/forwarder.h"
-#include "networks/wsn/sink/source.h"
+#include "networks/wsn/sink/sink.h"
 
 namespace rubicon::networks::wsn {
 

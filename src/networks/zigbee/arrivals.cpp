@@ -15,8 +15,8 @@ constexpr int kMessagesPerTurn = 512;  ///< also where time stands still
 
 }  // namespace
 
-Arrivals::Arrivals(Scheduler& scheduler, Calls calls)
-    : scheduler_(scheduler), calls_(std::move(calls)), turn_(scheduler, [this] { run(); }) {}
+Arrivals::Arrivals(Scheduler& scheduler, Callbacks calls)
+    : scheduler_(scheduler), callbacks_(std::move(calls)), turn_(scheduler, [this] { run(); }) {}
 
 void Arrivals::add(const transport::MqttMessage& message) {
   if (waiting_.empty()) next_look_ = {kMaxMessages, kMaxBytes};
@@ -33,12 +33,12 @@ std::vector<bool> Arrivals::find_replaced() const {
   std::vector<bool> replaced(waiting_.size());
   for (auto i = waiting_.size(); i-- > 0;) {
     const auto message = waiting_[i].message();
-    replaced[i] = calls_.replaceable(message) && !later.insert(message.topic).second;
+    replaced[i] = callbacks_.replaceable(message) && !later.insert(message.topic).second;
   }
   return replaced;
 }
 
-/// Makes room for a quarter of the bounds, so that a burst costs few looks at the whole queue.
+/// Makes room for a quarter of the bounds, so that a burst rarely searches the whole queue.
 void Arrivals::drop_replaced() {
   const auto replaced = find_replaced();
   auto left = load();
@@ -73,7 +73,7 @@ void Arrivals::take_first() {
   const auto message = std::move(waiting_.front());
   waiting_.pop_front();
   bytes_ -= message.size();
-  calls_.take(message.message());
+  callbacks_.take(message.message());
 }
 
 void Arrivals::run() {

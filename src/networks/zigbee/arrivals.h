@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "transport/mqtt.h"
 
@@ -20,13 +19,13 @@ class Arrivals {
   static constexpr std::size_t kMaxMessages = 20'000, kMaxBytes = std::size_t{16} << 20;
   static constexpr Duration kTurn = std::chrono::milliseconds(2);
 
-  struct Calls {
+  struct Callbacks {
     /// Gets each message, in order, in a later turn; may destroy this.
     std::function<void(const transport::MqttMessage& message)> take;
     /// Whether a later message of the topic repeats what this one has.
     std::function<bool(const transport::MqttMessage& message)> replaceable;
   };
-  Arrivals(Scheduler& scheduler, Calls calls);
+  Arrivals(Scheduler& scheduler, Callbacks calls);
 
   /// Beyond the bounds the oldest messages that later ones replace are dropped; beyond twice the bounds the oldest of
   /// all.
@@ -55,7 +54,7 @@ class Arrivals {
   void drop_oldest();
 
   Scheduler& scheduler_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::deque<Waiting> waiting_;
   std::size_t bytes_ = 0;
   Load next_look_{kMaxMessages, kMaxBytes};  ///< beyond it, replaced messages are looked for

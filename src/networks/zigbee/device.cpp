@@ -7,14 +7,12 @@
 #include <map>
 #include <utility>
 
-#include "networks/zigbee/bridge/liveness.h"
+#include "networks/zigbee/bridge/settings.h"
 #include "networks/zigbee/device/commands.h"
+#include "networks/zigbee/device/known_values.h"
 #include "networks/zigbee/device/polling.h"
-#include "networks/zigbee/device/properties.h"
 #include "networks/zigbee/device/reports.h"
-#include "networks/zigbee/device/silence.h"
-#include "networks/zigbee/device/state_reader.h"
-#include "networks/zigbee/device/verification.h"
+#include "networks/zigbee/device/state_message.h"
 #include "networks/zigbee/exposes/sirens.h"
 #include "rubicon/key.hpp"
 
@@ -25,7 +23,7 @@ namespace {
 using device::Command;
 using model::Outcome;
 
-/// One for all devices: its memory is that of the longest message. The members are used before the next message.
+/// All devices share one reader, whose memory grows to the longest message. Its members are valid until the next one.
 device::StateReader& state_reader() {
   thread_local device::StateReader reader;
   return reader;
@@ -74,7 +72,7 @@ struct Device::Impl {
   std::map<std::string, std::map<std::string, std::string>> kept;
   bool bridge_decides = false;
   bool up = false;
-  /// Since then only copies came: they may be those of the device that had the name before.
+  /// Since then only copies came. They may belong to the device that had the name before.
   bool renamed = false;
 };
 
@@ -260,7 +258,7 @@ bool Device::Impl::poll(const std::vector<std::size_t>& which) {
   return true;
 }
 
-/// The answer to a question that is under way will do.
+/// A request already in flight is enough.
 Result<void> Device::Impl::probe() {
   const auto all = gettable();
   if (!can_ask() || all.empty()) return fail(ErrorCode::kUnsupported, fmt::format("{} cannot be asked", record.name));

@@ -26,11 +26,11 @@ class DeviceHost {
   virtual bool take_poll(const std::string& address) = 0;
 };
 
-// How Zigbee2MQTT 2.14.1 answers (measured; zigbee.md, section 5, differs): a report, and the answer to a get, is one
-// state message with a later last_seen and the new values. After a set come a message that was only heard (later
-// last_seen, nothing else) and the optimistic echo with the same last_seen, in either order, then one message for each
-// attribute that the device reports. A device that does nothing sends no further message: only the answer to a get
-// shows the real value.
+// How Zigbee2MQTT 2.14.1 answers (measured; zigbee.md, section 5, differs):
+// - A report, or the answer to a get: one state message with a later last_seen and the new values.
+// - A set: two messages in either order. One has a later last_seen and no new value: something was heard of the device.
+//   The other is the optimistic echo, with the same last_seen. Then comes one message for each attribute that the
+//   device reports. If the device does nothing, none comes: only the answer to a get shows the real value.
 
 /// One ZigBee device or group: its points, what its state messages prove (zigbee.md, section 5), its commands until the
 /// device confirms them, and the polling that subscribers ask for. Destroying it delivers nothing: call line_lost()
@@ -59,7 +59,8 @@ class Device {
   Result<void> send(const Message& message);
   /// The broker is connected (again): it answers no message that was published before.
   void connected();
-  /// The broker took the oldest set message that it had not answered: commands without an echo are sent.
+  /// The broker took the oldest set message that it had not answered. Commands without an echo count as sent: they are
+  /// answered kSent.
   void taken();
   /// The broker did not take it: its commands are refused with this reason.
   void not_taken(const std::string& why);

@@ -67,7 +67,7 @@ Result<json> device_options(std::string_view id, std::string_view list, std::str
     const auto root = tree.parse(list, "bridge/devices", kMaxList);
     if (!root) return fail(root.error());
     simdjson::dom::array records;
-    if (root->get(records) != simdjson::SUCCESS) return fail(ErrorCode::kInvalid, "bridge/devices is no list");
+    if (root->get(records) != simdjson::SUCCESS) return fail(ErrorCode::kInvalid, "bridge/devices is not a list");
     bool found = false;
     for (const auto& element : records) {
       JsonObject record;

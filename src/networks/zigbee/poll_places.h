@@ -8,11 +8,11 @@
 
 namespace rubicon::networks::zigbee {
 
-/// The places for polls of all devices of a network, a number per second. Who asks in vain waits in a line, and those
-/// in front of it have the next places.
+/// The places for polls of all devices of a network, a number per second. A caller that gets no place waits in a queue;
+/// callers ahead of it get the next places.
 class PollPlaces {
  public:
-  /// Who does not ask again within this time loses its place in the line.
+  /// A caller that does not ask again within this time loses its place in the queue.
   static constexpr Duration kPatience = std::chrono::seconds(2);
 
   PollPlaces(Scheduler& scheduler, unsigned per_second) : scheduler_(scheduler), per_second_(per_second) {}

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "model/json_members.h"
-#include "model/tool_request.h"
-#include "networks/zigbee/bridge/recommended.h"
+#include "model/message_fields.h"
+#include "networks/zigbee/bridge/settings.h"
 #include "networks/zigbee/bridge/topics.h"
 #include "networks/zigbee/device_options.h"
 #include "rubicon/key.hpp"
@@ -78,14 +79,15 @@ std::string_view tag_of(const json& request) {
   return changes ? kAdminTag : kRequestTag;
 }
 
-ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish,
-                           std::function<std::string()> trouble)
+ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const DeviceTable& devices,
+                           Publish publish, std::function<std::string()> trouble)
     : host_(host),
       requester_(std::move(requester)),
       devices_(devices),
       publish_(std::move(publish)),
       trouble_(std::move(trouble)),
-      down_("Zigbee2MQTT is not there yet") {}
+      down_("Zigbee2MQTT is not there yet"),
+      monitors_(host) {}
 
 void ToolRequests::use(bool up, const std::string& why) {
   down_ = up ? std::string() : why;
@@ -126,6 +128,8 @@ void ToolRequests::answer(Requester requester, const json& request) {
   const auto what = request_text(request, "do");
   if (what == "devices") {
     devices(requester, request);
+  } else if (what == "monitor") {
+    monitor(requester, request);
   } else if (!down_.empty()) {
     refuse(requester, down_);
   } else if (what == "permit") {
@@ -141,9 +145,28 @@ void ToolRequests::answer(Requester requester, const json& request) {
   } else if (what == "health") {
     health_check(std::move(requester));
   } else {
-    refuse(requester, fmt::format("do is {}, expected permit, devices, rename, remove, options, map or health",
+    refuse(requester, fmt::format("do is {}, expected permit, devices, rename, remove, options, map, health or monitor",
                                   model::quoted(what)));
   }
+}
+
+void ToolRequests::monitor(const Requester& requester, const json& request) {
+  if (auto done = monitors_.ask(requester.address, requester.id, request); !done)
+    return refuse(requester, done.error().text);
+  reply(requester, {{"ok", true}, {"line", down_.empty()}});
+}
+
+/// The lists and settings of the bridge are no traffic, and long: those who watch see their length.
+void ToolRequests::passed(std::string_view topic, std::string_view payload, bool outgoing) {
+  if (!monitors_.any()) return;
+  constexpr std::array<std::string_view, 3> kLong{"bridge/info", "bridge/devices", "bridge/groups"};
+  json out{{"time", base::to_seconds(host_.scheduler().wall_now())},
+           {"direction", outgoing ? "out" : "in"},
+           {"topic", topic},
+           {"bytes", payload.size()}};
+  const bool is_long = std::find(kLong.begin(), kLong.end(), topic) != kLong.end();
+  if (!is_long) out["text"] = payload.substr(0, kMaxShown);
+  monitors_.send(kMessageTag, model::dump(out));
 }
 
 /// The answer carries the transaction of the request (zigbee.md, section 8).

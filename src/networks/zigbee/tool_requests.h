@@ -8,9 +8,10 @@
 #include <string>
 #include <string_view>
 
+#include "network/line_reports.h"
 #include "network/network.h"
 #include "networks/zigbee/bridge/messages.h"
-#include "networks/zigbee/devices.h"
+#include "networks/zigbee/device_table.h"
 
 namespace rubicon::networks::zigbee {
 
@@ -19,18 +20,20 @@ inline constexpr std::string_view kRequestTag = "zigbee.request";
 inline constexpr std::string_view kAdminTag = "zigbee.admin";  ///< for all requests
 inline constexpr std::string_view kReplyTag = "zigbee.reply";
 inline constexpr std::string_view kEventTag = "zigbee.event";
+inline constexpr std::string_view kMessageTag = "zigbee.message";  ///< to those who watch
 
 /// The tag that a request needs: kAdminTag if it changes the installation (permit, rename, remove, options with `set`),
 /// else kRequestTag.
 std::string_view tag_of(const nlohmann::json& request);
 
-/// Serves tools that manage the bridge: permit, devices, rename, remove, options, map, health. Answers every request
-/// once.
+/// Serves tools that manage the bridge: permit, devices, rename, remove, options, map, health; and monitor, which shows
+/// what passes. Answers every request once.
 class ToolRequests {
  public:
   static constexpr std::size_t kMaxOpen = 64, kMaxWatching = 16;
   /// For the bridge's answer (zigbee.md, section 8: unknown requests get none).
   static constexpr Duration kAnswerTime = std::chrono::seconds(10), kMapTime = std::chrono::minutes(2);
+  static constexpr std::size_t kMaxShown = 1000;  ///< bytes of a payload that those who watch see
   /// How long a map is kept for tools that read it in parts.
   static constexpr Duration kMapLife = std::chrono::minutes(5);
 
@@ -38,17 +41,20 @@ class ToolRequests {
   using Publish = std::function<Result<void>(std::string_view what, std::string payload)>;
 
   /// `requester` names this network among all clients of the bridge. `trouble`: line_trouble() of the network.
-  ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish,
+  ToolRequests(network::NetworkHost& host, std::string requester, const DeviceTable& devices, Publish publish,
                std::function<std::string()> trouble);
 
   /// Whether the bridge is there, or why not: requests that wait are then refused.
   void use(bool up, const std::string& why);
   /// kUnsupported if the message is not a request of a tool, kRefused if it names a device, kInvalid if it cannot be
-  /// read. Who may send to one device must not reach the others.
+  /// read. A member that may send to one device must not reach the others.
   Result<void> receive(const Message& message);
 
   /// The broker did not take a message to this topic: requests that wait for its answer are refused.
   void not_taken(std::string_view topic, const std::string& why);
+
+  /// A message that the island got or sent, for those who watch; `topic` without that of the bridge in front.
+  void passed(std::string_view topic, std::string_view payload, bool outgoing);
 
   // What the bridge publishes.
   void response(std::string_view payload);
@@ -96,6 +102,7 @@ class ToolRequests {
   void map(Requester requester, const nlohmann::json& request);
   void send_map(const Requester& requester, std::size_t from);
   void health_check(Requester requester);
+  void monitor(const Requester& requester, const nlohmann::json& request);
   nlohmann::json described(const bridge::DeviceRecord& record, const std::string& why) const;
 
   /// The device that the request names in `field`, or by the `address` that the word has on the island. nullopt: the
@@ -109,13 +116,14 @@ class ToolRequests {
 
   network::NetworkHost& host_;
   std::string requester_;
-  const Devices& devices_;
+  const DeviceTable& devices_;
   Publish publish_;
   std::function<std::string()> trouble_;
   std::string down_;  ///< why the bridge is not there; empty = it is
   std::uint64_t last_transaction_ = 0;
   std::list<Open> open_;
   std::list<Watching> watching_;
+  network::Monitors monitors_;
   bool joining_ = false;       ///< the newest permit_join of bridge/info
   std::string info_, health_;  ///< the newest payloads, read when a tool asks
   std::map<std::string, std::string> texts_;

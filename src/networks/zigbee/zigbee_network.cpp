@@ -11,12 +11,10 @@
 #include <utility>
 
 #include "model/json_members.h"
-#include "network/state_reporter.h"
+#include "network/line_reports.h"
 #include "networks/zigbee/arrivals.h"
-#include "networks/zigbee/bridge_state.h"
 #include "networks/zigbee/broker_line.h"
-#include "networks/zigbee/devices.h"
-#include "networks/zigbee/line_trouble.h"
+#include "networks/zigbee/device_table.h"
 #include "networks/zigbee/tool_requests.h"
 #include "networks/zigbee/zigbee_options.h"
 #include "networks/zigbee/zigbee_sample.h"
@@ -50,7 +48,7 @@ class ZigbeeNetwork final : public network::Network {
   std::vector<network::Missing> missing() const override;
 
  private:
-  BrokerLine::Calls line_calls();
+  BrokerLine::Callbacks line_calls();
   void connected();
   void lost(Error why);
   void too_long(std::string_view topic, std::size_t bytes);
@@ -59,6 +57,7 @@ class ZigbeeNetwork final : public network::Network {
   void received(const transport::MqttMessage& message);
   void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
   void info(std::string_view payload);
+  void passed(std::string_view topic, std::string_view payload, bool outgoing);
   void event(std::string_view payload);
   void response(std::string_view what, std::string_view payload);
   void bridge_changed();
@@ -81,14 +80,14 @@ class ZigbeeNetwork final : public network::Network {
   ToolRequests tools_;
   bool opened_ = false;
   bool lost_ = false;  ///< the supervisor reports why
-  bool up_ = false;    ///< as the devices were told
+  bool up_ = false;    ///< as sent to the devices
   bool list_is_late_ = false;
   Timer list_patience_, silence_;
   SteadyTime up_since_{};
   std::set<std::string> forbidden_, not_taken_;  ///< filters, topics
   std::optional<std::size_t> too_long_list_;     ///< bytes of a list that was dropped
   std::uint64_t unreadable_ = 0, events_ = 0;
-  Devices devices_;
+  DeviceTable devices_;
   BrokerLine line_;  ///< last: destroyed first, because its callbacks use all others
 };
 
@@ -111,9 +110,10 @@ ZigbeeNetwork::ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions
       devices_(host, config.types, options_, topics_, line_, [this] { reporter_.counters_changed(); }),
       line_(host, options_.broker, line_calls()) {}
 
-BrokerLine::Calls ZigbeeNetwork::line_calls() {
+BrokerLine::Callbacks ZigbeeNetwork::line_calls() {
   return {.connected = [this] { connected(); },
           .received = [this](const transport::MqttMessage& message) { received(message); },
+          .published = [this](std::string_view topic, std::string_view payload) { passed(topic, payload, true); },
           .too_long = [this](std::string_view topic, std::size_t bytes) { too_long(topic, bytes); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
           .taken = [this](std::string_view topic) { devices_.taken(topic); },
@@ -121,7 +121,7 @@ BrokerLine::Calls ZigbeeNetwork::line_calls() {
           .lost = [this](Error why) { lost(std::move(why)); },
           .refused =
               [this] {
-                bridge_.lost(line_.refusal());
+                bridge_.lost(line_.refusal().text);
                 reporter_.line_changed();
               }};
 }
@@ -185,7 +185,13 @@ void ZigbeeNetwork::not_taken(std::string_view topic, const Error& why) {
   reporter_.line_changed();
 }
 
+void ZigbeeNetwork::passed(std::string_view topic, std::string_view payload, bool outgoing) {
+  const auto front = options_.base.size() + 1;
+  tools_.passed(topic.size() > front ? topic.substr(front) : topic, payload, outgoing);
+}
+
 void ZigbeeNetwork::received(const transport::MqttMessage& message) {
+  passed(message.topic, message.payload, false);
   const auto found = topics_.find(message.topic, message.payload);
   if (!found || found->kind == Topics::Kind::kState || found->kind == Topics::Kind::kAvailability) {
     arrivals_.add(message);
@@ -283,7 +289,7 @@ void ZigbeeNetwork::await_states() {
   });
 }
 
-/// Without state messages (advanced.output) it is no wonder.
+/// Without state messages (advanced.output) silence is expected.
 std::size_t ZigbeeNetwork::silent_devices() const {
   if (!up_ || devices_.heard() || !devices_.publishes_states()) return 0;
   const auto silence = host_.scheduler().now() - up_since_;
@@ -296,7 +302,7 @@ std::string ZigbeeNetwork::trouble() const {
                        .forbidden = forbidden_,
                        .not_taken = not_taken_,
                        .list_missing = list_is_late_ && !devices_.lists_arrived(),
-                       .others_came = devices_.groups_arrived(),
+                       .others_came = devices_.known_groups().arrived(),
                        .retains = devices_.bridge_retains(),
                        .too_long = too_long_list_,
                        .largest_packet = options_.broker.line.largest_packet,
@@ -304,10 +310,10 @@ std::string ZigbeeNetwork::trouble() const {
 }
 
 std::string ZigbeeNetwork::unusable() const {
-  constexpr std::size_t kMost = 50;
+  constexpr std::size_t kMaxCount = 50;
   auto list = nlohmann::json::array();
   for (const auto& one : devices_.unusable_names()) {
-    if (list.size() < kMost) list.push_back({{"address", one.address}, {"name", one.name}, {"why", one.why}});
+    if (list.size() < kMaxCount) list.push_back({{"address", one.address}, {"name", one.name}, {"why", one.why}});
   }
   return model::dump(list);
 }
@@ -344,9 +350,10 @@ std::optional<model::State> ZigbeeNetwork::state() const {
   if (line_.connected()) {
     state.line = bridge_.line();
     state.reason = bridge_.reason();
-  } else if (!line_.refusal().empty()) {
+  } else if (!line_.refusal().text.empty()) {
     state.line = LineState::kRefused;
-    state.reason = line_.refusal();
+    state.reason = line_.refusal().text;
+    state.finding = line_.refusal().finding;
   } else {
     state.line = LineState::kConnecting;
     state.reason =
@@ -356,6 +363,7 @@ std::optional<model::State> ZigbeeNetwork::state() const {
   add_counters(state.counters);
   state.texts = tools_.texts();
   state.texts["unusable"] = unusable();
+  state.texts["groups"] = devices_.known_groups().members();
   const auto& line = options_.broker.line;
   state.texts["broker"] = model::dump(
       {{"host", line.host}, {"port", line.port}, {"tls", line.tls.has_value()}, {"user", !line.user.empty()}});

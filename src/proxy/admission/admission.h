@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "proxy/admission/discovery_inbox.h"
 #include "proxy/admission/roaming.h"
 #include "proxy/memory.h"
@@ -47,8 +47,8 @@ class Admission {
   void defer(const DeviceName& name, const Announced& announced, const std::string& why);
   /// Decides again about all devices in the inbox: the rules may have changed.
   void reevaluate_inbox();
-  /// Moves the devices of a network to another domain (empty: none), where others may have the better claim. Those that
-  /// were away in the old domain are decided again.
+  /// Moves the devices of a network to another domain (empty: none), where others may have the better claim. Devices
+  /// that were away in the old domain are decided again.
   void change_domain(Network& network, const std::string& domain);
   void drop_network(const std::string& id);
 
@@ -80,7 +80,7 @@ class Admission {
   /// What a user set.
   struct Order {
     state::Decision decision{};
-    std::string word;     ///< `approve` or `ignore`
+    std::string word;     ///< `approve`, `ignore` or `forget`
     bool many = false;    ///< set `proxy.inbox`, not the tuple of a device
     std::string pattern;  ///< of many devices, or the name of one
   };
@@ -92,6 +92,7 @@ class Admission {
   void apply_decisions();
   void approve(const DeviceName& name);
   void ignore(const DeviceName& name);
+  void forget(const DeviceName& name);
 
   ProxyContext& context_;
   DeviceDirectory& directory_;

@@ -7,13 +7,13 @@
 #include <tuple>
 
 #include "gateway/message_rights.h"
-#include "model/former_types.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
 #include "model/point_tuples.h"
+#include "model/type_names.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::proxy::admission {
 
@@ -73,8 +73,8 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
                         std::move(*value), OwnerId(static_cast<std::uint32_t>(*creator)), *request};
 }
 
-/// The sampling period is a setting of the island, not of the device: what a user set goes with the device, as a
-/// command that nobody waits for.
+/// The sampling period is a setting of the island, not of the device. A period that a user set moves with the device,
+/// as a command whose outcome is not awaited.
 void CommandTransfer::send_rate(Device& device, const Claim& to, const std::string& tuple) {
   const auto* point = find_point(device, device.rate_point);
   if (!point || !point->details->set_by_user) return;
@@ -126,7 +126,7 @@ tuples::SetDecision CommandTransfer::decide_set(const tuples::RemoteSet& request
   if (request.from != context_.space.self() && !gateway::is_true_island(context_.space, request.from)) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused,
-         fmt::format("{}: component {} is no island of its certificate", request.key, number(request.from))});
+         fmt::format("{}: its wire does not vouch for component {} as an island", request.key, number(request.from))});
   }
   const Identity* identity = nullptr;
   auto* device = roaming_.device_of_claim(request.key, identity);

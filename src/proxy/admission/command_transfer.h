@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "proxy/admission/roaming.h"
 #include "proxy/command_desk.h"
 

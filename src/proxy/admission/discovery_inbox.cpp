@@ -6,12 +6,28 @@
 #include <tuple>
 #include <utility>
 
-#include "base/glob.h"
+#include "base/compare_text.h"
 #include "model/json_members.h"
+#include "proxy/memory.h"
 #include "proxy/naming.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::proxy::admission {
+
+Announced last_announcement(const Device& device) {
+  Announced announced{announcement(device), device.heard_at, device.joined};
+  announced.join.heard = device.status != DeviceStatus::kUnknown;
+  return announced;
+}
+
+bool same_announcement(const model::Join& one, const model::Join& other) {
+  return one.name == other.name && one.model == other.model && one.device_type == other.device_type &&
+         one.capabilities == other.capabilities;
+}
+
+std::string key_of(const DeviceName& device) {
+  return fmt::format("{}.{}", model::to_key_part(device.network), model::to_key_part(device.address));
+}
 
 namespace {
 
@@ -249,6 +265,25 @@ void DiscoveryInbox::publish_ignored() {
   shown_ignored_ = std::move(text);
   std::ignore =
       context_.space.set(model::IslandKey{context_.config.prefix}.inbox("ignored"), shown_ignored_, kInboxOptions);
+}
+
+namespace {
+
+bool fits(const std::string& pattern, std::string_view text) {
+  return pattern.empty() || base::glob_matches(pattern, text);
+}
+
+}  // namespace
+
+RuleResult apply_rules(const DiscoveryRules& discovery, const DeviceName& device, const model::Join& join) {
+  for (std::size_t i = 0; i < discovery.rules.size(); ++i) {
+    const auto& rule = discovery.rules[i];
+    if (!fits(rule.network, device.network) || !fits(rule.type, join.device_type) ||
+        !fits(rule.address, device.address))
+      continue;
+    return {rule.action, fmt::format("discovery.rules[{}] says {}", i, to_string(rule.action))};
+  }
+  return {discovery.otherwise, fmt::format("discovery.new-devices is {}", to_string(discovery.otherwise))};
 }
 
 }  // namespace rubicon::proxy::admission

@@ -7,12 +7,35 @@
 #include <utility>
 #include <vector>
 
-#include "base/paced_call.h"
-#include "proxy/admission/announced.h"
+#include "base/scheduler.h"
+#include "proxy/device.h"
+#include "proxy/device_directory.h"
 #include "proxy/proxy.h"
-#include "proxy/proxy_context.h"
+#include "proxy/proxy_config.h"
 
 namespace rubicon::proxy::admission {
+
+/// A device as its network spells it.
+struct DeviceName {
+  std::string network, address;
+  friend auto operator<=>(const DeviceName&, const DeviceName&) = default;
+};
+
+/// What a device last announced.
+struct Announced {
+  model::Join join;
+  SteadyTime heard_at{};  ///< meaningless if the join was not heard (Join::heard)
+  WallTime joined{};      ///< time of the join, later than those other islands know of (Roaming); zero = not heard
+};
+
+/// What a listed device would announce now.
+Announced last_announcement(const Device& device);
+
+/// Equal but for the wanted key part and whether it was heard.
+bool same_announcement(const model::Join& one, const model::Join& other);
+
+/// The parts of a device's key: `wsn-1.7`.
+std::string key_of(const DeviceName& device);
 
 /// Why a device is in the inbox and not in the directory.
 enum class InboxState : std::uint8_t {
@@ -50,7 +73,7 @@ class DiscoveryInbox {
     publish_ignored_soon_.call_now();
   }
   enum class Put : std::uint8_t { kNoRoom, kSame, kNew };
-  /// Adds the device or replaces its entry. kSame: state, reason and announcement are those of before.
+  /// Adds the device or replaces its entry. kSame: state, reason and announcement did not change.
   Put put(const DeviceName& device, const Announced& announced, InboxState state, std::string why);
   /// True if the device is in the inbox: its message is counted and discarded.
   bool note_message(const DeviceName& device);
@@ -92,5 +115,12 @@ class DiscoveryInbox {
   std::string shown_ignored_;
   base::PacedCall publish_soon_, publish_ignored_soon_;
 };
+
+struct RuleResult {
+  DiscoveryAction action = DiscoveryAction::kAuto;
+  std::string why;  ///< which rule: `discovery.rules[2] says ask`
+};
+/// The action of the first rule that fits the device, else the default.
+RuleResult apply_rules(const DiscoveryRules& rules, const DeviceName& device, const model::Join& join);
 
 }  // namespace rubicon::proxy::admission

@@ -195,7 +195,7 @@ std::map<DeviceName, Announced> Roaming::drop_network(const std::string& id) {
 
 void Roaming::enter_domain(const Network& network) {
   std::vector<DeviceNumber> numbers;
-  for (const auto& [address, device] : network.devices) numbers.push_back(device.number);
+  for (const auto& device : network.devices.all()) numbers.push_back(device->number);
   for (const auto number : numbers) {
     auto* device = directory_.find(number);
     if (!device) continue;

@@ -29,11 +29,11 @@ class Roaming {
 
   /// Call when networks or their domains changed.
   void follow_domains();
-  /// The time of a join heard now: later than every join that another island knows of.
+  /// The time of a join received now: later than every join that other islands know.
   WallTime join_time(const Network& network, const std::string& address) const;
 
-  /// True: another claimant lists the device. It is kept as away; `arrived` follows if it may be taken over.
-  /// `approved`: by a user, just now.
+  /// Whether another claimant lists the device. If so, it is kept as away, and `arrived` follows if it may be taken
+  /// over. `approved`: a user approved it just now.
   bool defers(const Network& network, const std::string& address, const Announced& announced, bool approved = false);
   /// The device was admitted or approved here before and has been with other claimants since.
   bool trusts(const DeviceName& name) const;
@@ -56,7 +56,7 @@ class Roaming {
   std::map<DeviceName, Announced> drop_network(const std::string& id);
 
   RoamingClaims& claims() { return claims_; }
-  /// The device of an own claim; nullptr = none. `identity` is set where the tuple is an own claim.
+  /// The device of an own claim; nullptr = none. Sets `identity` if the tuple is an own claim.
   Device* device_of_claim(const std::string& tuple, const Identity*& identity);
 
  private:

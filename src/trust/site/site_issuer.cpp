@@ -6,29 +6,130 @@
 #include <algorithm>
 #include <array>
 
-#include "base/printable.h"
+#include "base/text.h"
+#include "trust/site/site_identity.h"
 
 namespace rubicon::trust::site {
 
 namespace {
 
+constexpr const char* kEntriesFile = "ca/certificates";
+constexpr std::size_t kMaxEntriesSize = 16UL << 20U;
+constexpr mode_t kEntriesMode = 0600;
+constexpr std::int64_t kLastSecond = 253402300799;  // 9999-12-31
+constexpr std::string_view kNothing = "-";
+
+char in_lower_case(char c) {
+  return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+bool is_same_user(std::string_view left, std::string_view right) {
+  return std::equal(left.begin(), left.end(), right.begin(), right.end(),
+                    [](char a, char b) { return in_lower_case(a) == in_lower_case(b); });
+}
+
+std::int64_t in_seconds(WallTime time) {
+  return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
+}
+
+std::optional<WallTime> time_in(std::string_view text) {
+  const auto seconds = base::parse_number<std::int64_t>(text);
+  if (!seconds || *seconds < 0 || *seconds > kLastSecond) return {};
+  return WallTime(std::chrono::seconds(*seconds));
+}
+
+/// `desk 5A.. 1893456000 -`, `ann - 0 1767225600`: user, serial number, end, when it was revoked.
+std::optional<SiteEntry> entry_in(std::string_view line) {
+  std::array<std::string_view, 4> words;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const auto end = line.find(' ');
+    if ((end == line.npos) != (i + 1 == words.size())) return {};
+    words[i] = line.substr(0, end);
+    if (end != line.npos) line.remove_prefix(end + 1);
+  }
+  const auto [user, serial, ends, revoked] = words;
+  const bool no_serial = serial == kNothing;
+  if (!check_user_name(user) || serial.empty() ||
+      (!no_serial && serial.find_first_not_of("0123456789ABCDEF") != serial.npos))
+    return {};
+  const auto end = time_in(ends), when = revoked == kNothing ? std::nullopt : time_in(revoked);
+  if (!end || (revoked != kNothing && !when)) return {};
+  return SiteEntry{std::string(user), no_serial ? std::string() : std::string(serial), *end, when};
+}
+
+}  // namespace
+
+Result<SiteLedger> SiteLedger::read(const SiteFolder& folder) {
+  const auto& files = folder.files();
+  const auto text = files.read(kEntriesFile, kMaxEntriesSize);
+  if (!text) return fail(text.error());
+  SiteLedger ledger;
+  std::string_view rest = *text;
+  for (std::size_t line = 1; !rest.empty(); ++line) {
+    const auto end = rest.find('\n');
+    auto entry = entry_in(rest.substr(0, end));
+    if (!entry || end == rest.npos)
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("{}:{}: expected a name, the serial number of its certificate, its end and when it was "
+                              "revoked, in seconds after 1970",
+                              files.path(kEntriesFile), line));
+    ledger.entries_.push_back(std::move(*entry));
+    rest.remove_prefix(end + 1);
+  }
+  return ledger;
+}
+
+Result<void> SiteLedger::write(const SiteFolder& folder) const {
+  std::string text;
+  for (const auto& one : entries_)
+    text += fmt::format("{} {} {} {}\n", one.user, one.has_certificate() ? one.serial : kNothing, in_seconds(one.ends),
+                        one.revoked ? fmt::format("{}", in_seconds(*one.revoked)) : kNothing);
+  return folder.files().write(kEntriesFile, text, kEntriesMode);
+}
+
+bool SiteLedger::has_name(std::string_view user) const {
+  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& one) { return is_same_user(one.user, user); });
+}
+
+void SiteLedger::revoke(std::string_view user, WallTime when) {
+  for (auto& one : entries_) {
+    if (one.user == user && !one.revoked) one.revoked = std::chrono::floor<std::chrono::seconds>(when);
+  }
+}
+
+std::vector<RevokedSerial> SiteLedger::revoked(WallTime now) const {
+  std::vector<RevokedSerial> all;
+  for (const auto& one : entries_) {
+    if (one.has_certificate() && one.revoked && !one.has_ended(now)) all.push_back({one.serial, *one.revoked});
+  }
+  return all;
+}
+
+bool SiteLedger::has_ended(std::string_view user, WallTime now) const {
+  return std::all_of(entries_.begin(), entries_.end(),
+                     [&](const auto& one) { return one.user != user || one.has_ended(now); });
+}
+
+namespace {
+
 constexpr mode_t kSecretMode = 0600, kPublicMode = 0644;
 constexpr const char* kPasswordsFile = "ca/passwords";
-constexpr std::size_t kLargestPasswords = 1UL << 20U;
+constexpr std::size_t kMaxPasswords = 1UL << 20U;
 
 constexpr int kRealmDays = 7305;  // 20 years
-constexpr std::size_t kLongestRealmName = 40;
+constexpr std::size_t kMaxRealmName = 40;
 
 Result<void> check_realm_name(std::string_view name) {
-  const bool good = !name.empty() && name.size() <= kLongestRealmName && name.front() != ' ' && name.back() != ' ' &&
+  const bool good = !name.empty() && name.size() <= kMaxRealmName && name.front() != ' ' && name.back() != ' ' &&
                     std::all_of(name.begin(), name.end(), [](char c) {
                       return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == ' ' ||
                              c == '-' || c == '_' || c == '.';
                     });
   if (good) return {};
-  return fail(ErrorCode::kInvalid, fmt::format("`{}` is no name of a realm: expected 1 to {} letters, digits, blanks, "
-                                               "`-`, `_` and `.`, no blank at the ends",
-                                               base::one_line(name.substr(0, kLongestRealmName)), kLongestRealmName));
+  return fail(ErrorCode::kInvalid,
+              fmt::format("`{}` is not a name of a realm: expected 1 to {} letters, digits, blanks, "
+                          "`-`, `_` and `.`, no blank at the ends",
+                          base::one_line(name.substr(0, kMaxRealmName)), kMaxRealmName));
 }
 
 /// With a random end: `Rubicon 5f1c`.
@@ -114,7 +215,7 @@ Result<void> SiteIssuer::read() {
   if (!read) return fail(read.error());
   auto entries = SiteLedger::read(folder_);
   if (!entries) return fail(entries.error());
-  const auto text = folder_.files().read(kPasswordsFile, kLargestPasswords);
+  const auto text = folder_.files().read(kPasswordsFile, kMaxPasswords);
   if (!text) return fail(text.error());
   auto lines = parse_passwords(*text, folder_.files().path(kPasswordsFile));
   if (!lines) return fail(lines.error());

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
-#include "trust/site/passwords.h"
-#include "trust/site/site_bundle.h"
-#include "trust/site/site_certificates.h"
 #include "trust/site/site_folder.h"
+#include "trust/site/site_identity.h"
 #include "trust/site/site_members.h"
 #include "trust/site/site_operations.h"
-#include "trust/site/user_names.h"
+#include "trust/site/site_proofs.h"
 
 namespace rubicon::trust::site {
 
@@ -27,9 +25,9 @@ struct OpenedSiteBundle {
 
 Result<void> check_membership(const SiteRealm& realm, const std::string& user) {
   if (realm.is_member(user)) return {};
-  return fail(ErrorCode::kRefused, realm.is_revoked(user)
-                                       ? fmt::format("the bundle: {} was revoked", user)
-                                       : fmt::format("the bundle: {} is no member of the realm {}", user, realm.name));
+  return fail(ErrorCode::kRefused,
+              realm.is_revoked(user) ? fmt::format("the bundle: {} was revoked", user)
+                                     : fmt::format("the bundle: {} is not a member of the realm {}", user, realm.name));
 }
 
 Result<OpenedSiteBundle> open_site_bundle(std::string_view text, WallTime now) {
@@ -80,18 +78,19 @@ Result<void> check_not_older_one(const SiteFolder& folder, const OpenedSiteBundl
   if (!opened.certificate || !folder.files().exists(member_certificate(opened.user))) return {};
   const auto present = folder.certificate(opened.user);
   if (!present || opened.certificate->ends() >= present->ends()) return {};
-  return fail(ErrorCode::kDuplicate,
-              fmt::format("the bundle: its certificate of {} ends on {}, but that in {} ends on {}: expected a newer "
-                          "one; `rubicon trust join --older` takes it all the same",
-                          opened.user, date_text(opened.certificate->ends()),
-                          folder.files().path(member_certificate(opened.user)), date_text(present->ends())));
+  return fail(
+      ErrorCode::kDuplicate,
+      fmt::format("the bundle: its certificate of {} ends on {}, but the one in {} ends on {}: expected a newer "
+                  "one; `rubicon trust join --older` takes it anyway",
+                  opened.user, date_text(opened.certificate->ends()),
+                  folder.files().path(member_certificate(opened.user)), date_text(present->ends())));
 }
 
 Result<PrivateKey> key_for_member(const SiteFolder& folder, const OpenedSiteBundle& opened, std::string_view phrase) {
   if (!opened.bundle.key.empty()) return PrivateKey::decrypted(opened.bundle.key, phrase, "the bundle: key");
   if (folder.has_key(opened.user)) return folder.key(opened.user);
-  return fail(ErrorCode::kNotFound, fmt::format("{}: is not here, and the bundle has no key: expected that of {} on "
-                                                "the host where it joined before",
+  return fail(ErrorCode::kNotFound, fmt::format("{}: is not here, and the bundle has no key: join {} on the host "
+                                                "where it joined before",
                                                 folder.files().path(member_key(opened.user)), opened.user));
 }
 
@@ -112,7 +111,7 @@ Result<Secret> secret_in(const SiteFolder& folder, const OpenedSiteBundle& opene
   if (!key) return fail(key.error());
   if (!opened.certificate->has_key(key->get()))
     return fail(ErrorCode::kInvalid,
-                fmt::format("the bundle: the key is not that of the certificate of {}", opened.user));
+                fmt::format("the bundle: the key does not belong to the certificate of {}", opened.user));
   secret.key = std::move(*key);
   return secret;
 }

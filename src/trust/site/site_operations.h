@@ -79,7 +79,7 @@ struct SiteBundleContents {
   bool needs_phrase = false;
 };
 Result<SiteBundleContents> inspect_bundle(std::string_view bundle, WallTime now);
-/// What becomes of a bundle whose certificate ends before that of the same member in the folder.
+/// Whether to take a bundle if the folder has a certificate of the same member that ends later.
 enum class Older { kRefuse, kTake };
 /// Writes the member of a bundle into a folder. The folder may be new, or belong to the same realm. kRefused: wrong
 /// phrase, or the member was revoked. kDuplicate: another realm, or an older certificate.
@@ -118,8 +118,9 @@ struct SiteContents {
 };
 Result<SiteContents> contents_of(const std::filesystem::path& folder, WallTime now);
 
-/// Writes all files of a mosquitto into its folder; those of `conf.d` and passwords of others stay. `hosts`: replace
-/// those that the realm knows, unless there are none. kInvalid: nobody knows how members reach it.
+/// Writes all files of a mosquitto into its folder. Files in `conf.d` and passwords of other users stay. `hosts`
+/// replace the addresses that the realm knows; none = keep them. kInvalid: no address by which members reach it is
+/// known.
 Result<BrokerFolder> set_up_mosquitto(const std::filesystem::path& folder, const BrokerFolder& broker,
                                       const std::vector<std::string>& hosts, WallTime now);
 

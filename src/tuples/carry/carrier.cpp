@@ -9,7 +9,7 @@ namespace rubicon::tuples::carry {
 
 namespace {
 
-/// After a collision, different for two carriers: the one that comes back first is seen by the other.
+/// Pause after a collision. It differs between carriers, so that one comes back first and the other sees it.
 Duration pause_after(OwnerId carrier, unsigned collisions) {
   const auto mixed = (number(carrier) * 2'654'435'761U) ^ (collisions * 0x9e37'79b9U);
   return Carrier::kSettle + std::chrono::seconds(1 + (mixed >> 13U) % 16);
@@ -191,7 +191,7 @@ void Carrier::begin(OwnerId id, std::size_t origin, std::size_t to) {
   const auto displaced = lifetime_.guard([this, id, to, incarnation] { this->displaced(id, to, incarnation); });
   auto link = engines_[to].ecology.join_as({id, marked_host(meeting.identity.host, self_), displaced});
   if (!link) {
-    // One of this process is on all engines; it is met there as soon as they have a connection.
+    // A component of this process is on all engines; it is met there as soon as they have a connection.
     if (link.error().code != ErrorCode::kDuplicate)
       log_.warning(fmt::format("stand-in {}", number(id)),
                    fmt::format("component {} of {} is not carried to {}: {}", number(id), engines_[origin].name,
@@ -248,6 +248,61 @@ void Carrier::displaced(OwnerId id, std::size_t engine, std::uint64_t incarnatio
   auto& here = known.at[engine];
   here.held = scheduler_.now() + pause_after(self_, ++here.collisions);
   review(id);
+}
+
+/// Whether that component carries the same between engines where it is met itself.
+void Carrier::review_carrier(OwnerId id) {
+  Pairs pairs;
+  const auto found = known_.find(id);
+  for (std::size_t other = 0; found != known_.end() && other < engines_.size(); ++other) {
+    if (!is_met(found->second, other)) continue;
+    const auto announced = announcement_of(found->second.at[other].meeting->summary);
+    for (std::size_t one = 0; one < other && !announced.empty(); ++one) {
+      const auto pair = pair_name(engines_[one].name, engines_[other].name);
+      const auto theirs = announced.find(pair);
+      const auto ours = carries_.find(pair);
+      if (!is_met(found->second, one) || theirs == announced.end() || ours == carries_.end()) continue;
+      if (theirs->second == ours->second) pairs.emplace(one, other);
+    }
+  }
+  const auto known = others_.find(id);
+  if (known == others_.end() ? pairs.empty() : known->second == pairs) return;
+  others_.erase(id);
+  for (const auto& [one, other] : pairs) {
+    log_.unlimited().info(fmt::format("component {} carries the same between {} and {}: {} does", number(id),
+                                      engines_[one].name, engines_[other].name,
+                                      number(id) < number(self_) ? "it" : "this island"));
+  }
+  if (!pairs.empty()) others_.emplace(id, std::move(pairs));
+  for (const auto& one : known_) review_at(scheduler_.now(), one.first);
+}
+
+/// Between the same two engines the carrier with the lowest id carries, of those whose stand-in others believe.
+bool Carrier::gives_way(OwnerId id, std::size_t origin, std::size_t to) const {
+  for (const auto& [other, pairs] : others_) {
+    if (number(other) > number(self_)) return false;
+    if (pairs.contains(std::minmax(origin, to)) && engines_[to].ecology.may_stand_in(other, id)) return true;
+  }
+  return false;
+}
+
+/// Carriers with other rules, and earlier releases, do not know of each other: the first one carries.
+void Carrier::warn_of_carriers(OwnerId id, const Known& known) {
+  for (std::size_t to = 0; to < known.at.size(); ++to) {
+    const auto& meeting = known.at[to].meeting;
+    const auto carrier = meeting ? carrier_of(meeting->identity.host) : model::kNoOwner;
+    const auto other = known_.find(carrier);
+    if (carrier == self_ || other == known_.end() || others_.contains(carrier)) continue;
+    for (std::size_t from = 0; from < known.at.size(); ++from) {
+      if (!is_met(other->second, from) || !is_met(other->second, to)) continue;
+      if (!is_met(known, from) || !rules_.carries_any_of(id, {engines_[from].name, engines_[to].name})) continue;
+      if (const auto ready = known.changed + kSettle; ready > scheduler_.now()) return review_at(ready, id);
+      log_.warning(fmt::format("carrier {}", number(carrier)),
+                   fmt::format("component {} carries component {} to {} too, with other rules: give both the same, or "
+                               "configure one island to carry it",
+                               number(carrier), number(id), engines_[to].name));
+    }
+  }
 }
 
 }  // namespace rubicon::tuples::carry

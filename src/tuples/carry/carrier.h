@@ -10,22 +10,20 @@
 #include <utility>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
-#include "base/limited_log.h"
-#include "tuples/carry/announcement.h"
+#include "base/log.h"
+#include "base/scheduler.h"
 #include "tuples/carry/carry_rules.h"
+#include "tuples/carry/engine_side.h"
 #include "tuples/carry/forwarded_sets.h"
 #include "tuples/carry/passage.h"
-#include "tuples/carry/tap.h"
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples::carry {
 
 /// Carries tuples of components that are met on some of several engines to others of them
-/// (docs/decisions/028-carry.md): there a stand-in takes the place of the component, with its id, its summary and
-/// its tuples. Who reads or commands the stand-in has one at the owner's engine. Works while the own component is
-/// attached to the engines.
+/// (docs/decisions/028-carry.md): there a stand-in takes the place of the component, with its id, its summary and its
+/// tuples. A component that reads or commands the stand-in has a stand-in on the owner's engine. Works while the own
+/// component is attached to the engines.
 ///
 /// Nothing is carried twice: a stand-in is never carried on, and of several carriers with the same rules between the
 /// same two engines the one with the lowest id carries.
@@ -83,7 +81,7 @@ class Carrier final : private TapEvents, private StandInEvents {
   bool on_reply(const StandInPort& reader, OwnerId from, const Reply& reply) override;
   void on_met(const StandInPort& by, OwnerId peer, PeerEvent event) override;
 
-  // Who carries (carriers.cpp)
+  // Who carries (carrier.cpp)
   void review_carrier(OwnerId id);
   bool gives_way(OwnerId id, std::size_t origin, std::size_t to) const;
   void warn_of_carriers(OwnerId id, const Known& known);

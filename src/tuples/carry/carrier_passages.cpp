@@ -9,7 +9,7 @@ namespace rubicon::tuples::carry {
 
 namespace {
 
-/// Of components of ours incarnations are times after 1999 (PeerIdentity).
+/// The incarnation of a component of ours is a time after 1999 (PeerIdentity).
 constexpr std::uint64_t kFirstStartOfOurs = 946'684'800'000'000;
 
 /// The owner would judge it as a message of this carrier.
@@ -50,7 +50,7 @@ bool Carrier::is_kernel(OwnerId reader) const {
   });
 }
 
-/// What the link itself wants to know comes by the passages of those that it is for.
+/// What the link itself subscribes to comes by the passages of the components that it serves.
 void Carrier::observe(StandInPort& owner) {
   owner.is_observed = true;
   for (auto& [key, passage] : passages_) {
@@ -104,7 +104,7 @@ void Carrier::drop_passages_of(OwnerId owner, std::size_t engine) {
   for (const auto& key : keys) drop_passage(key);
 }
 
-/// Its stand-in there may have no use any more.
+/// Its stand-in there may not be needed any more.
 void Carrier::released(OwnerId reader, std::size_t engine) {
   auto* stand_in = find(reader, engine);
   if (!stand_in) return;
@@ -154,7 +154,7 @@ Result<void> Carrier::check(StandInPort& owner, const RemoteSet& set) const {
   return {};
 }
 
-/// As the own engine knows it; empty: it does not.
+/// The host as its own engine knows it; empty: not known.
 std::string Carrier::asker(StandInPort& owner, const RemoteSet& set) const {
   if (const auto* judged = owner.link().policy().asker(set)) return judged->name_with_source();
   const auto found = known_.find(set.from);
@@ -181,7 +181,7 @@ void Carrier::on_remote_set(StandInPort& owner, const RemoteSet& asked) {
   review(set.from);
 }
 
-/// Those of one reader reach an owner in their order: one waits if one before it does.
+/// The sets of one reader reach an owner in their order: a set waits if an earlier one waits.
 void Carrier::forward(std::uint64_t number) {
   auto& request = *sets_.find(number);
   auto* reader = find(request.reader, request.goes);

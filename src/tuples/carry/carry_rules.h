@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -48,5 +49,15 @@ Result<void> add_entry(CarryRule& rule, std::string_view text);
 
 /// The pattern of the keys that match both; nullopt = none can.
 std::optional<std::string> common_keys(std::string_view one, std::string_view other);
+
+/// What a carrier states in its summary, so that only one of several equal carriers carries: the digest of its rules,
+/// by pair of engines (`dds-mqtt`, in alphabetical order).
+using Announcement = std::map<std::string, std::string>;
+
+std::string pair_name(std::string_view one, std::string_view other);
+/// The summary with the member `carries`; unchanged if it would be too long, or is not an object.
+std::string with_announcement(std::string summary, const Announcement& carries);
+/// Empty: it carries nothing.
+Announcement announcement_of(std::string_view summary);
 
 }  // namespace rubicon::tuples::carry

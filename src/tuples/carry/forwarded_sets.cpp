@@ -9,7 +9,7 @@ std::uint64_t ForwardedSets::add(OwnerId owner, std::size_t asked, std::size_t g
                                  SteadyTime now, WallTime wall) {
   if (requests_.size() >= kMax || waiting_bytes_ + set.value.size() > kMaxWaitingBytes) return 0;
   last_ = std::max(static_cast<std::uint64_t>(wall.time_since_epoch().count()), last_ + 1);
-  const auto lives = set.time_to_live > Duration(0) ? std::min(set.time_to_live, kLongest) : kLongest;
+  const auto lives = set.time_to_live > Duration(0) ? std::min(set.time_to_live, kMaxTime) : kMaxTime;
   auto& request = requests_[last_] = {owner, set.from, asked, goes, last_, set.request, 0, now + lives, set};
   request.waiting->owner = owner;
   waiting_[{owner, set.from}].insert(last_);

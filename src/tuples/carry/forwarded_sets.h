@@ -18,7 +18,7 @@ class ForwardedSets {
  public:
   static constexpr std::size_t kMax = 10'000, kMaxWaitingBytes = 32 * 1024 * 1024;
   /// A request without a time to live is forgotten after this.
-  static constexpr Duration kLongest = std::chrono::seconds(60);
+  static constexpr Duration kMaxTime = std::chrono::seconds(60);
 
   struct Request {
     OwnerId owner{}, reader{};
@@ -36,12 +36,12 @@ class ForwardedSets {
                     WallTime wall);
   /// Null: no such request.
   Request* find(std::uint64_t number);
-  /// The number for the owner, who shows it with the outcome: that of the reader, but for one that the owner would take
-  /// for a repetition because it is not above `last`, or that another request of the reader has.
+  /// The number for the owner, who shows it with the outcome. It is the reader's number, unless the owner would take
+  /// that for a repetition (it is not above `last`), or another request of the reader has it.
   std::uint64_t wire_number(const Request& request, std::uint64_t last) const;
   /// The number of the request that a reply to the stand-in of the reader on that engine answers; 0 = none.
   std::uint64_t answered(OwnerId reader, std::size_t goes, std::uint64_t wire) const;
-  /// It was sent, with that number: only its answer matters.
+  /// The set was sent with that number; only its answer is awaited.
   void sent(Request& request, std::uint64_t wire);
   /// Ends it: the request that was answered.
   std::optional<Request> take(std::uint64_t number);

@@ -22,7 +22,7 @@ std::size_t size_of(const OwnedChange& change) {
 
 }  // namespace
 
-/// The parts of the pattern that are carried, none of which covers another one.
+/// The carried parts of the pattern; no part covers another one.
 std::vector<std::string> Passage::carried(std::string_view pattern) const {
   std::vector<std::string> all;
   for (const auto& keys : keys_) {
@@ -47,7 +47,7 @@ bool Passage::subscribe(const SubscriptionSpec& spec) {
   return true;
 }
 
-/// The snapshot of a subscription of which nothing is carried.
+/// Ends the snapshot of a subscription that has no carried tuple.
 void Passage::end_if_empty(const Subscription& subscription) {
   if (subscription.keys.empty() && subscription.spec.id != kObserver) enqueue(SnapshotEnd{subscription.spec.id});
 }
@@ -115,13 +115,14 @@ bool Passage::is_carried(std::string_view key) const {
   });
 }
 
-/// By the rights of the carrier: the owner judges the carrier, which may see more.
+/// Applies the rights of the carrier: the owner judges the carrier, which may see more than the reader.
 bool Passage::may_read(std::string_view key) const {
   auto& policy = to_reader_.link().policy();
   return !policy.filters(reader_) || policy.access(reader_, key).read;
 }
 
-/// Of a pattern nobody knows the tuples yet: for whoever has rights for some only it is passive, and wake() follows.
+/// The tuples of a pattern are not known yet. So for a reader with rights to only some of them the subscription is
+/// passive, and wake() follows.
 Flow Passage::allowed(Flow flow, const std::string& keys) const {
   auto& policy = to_reader_.link().policy();
   if (!policy.filters(reader_)) return flow;
@@ -172,7 +173,7 @@ void Passage::on_changes(std::span<const Change> changes) {
   }
 }
 
-/// Of what the link observes the reader gets only what it subscribed to.
+/// The reader gets only those observed tuples that it subscribed to.
 void Passage::on_carried(const Change& change, std::string_view key) {
   if (!is_carried(key) || !may_read(key)) return;
   if (std::holds_alternative<TupleSet>(change)) {
@@ -234,7 +235,7 @@ void Passage::restart(const Change& change) {
   for (const auto id : ends) enqueue(SnapshotEnd{id});
 }
 
-/// A subscription whose keys are several patterns has its snapshot when all of them have.
+/// A subscription may have several patterns. Its snapshot is complete when the snapshots of all patterns are.
 void Passage::end_snapshot(std::uint32_t wire) {
   const auto found = of_wire_.find(wire);
   if (found == of_wire_.end()) return;

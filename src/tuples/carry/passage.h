@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "tuples/carry/stand_in_port.h"
-#include "tuples/owned_change.h"
+#include "tuples/carry/engine_side.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples::carry {
 
-/// What one component reads of one owner on another engine: subscriptions go there by the stand-in of the reader,
-/// changes come back by that of the owner. It starts closed: the stand-in of the reader may come later.
+/// What one component reads from one owner on another engine. The stand-in of the reader subscribes there; the stand-in
+/// of the owner publishes the changes here. It starts closed: the stand-in of the reader may come later.
 class Passage {
  public:
   static constexpr std::size_t kMaxSubscriptions = 10'000;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "tuples/dds/writers.h"
-#include "wire.h"
+#include "tuples/dds/entity.h"
+#include "wire.h"  // made from wire.idl
 
 namespace rubicon::tuples::dds {
 

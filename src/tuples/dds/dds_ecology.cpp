@@ -6,14 +6,14 @@
 #include <optional>
 #include <set>
 
-#include "base/limited_log.h"
-#include "base/local_time.h"
-#include "tuples/dds/cyclone_log.h"
+#include "base/clocks.h"
+#include "base/log.h"
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/dds_options.h"
+#include "tuples/dds/dds_threads.h"
 #include "tuples/dds/entity.h"
 #include "tuples/dds/moves.h"
-#include "tuples/host_policy.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::dds {
 
@@ -21,25 +21,25 @@ struct DdsEcology::Impl {
   Impl(DdsOptions options, Scheduler& scheduler, Post post, base::LogSink& sink, std::function<Duration()> since_boot)
       : shared{std::move(options), scheduler, std::move(post), sink, std::move(since_boot)},
         log(sink, "dds"),
-        limited_log(log, scheduler) {}
+        limited_log(log, scheduler) {
+    shared.overrun = [this] { overrun(); };
+  }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   Result<void> enter();
   Result<Entity> make_participant(OwnerId id);
-  void leave();
-  FormerDomain::Remains leave_behind();
+  [[nodiscard]] FormerDomain::Remains leave_behind();
   /// Of the domain in this process: a former one with the same number may not be deleted yet.
   dds_domainid_t number_here() const { return shared.options.domain + 256 * generation; }
   Result<void> bring_back(DdsLink& link);
   Result<void> come_back();
-  void retry();
-  void enter_again(Duration pause);
+  void overrun();
   void watch_clock();
   template <class Call>
   void each_link(Call call);
 
-  DdsLink::Shared shared;
+  LinkShared shared;
   Log log;
   base::LimitedLog limited_log;
   std::unique_ptr<CycloneLog> cyclone_log;  // outlives the domain, which may log when it is deleted
@@ -51,7 +51,7 @@ struct DdsEcology::Impl {
               log,
               {[this] { return leave_behind(); }, [this] { return come_back(); }}};
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
-  Timer retry_timer, again_timer, clock_timer;
+  Timer clock_timer;
 };
 
 namespace {
@@ -90,8 +90,11 @@ Result<Entity> make_domain(const DdsOptions& options, dds_domainid_t number, Log
   return fail(cannot_open(options, code, capture.text));
 }
 
-/// Pause before trying again to enter the domain.
-constexpr Duration kRetryPause = std::chrono::seconds(5);
+/// Between looks at a clock that was not set.
+constexpr Duration kClockPause = std::chrono::seconds(5);
+/// Outside, after others made DDS keep too much.
+constexpr Duration kRest = std::chrono::seconds(5);
+
 }  // namespace
 
 /// With the interfaces that the host has now.
@@ -122,13 +125,7 @@ void DdsEcology::Impl::each_link(Call call) {
   }
 }
 
-void DdsEcology::Impl::leave() {
-  each_link([](DdsLink& link) { link.suspend(); });
-  domain.reset();
-}
-
 FormerDomain::Remains DdsEcology::Impl::leave_behind() {
-  for (auto* timer : {&retry_timer, &again_timer}) timer->cancel();
   FormerDomain::Remains remains;
   if (domain) each_link([&](DdsLink& link) { link.leave_behind(remains); });
   remains.domain = std::move(domain);
@@ -148,39 +145,24 @@ Result<void> DdsEcology::Impl::come_back() {
   each_link([&](DdsLink& link) {
     if (all) all = bring_back(link);
   });
-  if (!all) leave();
   return all;
 }
 
-void DdsEcology::Impl::retry() {
-  retry_timer = shared.scheduler.after(kRetryPause, [this] {
-    const auto done = come_back();
-    if (done) return log.info("this process is in the ecology again");
-    limited_log.error("outside", done.error().text);
-    retry();
-  });
-}
-
-/// Others are lost for half a second.
-void DdsEcology::Impl::enter_again(Duration pause) {
-  if (again_timer.pending()) return;
-  again_timer = shared.scheduler.after(pause, [this] {
-    if (!domain) return;
-    leave();
-    if (const auto done = come_back(); !done) {
-      limited_log.error("outside", done.error().text);
-      retry();
-    }
-  });
+/// A peer that makes DDS keep so much may continue: the pause bounds the cost.
+void DdsEcology::Impl::overrun() {
+  limited_log.error("overrun", fmt::format("a program on the network ends more than {} keys and does not unregister "
+                                           "them: this process leaves the ecology for a few seconds to be rid of them",
+                                           EndedInstances::kMaxKept));
+  moves.move_anyway(kRest);
 }
 
 /// Others ignore components that started before the clock of their host was set. When it is set, the links enter again,
 /// and their starts count from then.
 void DdsEcology::Impl::watch_clock() {
-  clock_timer = shared.scheduler.after(kRetryPause, [this] {
-    if (!HostPolicy::check_clock(shared.scheduler.wall_now())) return watch_clock();
+  clock_timer = shared.scheduler.after(kClockPause, [this] {
+    if (!DeclaredHostPolicy::check_clock(shared.scheduler.wall_now())) return watch_clock();
     log.info("the clock of this host was set: the components of this process enter the ecology again");
-    enter_again(Duration(0));
+    moves.move_anyway(Duration(0));
   });
 }
 
@@ -200,7 +182,8 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
                              "find this process",
                              peer));
   }
-  if (auto good = HostPolicy::check_clock(scheduler.wall_now()); !good) Log(log, "dds").warning(good.error().text);
+  if (auto good = DeclaredHostPolicy::check_clock(scheduler.wall_now()); !good)
+    Log(log, "dds").warning(good.error().text);
   auto impl = std::make_unique<Impl>(std::move(options), scheduler, std::move(post), log, std::move(since_boot));
   impl->cyclone_log = std::move(cyclone_log);
   if (auto entered = impl->enter(); !entered) return fail(std::move(entered.error()));
@@ -214,9 +197,7 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
-  if (!HostPolicy::check_clock(impl_->shared.scheduler.wall_now())) impl_->watch_clock();
-  if (!impl_->domain && !impl_->moves.under_way())
-    return fail(ErrorCode::kIo, "DDS: this process is outside of the ecology at the moment");
+  if (!DeclaredHostPolicy::check_clock(impl_->shared.scheduler.wall_now())) impl_->watch_clock();
   auto participant = impl_->domain ? impl_->make_participant(who.id) : Entity();
   if (!participant) return fail(std::move(participant.error()));
   const CycloneLog::Capture capture;
@@ -226,7 +207,7 @@ Result<std::unique_ptr<Link>> DdsEcology::join_as(StandIn who) {
 }
 
 void DdsEcology::enter_again() {
-  impl_->enter_again(Duration(0));
+  impl_->moves.move_anyway(Duration(0));
 }
 
 void DdsEcology::follow(const transport::WatchInterfaces& watch) {

@@ -1,18 +1,82 @@
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "base/boot_time.h"
+#include "base/clocks.h"
 #include "base/log.h"
 #include "base/scheduler.h"
-#include "transport/interface_watch.h"
-#include "tuples/dds/component_starts.h"
+#include "rubicon/time.hpp"
+#include "rubicon/tuple.hpp"
+#include "transport/interfaces.h"
 #include "tuples/dds/dds_options.h"
-#include "tuples/dds/interface_news.h"
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples::dds {
+
+/// Version of frames, interests and presence (docs/ecology.md). Components with another one are seen but ignored.
+inline constexpr std::uint16_t kProtocolVersion = 3;
+
+/// One start (incarnation) of a component, from its presence.
+struct ComponentStart {
+  OwnerId id{};
+  std::uint64_t incarnation = 0;
+  std::uint16_t version = 0;  ///< 0 = not known
+  bool present = false;
+  std::string summary;
+};
+
+/// The starts that were observed, for diagnostics: those that are present, and the last that ended.
+class ComponentStarts {
+ public:
+  static constexpr std::size_t kMax = 1000, kMaxGone = 100;
+
+  void note(ComponentStart news) {
+    const std::pair name(news.id, news.incarnation);
+    const auto known = all_.find(name);
+    if (news.present) {
+      if (known != all_.end() || all_.size() < kMax) all_[name] = std::move(news);
+    } else if (known != all_.end() && std::exchange(known->second.present, false)) {
+      gone_.push_back(name);
+      if (gone_.size() > kMaxGone) forget(gone_.front());
+    }
+  }
+  std::vector<ComponentStart> all() const {
+    std::vector<ComponentStart> list;
+    for (const auto& entry : all_) list.push_back(entry.second);
+    return list;
+  }
+
+ private:
+  using Name = std::pair<OwnerId, std::uint64_t>;
+
+  void forget(const Name& name) {
+    const auto known = all_.find(name);
+    if (known != all_.end() && !known->second.present) all_.erase(known);
+    gone_.pop_front();
+  }
+
+  std::map<Name, ComponentStart> all_;
+  std::deque<Name> gone_;  ///< in the order in which they ended
+};
+
+/// What became of the interfaces that DDS uses, since the start.
+struct InterfaceNews {
+  struct State {
+    std::string address;  ///< IPv4; empty = none
+    std::string lack;     ///< why it reaches no other host: `has no IPv4 address`; empty = nothing
+    friend bool operator==(const State&, const State&) = default;
+  };
+  std::map<std::string, State> interfaces;  ///< by name; empty until they were looked at
+  std::uint64_t changes = 0;                ///< how often the components entered with other addresses
+  WallTime changed{};                       ///< the last time
+};
 
 /// The components of all processes and hosts that share a DDS domain. At most one object per process and domain; it
 /// outlives its links. The threads of DDS only raise a flag and post a call.
@@ -37,8 +101,8 @@ class DdsEcology final : public StandInEcology {
   void watch_displaced(std::function<void(OwnerId)> call);
 
   /// All links leave the domain, it is made again with the interfaces as they are now, and the links enter it with new
-  /// participants, in a later turn. Own tuples and subscriptions stay; others are lost until they are met again. If the
-  /// domain cannot be opened, the links are outside, and it is tried again every few seconds.
+  /// participants, in later turns. Own tuples and subscriptions stay; others are lost until they are met again. If the
+  /// domain cannot be opened, the links are outside, and it is tried again every second.
   void enter_again();
 
   /// From now on the interfaces of the options are followed: when their addresses changed, all links leave the domain,

@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 #include "transport/interfaces.h"
-#include "transport/resolve.h"
 
 namespace rubicon::tuples::dds {
 

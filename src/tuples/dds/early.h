@@ -7,7 +7,7 @@
 
 #include "base/bytes.h"
 #include "rubicon/time.hpp"
-#include "tuples/dds/writers.h"
+#include "tuples/dds/entity.h"
 
 namespace rubicon::tuples::dds {
 
@@ -15,13 +15,6 @@ namespace rubicon::tuples::dds {
 class EarlyFrames {
  public:
   static constexpr std::size_t kMaxOfOne = 1UL << 20, kMaxOfAll = 4UL << 20;
-
-  struct Sender {
-    OwnerId id{};
-    std::uint64_t incarnation = 0;
-    Participant participant{};
-    friend bool operator==(const Sender&, const Sender&) = default;
-  };
 
   /// False: the bound is reached.
   bool add(const Sender& sender, ByteView content, SteadyTime now);
@@ -71,7 +64,7 @@ class EarlySets {
 
  private:
   std::deque<One> all_;
-  std::map<OwnerId, std::size_t> bytes_of_;  ///< SIZE_MAX: it has no room any more
+  std::map<OwnerId, std::size_t> bytes_of_;  ///< SIZE_MAX: there is no more room
   std::size_t bytes_ = 0;
 };
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "base/local_time.h"
+#include "base/clocks.h"
 
 namespace rubicon::tuples::dds {
 
@@ -76,7 +76,7 @@ void IdConflicts::ask_rivals() {
 /// False: the question is settled.
 bool IdConflicts::ask(std::uint64_t incarnation, Rival& rival) {
   if (rival.answered && scheduler_.now() - rival.since >= lease_) {
-    if (!std::exchange(is_displaced_, true)) scheduler_.post(calls_.displaced);
+    if (!std::exchange(is_displaced_, true)) scheduler_.post(callbacks_.displaced);
     return false;
   }
   if (rival.answered) return true;
@@ -91,7 +91,7 @@ bool IdConflicts::ask(std::uint64_t incarnation, Rival& rival) {
 
 void IdConflicts::send(std::uint64_t incarnation, Rival& rival, const distant::IdentityCheck& check) {
   if (!rival.channel) {
-    auto channel = calls_.make_channel(incarnation);
+    auto channel = callbacks_.make_channel(incarnation);
     if (!channel) return log_.warning(channel.error().text);
     rival.channel = std::move(*channel);
   }
@@ -107,7 +107,7 @@ void IdConflicts::on_frame(std::uint64_t incarnation, ByteView content) {
 
 void IdConflicts::on_identity_check(const distant::IdentityCheck& check) {
   auto& rival = all_.at(reading_from_);
-  if (!check.is_answer && !calls_.answers) return;
+  if (!check.is_answer && !callbacks_.answers) return;
   if (!check.is_answer) return send(reading_from_, rival, {true, check.number});
   rival.answered |= check.number == rival.question && rival.asked > 0;
 }

@@ -7,7 +7,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "tuples/dds/channel.h"
-#include "tuples/dds/writers.h"
+#include "tuples/dds/entity.h"
 
 namespace rubicon::tuples::dds {
 
@@ -19,14 +19,14 @@ class IdConflicts final : private distant::FrameReader {
  public:
   /// Makes a channel to a rival, when there is a question or an answer to send.
   using MakeChannel = std::function<Result<std::unique_ptr<Channel>>(std::uint64_t incarnation)>;
-  struct Calls {
+  struct Callbacks {
     MakeChannel make_channel;
     std::function<void()> displaced;  ///< an earlier start is alive; once per start of this component
     bool answers = true;              ///< a stand-in does not: no other presence has to end because of it
   };
 
-  IdConflicts(OwnerId self, Scheduler& scheduler, Duration lease, Log log, Calls calls)
-      : self_(self), scheduler_(scheduler), lease_(lease), log_(std::move(log)), calls_(std::move(calls)) {}
+  IdConflicts(OwnerId self, Scheduler& scheduler, Duration lease, Log log, Callbacks calls)
+      : self_(self), scheduler_(scheduler), lease_(lease), log_(std::move(log)), callbacks_(std::move(calls)) {}
 
   /// Forgets all rivals; sets the start of this component.
   void begin(std::uint64_t own_incarnation);
@@ -48,11 +48,7 @@ class IdConflicts final : private distant::FrameReader {
     std::unique_ptr<Channel> channel;
   };
 
-  void on_changes(std::span<const Change>) override {}
-  void on_set(RemoteSet&&) override {}
-  void on_reply(Reply&&) override {}
   void on_identity_check(const distant::IdentityCheck& check) override;
-  void on_times(const distant::FrameTimes&) override {}
 
   bool make_room(const Participant& who);
   void ask_rivals();
@@ -64,7 +60,7 @@ class IdConflicts final : private distant::FrameReader {
   Scheduler& scheduler_;
   Duration lease_;
   Log log_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::uint64_t own_ = 0;
   std::map<std::uint64_t, Rival> all_;  ///< by incarnation
   std::uint64_t reading_from_ = 0;

@@ -1,53 +1,71 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
-#include <tuple>
-#include <vector>
 
-#include "tuples/dds/participants.h"
-#include "tuples/link.h"
+#include "base/log.h"
+#include "tuples/dds/link_entities.h"
+#include "tuples/dds/presences.h"
+#include "tuples/dds/reader_stores.h"
 
 namespace rubicon::tuples::dds {
 
-/// Identifies an interest: a slot of one start of a component.
-struct InterestKey {
-  OwnerId subscriber{};
-  std::uint64_t incarnation = 0;
-  std::uint32_t slot = 0;
-  friend auto operator<=>(const InterestKey&, const InterestKey&) = default;
-};
-
-/// The subscriptions of other components, including those whose presence has not arrived. Bounded per component, and in
-/// bytes per participant and in all.
-class Interests {
+/// The subscriptions of the own component as others see them: each has a slot, which is an instance of its topic, and
+/// is written when DDS accepts it.
+class OwnInterests {
  public:
-  static constexpr std::size_t kMaxOfOne = 10'000;
-
-  explicit Interests(Participants& participants) : participants_(participants) {}
-
-  const SubscriptionSpec* find(const InterestKey& key, const Participant& who) const;
-  /// Replaces what the participant had in the slot; what another one has there stays, and counts if that one is the
-  /// component. False: a bound is reached.
-  bool put(const InterestKey& key, const Participant& who, SubscriptionSpec spec);
-  void erase(const InterestKey& key, const Participant& who);
-  /// The subscriptions of one start of a component, by slot, that this participant wrote.
-  std::vector<SubscriptionSpec> of(OwnerId subscriber, std::uint64_t incarnation, const Participant& who) const;
-  /// Removes those of a participant that is gone or banned.
-  void erase_all(const Participant& who);
-  /// Whose there are any.
-  std::set<Participant> participants() const;
-  void clear() { all_.clear(); }
+  void put(const SubscriptionSpec& spec);
+  /// False: there is no such subscription.
+  bool erase(std::uint32_t id);
+  /// All are to be written again: owners send the snapshots again.
+  void repeat();
+  /// False: DDS accepts nothing at the moment.
+  bool flush(dds_entity_t writer, const OwnStart& own);
+  void clear() { *this = {}; }
 
  private:
-  using Start = std::tuple<OwnerId, std::uint64_t, Participant>;
-  using Slots = std::map<std::uint32_t, SubscriptionSpec>;
-  static Start start_of(const InterestKey& key, const Participant& who) {
-    return {key.subscriber, key.incarnation, who};
-  }
+  std::map<std::uint32_t, Bytes> slots_;            ///< contents; empty = no subscription
+  std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
+  std::set<std::uint32_t> free_, unwritten_;
+};
 
-  Participants& participants_;
-  std::map<Start, Slots> all_;
+/// Who subscribes to what here: takes the interests of others from the wire, keeps them until their component is met,
+/// and tells the listener of the link.
+class Subscribers {
+ public:
+  /// All must outlive it.
+  Subscribers(const OwnStart& own, const LinkShared& shared, LinkEntities& entities, Presences& presences,
+              base::LimitedLog& log)
+      : own_(own),
+        shared_(shared),
+        entities_(entities),
+        presences_(presences),
+        log_(log),
+        interests_(presences.participants()) {}
+
+  /// True: more may have arrived.
+  bool take();
+  /// The component is up: what it subscribed to before counts.
+  void met(const Sender& sender);
+  void shut_out(const Participant& who) { interests_.erase_all(who); }
+  /// Drops those of participants that are neither matched nor up. An instance that two participants wrote does not end
+  /// with one of them.
+  void drop_gone();
+  void clear();
+
+ private:
+  void on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec);
+  void note_end(InstanceQuota::Handle publication, InstanceQuota::Handle instance);
+
+  const OwnStart& own_;
+  const LinkShared& shared_;
+  LinkEntities& entities_;
+  Presences& presences_;
+  base::LimitedLog& log_;
+  Interests interests_;
+  EndedInstances ended_;
 };
 
 }  // namespace rubicon::tuples::dds

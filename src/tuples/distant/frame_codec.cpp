@@ -10,6 +10,74 @@ namespace rubicon::tuples::distant {
 
 namespace {
 
+constexpr std::int64_t kMaxDuration = std::chrono::nanoseconds(std::chrono::years(100)).count();
+
+}  // namespace
+
+void FieldWriter::long_number(std::uint64_t value) {
+  std::array<std::uint8_t, 10> groups;
+  std::size_t size = 0;
+  for (; value >= 0x80; value >>= 7) groups[size++] = static_cast<std::uint8_t>(value | 0x80);
+  groups[size++] = static_cast<std::uint8_t>(value);
+  bytes(ByteView(groups).first(size));
+}
+
+void FieldWriter::signed_number(std::int64_t value) {
+  number((static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63));
+}
+
+void FieldWriter::text(std::string_view text) {
+  number(text.size());
+  bytes(base::as_bytes(text));
+}
+
+std::uint64_t FieldReader::long_number() {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    const auto part = byte();
+    value |= static_cast<std::uint64_t>(part & 0x7f) << shift;
+    if ((part & 0x80) == 0) return shift == 63 && part > 1 ? fail_read() : value;
+  }
+  return fail_read();
+}
+
+std::int64_t FieldReader::signed_number() {
+  const auto value = number();
+  return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
+}
+
+std::string_view FieldReader::text() {
+  const auto size = number();
+  if (size > bytes_.size() - at_) return fail_read(), std::string_view();
+  const auto found = base::as_text(bytes_.subspan(at_, static_cast<std::size_t>(size)));
+  at_ += static_cast<std::size_t>(size);
+  return found;
+}
+
+ByteView FieldReader::rest() {
+  const auto found = bytes_.subspan(at_);
+  at_ = bytes_.size();
+  return found;
+}
+
+Duration FieldReader::duration() {
+  return Duration(std::clamp<std::int64_t>(signed_number(), 0, kMaxDuration));
+}
+
+OwnerId FieldReader::owner() {
+  const auto id = number();
+  if (id > 0xffffffff) fail_read();
+  return OwnerId(static_cast<std::uint32_t>(id));
+}
+
+std::uint8_t FieldReader::fail_read() {
+  ok_ = false;
+  at_ = bytes_.size();
+  return 0;
+}
+
+namespace {
+
 enum class Entry : std::uint8_t {
   kSet,
   kDeleted,
@@ -284,6 +352,26 @@ Result<SubscriptionSpec> read_subscription(ByteView content) {
   spec.pattern = std::move(*pattern);
   spec.pattern.owner = owner;
   return spec;
+}
+
+FrameTimes FrameAges::next(Duration now, bool asks) const {
+  if (!heard_) return {now, {}, {}, asks};
+  return {now, heard_->sent, now - heard_->at, asks};
+}
+
+void FrameAges::arrived(const FrameTimes& times, Duration now) {
+  heard_ = Heard{times.sent, now};
+  if (lead_ && now - times.sent < lead_->least - slack(*lead_, now)) lead_.reset();  // the own clock stood still
+  if (!times.echo) return;
+  const Lead found{*times.echo + times.held - times.sent, *times.echo, now - *times.echo - times.held};
+  if (!lead_ || found.least - slack(found, now) >= lead_->least - slack(*lead_, now)) lead_ = found;
+}
+
+std::optional<Duration> FrameAges::age(Duration sent, Duration now, Duration lives) const {
+  if (!lead_ || slack(*lead_, now) > kMaxSlack) return std::nullopt;
+  const auto most = std::max(now - sent - lead_->least + slack(*lead_, now), Duration(0));
+  if (most >= lives && most - lead_->exchange < lives && lead_->exchange > kMaxSlack) return std::nullopt;
+  return most;
 }
 
 }  // namespace rubicon::tuples::distant

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "transport/host_name.h"
-#include "tuples/host/disk_folder.h"
+#include "transport/host_names.h"
+#include "tuples/host/folder.h"
 #include "tuples/joined/joined_ecology.h"
 
 namespace rubicon::tuples::engines {
@@ -50,7 +50,7 @@ Result<void> Engines::open_distant(const EngineOptions& options, const Host& hos
 }
 
 /// PEIS cannot prove which components are of this process. Without an engine that does, these meet in memory, where
-/// they may do everything. What comes by PEIS in the name of one of them is judged as all that comes by PEIS.
+/// they may do everything. A request by PEIS in the name of one of them is judged like every request by PEIS.
 void Engines::join_all(const EngineOptions& options, const Host& host) {
   std::vector<carry::Carrier::Engine> open;
   if (host_) open.push_back({"host", *host_});

@@ -7,8 +7,8 @@
 
 #include "tuples/carry/carrier.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/host/folder.h"
 #include "tuples/host/host_ecology.h"
-#include "tuples/host/places.h"
 #include "tuples/memory/memory_ecology.h"
 #include "tuples/mqtt/mqtt_ecology.h"
 #include "tuples/peis/peis_ecology.h"
@@ -48,9 +48,9 @@ class Engines final : public Ecology {
   static Result<std::unique_ptr<Engines>> open(const EngineOptions& options, const Host& host);
 
   Result<std::unique_ptr<Link>> join(OwnerId id) override { return all_->join(id); }
-  /// HostEcology::check_free(); without engine host nobody knows at once.
+  /// HostEcology::check_free(). Without the engine host this is not known at once.
   Result<void> check_free(OwnerId id) { return host_ ? host_->check_free(id) : Result<void>(); }
-  /// As those of the engines: `call` receives the component of this process whose id another component used before.
+  /// As the engines do: `call` receives the component of this process whose id another component used before.
   void watch_displaced(const std::function<void(OwnerId)>& call);
 
   /// Null: not among them.

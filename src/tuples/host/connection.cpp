@@ -2,10 +2,60 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <tuple>
 #include <utility>
 
+#include "tuples/distant/frame_codec.h"
+
 namespace rubicon::tuples::host {
+
+namespace {
+
+constexpr std::size_t kTokenDigits = 16;
+
+}  // namespace
+
+void append(Bytes& out, const Record& record) {
+  const auto begin = out.size();
+  distant::FieldWriter fields;
+  fields.byte(static_cast<std::uint8_t>(record.type));
+  fields.number(number(record.id));
+  fields.number(number(record.target));
+  fields.number(record.number);
+  fields.text(record.text);
+  const auto head = fields.view();
+  out.resize(begin + kSizeBytes);
+  out.insert(out.end(), head.begin(), head.end());
+  out.insert(out.end(), record.content.begin(), record.content.end());
+  put_size(std::span(out).subspan(begin));
+}
+
+void put_size(std::span<std::uint8_t> record) {
+  const auto size = record.size() - kSizeBytes;
+  for (std::size_t at = 0; at < kSizeBytes; ++at) record[at] = static_cast<std::uint8_t>(size >> (8 * at) & 0xff);
+}
+
+Result<Record> read_record(ByteView bytes) {
+  distant::FieldReader in(bytes);
+  Record record;
+  const auto type = in.byte();
+  record.type = static_cast<Record::Type>(type);
+  record.id = in.owner();
+  record.target = in.owner();
+  record.number = in.number();
+  record.text = in.text();
+  record.content = in.rest();
+  const bool known = type >= static_cast<std::uint8_t>(Record::Type::kHello) &&
+                     type <= static_cast<std::uint8_t>(Record::Type::kGoodbye);
+  if (in.ok() && known && record.text.size() <= Record::kMaxText) return record;
+  return fail(ErrorCode::kInvalid, fmt::format("invalid record of type {}", type));
+}
+
+bool is_token(std::string_view text) {
+  return text.size() == kTokenDigits &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
 
 namespace {
 
@@ -17,8 +67,8 @@ std::size_t size_at(ByteView bytes) {
 
 }  // namespace
 
-transport::LocalCalls Connection::begin(Calls calls) {
-  calls_ = std::move(calls);
+transport::LocalCallbacks Connection::begin(Callbacks calls) {
+  callbacks_ = std::move(calls);
   return {lifetime_.guard([this](ByteView bytes) { received(bytes); }), lifetime_.guard([this] { flush(); }),
           lifetime_.guard([this](const Error& why) { end(why); })};
 }
@@ -28,7 +78,7 @@ void Connection::take(std::unique_ptr<transport::LocalStream> stream) {
   if (waiting() > 0) flush_soon_.request();
 }
 
-void Connection::loop(Calls calls) {
+void Connection::loop(Callbacks calls) {
   std::ignore = begin(std::move(calls));
   loops_ = true;
 }
@@ -56,6 +106,32 @@ bool Connection::lengthen_last(const Record& record) {
   return true;
 }
 
+void Connection::watch_reading() {
+  has_read_ = false;
+  if (stream_) unread_ = stream_->unread();
+}
+
+bool Connection::has_read() {
+  look_at_unread();
+  return std::exchange(has_read_, false);
+}
+
+/// What the system holds becomes less only when the other process reads. How much it holds for a byte is its own
+/// matter.
+void Connection::look_at_unread() {
+  if (!unread_ || !stream_) return;
+  const auto now = stream_->unread();
+  has_read_ |= now < *unread_;
+  unread_ = now;
+}
+
+Result<std::size_t> Connection::write(ByteView bytes) {
+  look_at_unread();
+  const auto done = stream_->write(bytes);
+  if (unread_) unread_ = stream_->unread();
+  return done;
+}
+
 void Connection::flush() {
   if (loops_) {
     const auto bytes = std::exchange(out_, {});
@@ -64,7 +140,7 @@ void Connection::flush() {
   if (!stream_ || closed_) return;
   const ByteView fresh(out_);
   if (queue_.empty() && !fresh.empty()) {
-    const auto done = stream_->write(fresh);
+    const auto done = write(fresh);
     if (!done) return out_.clear();  // `failed` follows
     const auto rest = fresh.subspan(*done);
     queue_.assign(rest.begin(), rest.end());
@@ -73,7 +149,7 @@ void Connection::flush() {
   queue_.insert(queue_.end(), fresh.begin(), fresh.end());
   out_.clear();
   if (queue_.empty()) return;
-  const auto done = stream_->write(ByteView(queue_).subspan(written_));
+  const auto done = write(ByteView(queue_).subspan(written_));
   written_ += done ? *done : queue_.size() - written_;
   if (written_ < queue_.size() && written_ < queue_.size() / 2) return;
   queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(std::exchange(written_, 0)));
@@ -116,7 +192,7 @@ std::size_t Connection::pass_records(ByteView bytes) {
     if (bytes.size() - at - kSizeBytes < size) break;
     const auto record = read_record(bytes.subspan(at + kSizeBytes, size));
     at += kSizeBytes + size;
-    if (record) calls_.record(*record);
+    if (record) callbacks_.record(*record);
     if (!record) end(record.error());
     if (alive.ended() || closed_) return at;
   }
@@ -126,7 +202,7 @@ std::size_t Connection::pass_records(ByteView bytes) {
 void Connection::end(const Error& why) {
   if (closed_) return;
   close();
-  const auto call = calls_.ended;  // may destroy this
+  const auto call = callbacks_.ended;  // may destroy this
   call(why);
 }
 

@@ -1,4 +1,4 @@
-#include "tuples/host/disk_folder.h"
+#include "tuples/host/folder.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -14,10 +14,10 @@
 #include <cstring>
 #include <utility>
 
-#include "base/boot_time.h"
+#include "base/clocks.h"
 #include "base/own_file.h"
-#include "transport/host_name.h"
-#include "tuples/host/records.h"
+#include "transport/host_names.h"
+#include "tuples/host/connection.h"
 
 namespace rubicon::tuples::host {
 
@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::string_view kSocket = ".sock", kLock = ".lock";
 constexpr mode_t kOwn = 0700, kOfPeople = 0750;
-/// Folders of users that are looked at.
+/// Users whose folders are searched; those of further users are ignored.
 constexpr std::size_t kMaxUsers = 4096;
 
 Error trouble(const std::string& path, std::string_view doing, int error) {
@@ -46,7 +46,7 @@ Result<void> make_own(const std::string& path, mode_t mode) {
   const auto refuse = [&](std::string_view why) {
     return fail(ErrorCode::kRefused, fmt::format("{}: {}: remove it, or set RUBICON_FOLDER", path, why));
   };
-  if (!S_ISDIR(found.st_mode)) return refuse(S_ISLNK(found.st_mode) ? "is a symbolic link" : "is no folder");
+  if (!S_ISDIR(found.st_mode)) return refuse(S_ISLNK(found.st_mode) ? "is a symbolic link" : "is not a folder");
   if (found.st_uid != ::geteuid()) return refuse(fmt::format("belongs to uid {}", found.st_uid));
   const auto has = found.st_mode & 0777;
   if (made && has != mode && ::chmod(path.c_str(), (found.st_mode & S_ISGID) | mode) != 0)  // the umask took some
@@ -74,14 +74,14 @@ Result<uid_t> owner_of(const Door& door) {
   }, socket{};
   if (::lstat(path.c_str(), &socket) != 0) return fail(trouble(path, "look at the socket", errno));
   if (::stat(door.place.c_str(), &folder) != 0) return fail(trouble(door.place, "look at the folder", errno));
-  if (!S_ISSOCK(socket.st_mode)) return fail(ErrorCode::kNotFound, path + " is no socket");
+  if (!S_ISSOCK(socket.st_mode)) return fail(ErrorCode::kNotFound, path + " is not a socket");
   if (socket.st_uid != folder.st_uid)
     return fail(ErrorCode::kRefused,
                 fmt::format("{} is of uid {}, its folder of uid {}", path, socket.st_uid, folder.st_uid));
   return socket.st_uid;
 }
 
-/// Whether the path still names the file that is open: somebody may have removed it meanwhile.
+/// Whether the path still names the open file: another process may have removed it meanwhile.
 bool is_same(int file, const std::string& path) {
   struct stat open {
   }, named{};
@@ -89,7 +89,8 @@ bool is_same(int file, const std::string& path) {
          open.st_dev == named.st_dev;
 }
 
-/// A lock on a file, in which stands who holds it. It removes the file while it holds it, so that nobody else does.
+/// A lock on a file, in which stands who holds it. It removes the file while it holds the lock, so that no other
+/// process does.
 class DiskLock final : public IdLock {
  public:
   DiskLock(OwnFile file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
@@ -158,7 +159,7 @@ class DiskFolder final : public Folder {
   }
   Result<Door> own_door() const override { return Door{own_token_, own_, own_islands_}; }
   Result<std::vector<Door>> doors() const override;
-  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override;
+  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCallbacks calls) override;
   Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const override;
   void name_of(const transport::LocalPeer& who, transport::UserNames::Call call) override {
     names_.look_up(who, std::move(call));
@@ -194,7 +195,7 @@ struct DiskFolder::Listener final : transport::LocalListener {
   ino_t inode;
 };
 
-/// Below a shared place, whoever owns `islands` is the service.
+/// In a shared place, the owner of `islands` is the user of the service.
 Result<void> DiskFolder::make() {
   struct stat there {};
   const bool is_folder = ::stat(place_.path.c_str(), &there) == 0 && S_ISDIR(there.st_mode);
@@ -222,8 +223,8 @@ Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
   if (number(id) < kFirstFreeId && !own_islands_)
     return fail(
         ErrorCode::kRefused,
-        fmt::format("component {}: islands of {} run as the service; for one of your own set RUBICON_FOLDER to a "
-                    "folder of yours",
+        fmt::format("component {}: islands in {} run only as the service; for your own island set RUBICON_FOLDER "
+                    "to a folder of yours",
                     number(id), place_.path));
   const auto path = fmt::format("{}/{}{}", own_, number(id), kLock);
   while (true) {
@@ -263,7 +264,8 @@ Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::st
   return std::make_unique<Listener>(std::move(*listener), own_socket_, inode_);
 }
 
-/// The folders of all users, and whether ids of islands count there. A folder of somebody else's name is nobody's.
+/// The folders of all users, and whether ids of islands count there. Ignores a folder that has the name of another
+/// user.
 std::vector<std::pair<std::string, bool>> DiskFolder::places() const {
   if (!place_.shared) return {{own_, true}};
   std::vector<std::pair<std::string, bool>> all{{fmt::format("{}/islands/{}", place_.path, space_), true}};
@@ -289,7 +291,7 @@ Result<std::vector<Door>> DiskFolder::doors() const {
 }
 
 /// If no process listens on a socket of this user, a process that was killed left it.
-Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& door, transport::LocalCalls calls) {
+Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& door, transport::LocalCallbacks calls) {
   const auto owner = owner_of(door);
   if (!owner) return fail(owner.error());
   const auto path = fmt::format("{}/{}{}", door.place, door.token, kSocket);

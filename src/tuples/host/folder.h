@@ -2,12 +2,16 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/scheduler.h"
 #include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
-#include "transport/local_stream.h"
+#include "transport/sockets.h"
+#include "transport/transports.h"
 #include "transport/user_names.h"
 
 namespace rubicon::tuples::host {
@@ -53,7 +57,8 @@ class Folder {
   virtual Result<std::vector<Door>> doors() const = 0;
   /// kNotFound, kUnreachable: no process is behind the door; kBusy: try again a little later; kRefused: it is not the
   /// door of the process behind it, or not for this user; else kIo.
-  virtual Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) = 0;
+  virtual Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door,
+                                                                  transport::LocalCallbacks calls) = 0;
   /// The door of a process that connected to this one and says that it has this token. kNotFound: it has no such door,
   /// or no more; kRefused: that door is of another user.
   virtual Result<Door> door_of(const std::string& token, const transport::LocalPeer& who) const = 0;
@@ -62,5 +67,53 @@ class Folder {
   /// Since the start of the kernel, also while it slept: the same for all processes of the host (CLOCK_BOOTTIME).
   virtual Duration since_boot() const = 0;
 };
+
+/// The folder that the unit and the packages make.
+inline constexpr const char* kInstalledFolder = "/run/rubicon";
+inline constexpr const char* kDefaultSpace = "default";
+
+/// Where the processes of a space meet.
+struct Place {
+  std::string path;
+  /// Of several users: islands stand in `islands`, all others in `people/<uid>`. Else the folder of one person.
+  bool shared = false;
+};
+
+/// What decides about the place besides the configuration.
+struct Surroundings {
+  std::string installed = kInstalledFolder;
+  std::string given{};      ///< RUBICON_FOLDER
+  std::string beside{};     ///< a folder that stands in the file `rubicon.folder` beside the program, if it exists
+  std::string runtime{};    ///< XDG_RUNTIME_DIR
+  std::string temporary{};  ///< the system's folder for temporary files
+  std::string people = "/run/user";  ///< where folders as XDG_RUNTIME_DIR stand
+  static Surroundings of_process();
+};
+
+/// The place: the first of RUBICON_FOLDER, `configured`, that of a demo of the same tree, the installed folder where
+/// this user may enter it, and the person's own, which is `rubicon` in XDG_RUNTIME_DIR where that is this user's, else
+/// `rubicon-<uid>` in the folder for temporary files. kInvalid for a path that is not absolute.
+Result<Place> choose_place(const std::string& configured, const Surroundings& around);
+
+/// Other folders of this host where components are, as far as this user may see: of people, and the installed one.
+std::vector<std::string> other_places(const std::string& used, const Surroundings& around);
+/// Whether the installed folder is there, and closed to this user.
+bool is_shut_out(const Surroundings& around);
+
+/// RUBICON_SPACE, else the configured one, else `default`.
+std::string choose_space(const std::string& configured);
+
+/// The space of a host that takes the place of a DDS domain with a tag: `d3-<tag>`.
+std::string space_of(std::uint32_t domain, const std::string& tag);
+
+/// A space has 1 to 40 of `A-Za-z0-9._-`, and begins with no dot. kInvalid says so.
+Result<void> check_space(const std::string& space);
+
+/// The folder of a space on the disk, `<place>/<space>`; below a shared place `islands/<space>` and
+/// `people/<uid>/<space>`. Makes what is missing. Checks owner and permissions, and follows no symbolic link. kInvalid:
+/// the space has no valid name; kRefused: the folder belongs to another user, is open to others, or may not be entered;
+/// kIo: the file system refuses. Scheduler and transports outlive the folder.
+Result<std::unique_ptr<Folder>> open_disk_folder(const Place& place, const std::string& space, Scheduler& scheduler,
+                                                 transport::Transports& transports);
 
 }  // namespace rubicon::tuples::host

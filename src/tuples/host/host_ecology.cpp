@@ -4,8 +4,9 @@
 
 #include <algorithm>
 
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 #include "tuples/host/host_link.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::host {
 
@@ -15,7 +16,7 @@ namespace {
 constexpr Duration kHelloTime = std::chrono::seconds(2);
 /// Pause before a process whose queue is full, or which chose another connection, is tried again.
 constexpr Duration kPause = std::chrono::milliseconds(10);
-/// Of a process that asks: at most this often it looks at the others and at its own socket.
+/// The shortest time between two checks of the other processes and of the own socket.
 constexpr Duration kMaxLook = std::chrono::seconds(1);
 constexpr std::size_t kMaxConnections = 256;  ///< of one user to this process
 
@@ -46,7 +47,7 @@ HostEcology::~HostEcology() {
   }
 }
 
-/// Listens first, so that whoever comes meanwhile finds this process.
+/// Listens first, so that a process that comes meanwhile finds this one.
 Result<void> HostEcology::enter() {
   if (auto opened = open_door(); !opened) return opened;
   auto& own = add_process();
@@ -73,7 +74,7 @@ Process& HostEcology::add_process() {
   return process;
 }
 
-Connection::Calls HostEcology::calls_of(Process& process) {
+Connection::Callbacks HostEcology::calls_of(Process& process) {
   return {[this, &process](const Record& record) { on_record(process, record); },
           [this, &process](const Error& why) { on_ended(process, why); }};
 }
@@ -134,7 +135,7 @@ std::size_t HostEcology::count_of(uid_t user) const {
   }));
 }
 
-transport::LocalCalls HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
+transport::LocalCallbacks HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
   const auto who = stream->peer();
   const auto same = count_of(who.user);
   auto& process = add_process();
@@ -149,7 +150,7 @@ transport::LocalCalls HostEcology::accept(std::unique_ptr<transport::LocalStream
 void HostEcology::introduce(Process& process) {
   process.introduced = true;
   process.connection.send({Record::Type::kHello, {}, {}, kProtocolVersion, token_});
-  for (const auto& [id, link] : links_) {
+  for (const auto& [id, link] : links_.all()) {
     if (!link->attached()) continue;
     link->show(process.connection);
     link->ask(process.connection);
@@ -197,7 +198,7 @@ void HostEcology::look() {
   const auto alive = lifetime_.watch();
   for (auto* process : all) {
     if (alive.ended()) return;
-    // What arrived while this process was stopped is read before anybody is called silent.
+    // Reads what arrived while this process was stopped, before it calls another process silent.
     if (was_stopped && process->asked != SteadyTime{}) process->asked = now;
     check(*process, now);
   }
@@ -216,6 +217,7 @@ void HostEcology::check(Process& process, SteadyTime now) {
     return;
   }
   if (process.asked != SteadyTime{}) {
+    if (process.connection.has_read()) process.asked = now;  // the question may wait behind much else
     if (process.silent || now - process.asked < options_.lease) return;
     process.silent = true;
     return review_all(process, PeerEvent::kLost);
@@ -223,6 +225,7 @@ void HostEcology::check(Process& process, SteadyTime now) {
   if (!reads_from(process) && process.connection.unread() == 0) return;
   if (now - process.heard < options_.lease / 2) return;
   process.connection.send({Record::Type::kAsk});
+  process.connection.watch_reading();
   process.asked = now;
 }
 
@@ -231,7 +234,7 @@ void HostEcology::heard(Process& process) {
   process.heard = scheduler_.now();
   process.asked = {};
   if (!std::exchange(process.silent, false)) return;
-  for (const auto& [id, link] : links_) {
+  for (const auto& [id, link] : links_.all()) {
     if (link->attached()) link->ask(process.connection);
   }
   review_all(process, PeerEvent::kLost);
@@ -259,16 +262,17 @@ Result<void> HostEcology::check_free(OwnerId id) {
 }
 
 Result<std::unique_ptr<Link>> HostEcology::join(OwnerId id) {
-  if (find_link(id))
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
+  if (links_.find(id)) return fail(already_here(id));
   auto lock = folder_->lock(id);
   if (!lock) return fail(std::move(lock.error()));
-  return std::make_unique<HostLink>(*this, StandIn{id, transport::host_id("host"), {}}, std::move(*lock));
+  const auto displaced = [this, id] {
+    if (displaced_) displaced_(id);
+  };
+  return std::make_unique<HostLink>(*this, StandIn{id, transport::host_id("host"), displaced}, std::move(*lock));
 }
 
 Result<std::unique_ptr<Link>> HostEcology::join_as(StandIn who) {
-  if (find_link(who.id))
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(who.id)));
+  if (links_.find(who.id)) return fail(already_here(who.id));
   return std::make_unique<HostLink>(*this, std::move(who), nullptr);
 }
 

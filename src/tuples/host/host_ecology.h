@@ -7,29 +7,59 @@
 #include <string>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
-#include "base/limited_log.h"
-#include "tuples/host/process.h"
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "tuples/host/connection.h"
+#include "tuples/host/folder.h"
 #include "tuples/judge.h"
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
+#include "tuples/own_links.h"
 
 namespace rubicon::tuples::host {
+
+/// A process of the folder, this one too: the connection to it, and the components that it showed here.
+struct Process {
+  struct Component {
+    std::uint64_t incarnation = 0;
+    std::string host, summary;
+    std::map<std::uint32_t, SubscriptionSpec> interests{};  ///< by id
+  };
+  static constexpr std::size_t kMaxComponents = 1000, kMaxInterests = 10'000;  ///< the latter of one component
+  static constexpr std::size_t kMaxBytes = std::size_t{4} << 20;               ///< of all summaries and interests
+
+  explicit Process(Scheduler& scheduler) : connection(scheduler) {}
+
+  Connection connection;
+  Door door{};              ///< without a token: not known yet
+  bool own = false;         ///< this process
+  bool ours = false;        ///< this process connected, not the other
+  Member user{};            ///< `user:ann`, with `user:1000` and groups as roles; empty if there is no judge
+  bool introduced = false;  ///< it received the components of this process
+  bool greeted = false;     ///< its hello came
+  bool ready = false;       ///< it sent all its components
+  bool silent = false;      ///< it answers nothing: its components count as lost
+  bool said_goodbye = false;
+  bool ended = false;  ///< to be removed in a later turn
+  SteadyTime begun{}, heard{};
+  SteadyTime asked{};  ///< zero: no question waits for its answer
+  std::map<OwnerId, Component> components{};
+  std::size_t bytes = 0;  ///< as kMaxBytes counts
+};
 
 class HostLink;
 
 struct HostOptions {
   Duration lease = std::chrono::seconds(2);     ///< a process that does not answer for this time is lost
   Duration patience = std::chrono::seconds(2);  ///< how long is tried to reach a process whose queue is full
-  /// What users may do here; null: whoever gets into the folder may do everything.
+  /// Decides what users may do here; null: every user who may enter the folder may do everything.
   std::shared_ptr<Judge> judge = nullptr;
 };
 
 /// Components of one host that meet in a folder of Unix sockets (docs/host.md): one socket a process, one connection
 /// between two processes, whatever components they have. The kernel vouches for who is behind a connection.
 ///
-/// A process that enters connects to all sockets of the folder; who comes later connects to it. What all of them answer
-/// is all there is. The end of a connection is the end of the process.
+/// A process that enters connects to all sockets of the folder; who comes later connects to it. Their answers together
+/// are complete. The end of a connection is the end of the process.
 class HostEcology final : public StandInEcology {
  public:
   /// Enters the folder and begins to meet the others. The scheduler and the log outlive it. With the errors of
@@ -49,10 +79,10 @@ class HostEcology final : public StandInEcology {
   /// `call` receives, in a later turn and once per start, the component of this process whose id another process has
   /// by a better right: as an island of the service, or because it had it before. That component should end.
   void watch_displaced(std::function<void(OwnerId)> call) { displaced_ = std::move(call); }
-  /// Whether all processes whose sockets were in the folder told what components they have, or are gone: a component
-  /// that is not present then does not exist.
+  /// Whether each process whose socket was in the folder sent its components or is gone. Then a component that is not
+  /// present does not exist.
   bool knows_all() const;
-  /// Those that did not tell yet: `pid 812 of uid 1000`.
+  /// The processes that did not send theirs yet: `pid 812 of uid 1000`.
   std::vector<std::string> awaited() const;
   const Folder& folder() const { return *folder_; }
 
@@ -70,14 +100,14 @@ class HostEcology final : public StandInEcology {
   Result<void> enter();
   Result<void> open_door();
   Process& add_process();
-  Connection::Calls calls_of(Process& process);
+  Connection::Callbacks calls_of(Process& process);
   void meet_all();
   bool is_met(const Door& door) const;
   void connect(const Door& door);
   void connect_later(const Door& door);
   void connect_again();
   std::size_t count_of(uid_t user) const;
-  transport::LocalCalls accept(std::unique_ptr<transport::LocalStream> stream);
+  transport::LocalCallbacks accept(std::unique_ptr<transport::LocalStream> stream);
   void introduce(Process& process);
   void on_ended(Process& process, const Error& why);
   void end(Process& process);
@@ -110,9 +140,7 @@ class HostEcology final : public StandInEcology {
 
   // -- own components (host_link.cpp)
   void tell_all(const Record& record);
-  void each_link(const std::function<void(HostLink& link)>& call);
   void each_listener(OwnerId peer, const std::function<void(LinkListener& to)>& call);
-  HostLink* find_link(OwnerId id) const;
   bool reads_from(const Process& process) const;
 
   std::unique_ptr<Folder> folder_;
@@ -129,7 +157,7 @@ class HostEcology final : public StandInEcology {
   };
   std::map<Door, Again> later_;
   std::map<OwnerId, Present> present_;
-  std::map<OwnerId, HostLink*> links_;
+  OwnLinks<HostLink> links_;
   std::function<void(OwnerId)> displaced_;
   bool meet_again_ = false;  ///< a connection broke although its process may live
   SteadyTime next_look_{};

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 
-#include "tuples/member_policy.h"
+#include "tuples/peer_policy.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::host {
 
@@ -13,7 +14,7 @@ namespace {
 /// Bytes that may wait for a process; beyond them publish() and remote_set() refuse.
 constexpr std::size_t kMaxWaiting = std::size_t{1} << 20, kMaxSetsWaiting = std::size_t{32} << 20;
 
-/// The kernel keeps out whoever may not enter the folder; those inside may do everything.
+/// The kernel keeps out users who may not enter the folder; all others may do everything.
 class FolderPolicy final : public OpenPolicy {
  public:
   void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = real_host(peer.host); }
@@ -42,31 +43,15 @@ void HostEcology::tell_all(const Record& record) {
   }
 }
 
-/// A call may end links.
-void HostEcology::each_link(const std::function<void(HostLink& link)>& call) {
-  std::vector<OwnerId> ids;
-  for (const auto& [id, link] : links_) ids.push_back(id);
-  const auto alive = lifetime_.watch();
-  for (const auto id : ids) {
-    auto* link = alive.ended() ? nullptr : find_link(id);
-    if (link && link->attached()) call(*link);
-  }
-}
-
 void HostEcology::each_listener(OwnerId peer, const std::function<void(LinkListener& to)>& call) {
-  each_link([&](HostLink& link) {
+  links_.each([&](HostLink& link) {
     if (auto* to = link.listener(peer)) call(*to);
   });
 }
 
-HostLink* HostEcology::find_link(OwnerId id) const {
-  const auto found = links_.find(id);
-  return found == links_.end() ? nullptr : found->second;
-}
-
 /// Whether an own component subscribes to what one of that process may have.
 bool HostEcology::reads_from(const Process& process) const {
-  return std::any_of(links_.begin(), links_.end(), [&](const auto& link) {
+  return std::any_of(links_.all().begin(), links_.all().end(), [&](const auto& link) {
     const auto& all = link.second->subscriptions();
     return std::any_of(all.begin(), all.end(), [&](const auto& one) {
       const auto& owner = one.second.pattern.owner;
@@ -82,7 +67,7 @@ HostLink::HostLink(HostEcology& ecology, StandIn who, std::unique_ptr<IdLock> lo
       who_(std::move(who)),
       lock_(std::move(lock)),
       policy_(policy_of(who_.id, ecology.options_.judge)) {
-  ecology_.links_[who_.id] = this;
+  ecology_.links_.put(who_.id, *this);
 }
 
 HostLink::~HostLink() {
@@ -125,7 +110,7 @@ void HostLink::peer_up(const HostEcology::Present& peer) {
   const auto id = peer.who.id;
   if (!attached() || !introduced_ || id == who_.id || !known_.insert(id).second) return;
   const auto alive = lifetime_.watch();
-  // What it subscribed to and says of itself may change with each call.
+  // Its subscriptions and its summary may change with each call.
   const auto component = peer.at->components.at(id);
   policy_->peer_up(peer.who);
   listener_->on_peer(peer.who, PeerEvent::kUp);
@@ -162,12 +147,8 @@ struct HostLink::Delivery final : distant::FrameReader {
   }
   void on_reply(Reply&& reply) override {
     if (is_heard() && !link.listener_->on_reply(from, reply))
-      link.ecology_.log_.warning(
-          fmt::format("replies of {}", number(from)),
-          fmt::format("component {} answered a request that it was not asked: ignored", number(from)));
+      link.ecology_.log_.warning(fmt::format("replies of {}", number(from)), unasked_reply(from));
   }
-  void on_identity_check(const distant::IdentityCheck&) override {}
-  void on_times(const distant::FrameTimes&) override {}  // deadlines need none
 
   HostLink& link;
   OwnerId from;
@@ -225,10 +206,8 @@ void HostLink::unsubscribe(std::uint32_t id) {
 
 Result<void> HostLink::remote_set(const RemoteSet& set) {
   const auto way = way_to(set.owner);
-  if (!way.connection) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
-  if (way.connection->waiting() > kMaxSetsWaiting)
-    return fail(ErrorCode::kBusy,
-                fmt::format("component {} does not accept requests at the moment", number(set.owner)));
+  if (!way.connection) return fail(no_component(set.owner));
+  if (way.connection->waiting() > kMaxSetsWaiting) return fail(takes_no_requests(set.owner));
   const auto left = set.time_to_live;
   entries_.add(set, left > Duration(0) ? left + ecology_.folder_->since_boot() : left);
   send(way);
@@ -240,8 +219,7 @@ void HostLink::reply(const Reply& reply) {
   const auto way = way_to(reply.to);
   if (!way.connection) return;
   if (way.connection->waiting() > kMaxSetsWaiting)
-    return void(ecology_.log_.warning(
-        "replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to))));
+    return void(ecology_.log_.warning("replies", unread_replies(reply.to)));
   entries_.add(reply);
   send(way);
 }
@@ -258,10 +236,7 @@ void HostLink::describe(std::string summary) {
 
 void HostLink::displace() {
   if (std::exchange(displaced_, true)) return;
-  lifetime_.post(ecology_.scheduler_, [this] {
-    const auto call = is_stand_in() ? who_.displaced : std::function<void()>([this, id = who_.id] {
-      if (ecology_.displaced_) ecology_.displaced_(id);
-    });
+  lifetime_.post(ecology_.scheduler_, [this, call = who_.displaced] {
     if (attached() && displaced_ && call) call();
   });
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "tuples/distant/frame_codec.h"
 #include "tuples/host/host_ecology.h"
 #include "tuples/peer_policy.h"
@@ -46,7 +46,7 @@ class HostLink final : public Link {
   LinkListener* listener(OwnerId peer) const { return known_.contains(peer) ? listener_ : nullptr; }
   /// kInvalid: the entries are none.
   Result<void> deliver(OwnerId source, ByteView entries);
-  /// Another process has the id by a better right.
+  /// Another process has a better right to the id.
   void displace();
 
  private:

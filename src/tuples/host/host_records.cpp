@@ -15,7 +15,7 @@ std::size_t cost(const SubscriptionSpec& spec) {
   return sizeof spec + 64 + spec.pattern.key.size();
 }
 
-/// A user without a number in this user namespace is nobody in particular: user_namespaces(7), "overflow".
+/// A user without a number in this user namespace could be anybody: user_namespaces(7), "overflow".
 constexpr std::string_view kOverflowUser = "65534";
 
 Member member_of(const transport::UserName& name) {
@@ -54,7 +54,7 @@ Result<void> HostEcology::take(Process& process, const Record& record) {
     case Type::kNoInterest: return on_no_interest(process, record), Result<void>();
     case Type::kFrame: return on_frame(process, record);
     case Type::kReady: process.ready = true; break;
-    case Type::kAsk:  // what waits is an answer, too
+    case Type::kAsk:  // bytes that wait are an answer, too
       if (process.connection.waiting() == 0) process.connection.send({Record::Type::kAnswer});
       break;
     case Type::kGoodbye: process.said_goodbye = true; break;
@@ -63,10 +63,10 @@ Result<void> HostEcology::take(Process& process, const Record& record) {
   return {};
 }
 
-/// Who connected says hello first; who was reached answers after it chose this connection.
+/// The process that connected says hello first. The other one answers when it has chosen this connection.
 Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
   const auto reject = [](const std::string& why) { return fail(ErrorCode::kRefused, why); };
-  if (process.greeted) return reject("it says twice who it is");
+  if (process.greeted) return reject("it says hello twice");
   if (hello.number != kProtocolVersion) {
     if (!process.introduced) process.connection.send({Record::Type::kHello, {}, {}, kProtocolVersion, token_});
     process.connection.flush();  // so that the other side can say it, too
@@ -74,7 +74,7 @@ Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
         fmt::format("it has version {} of the protocol, this program version {}", hello.number, kProtocolVersion));
   }
   const std::string token(hello.text);
-  if (!is_token(token)) return reject("its token is none");
+  if (!is_token(token)) return reject("it sends an invalid token");
   if (process.ours && !process.own && token != process.door.token) return reject("it is not the process of its socket");
   const auto door = process.own ? folder_->own_door() : folder_->door_of(token, process.connection.peer());
   if (!door && door.error().code == ErrorCode::kNotFound) return end(process), Result<void>();  // it has ended since
@@ -88,7 +88,8 @@ Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
   return {};
 }
 
-/// Until its user has a name nothing more is read of it: rules that deny by name or group would let it pass.
+/// Reads nothing more from the process until the name of its user is known: rules that deny a name or a group would
+/// not apply to it.
 void HostEcology::ask_name(Process& process) {
   process.connection.hold();
   folder_->name_of(process.connection.peer(), lifetime_.guard([this, token = process.door.token](const auto& name) {
@@ -106,7 +107,7 @@ void HostEcology::take_name(Process& process, const Result<transport::UserName>&
   process.connection.release();
 }
 
-/// Two processes that came at once reached each other twice: the connection of the one with the higher token stays.
+/// Two processes that start at the same time connect to each other: the connection of the higher token stays.
 bool HostEcology::is_twice(const Process& process, const std::string& token) {
   for (const auto& other : processes_) {
     if (other.get() == &process || other->ended || other->door.token != token) continue;
@@ -123,7 +124,7 @@ Result<void> HostEcology::on_up(Process& process, const Record& up) {
   if (up.content.size() > kMaxSummary) return fail(ErrorCode::kRefused, "its summary is too long");
   if (number(up.id) < kFirstFreeId && !process.door.islands)
     return fail(ErrorCode::kRefused,
-                fmt::format("it says that it is island {}, but islands run as the service here", number(up.id)));
+                fmt::format("it says that it is island {}, but here islands run only as the service", number(up.id)));
   process.components[up.id] = {up.number, std::string(up.text), std::string(base::as_text(up.content)), {}};
   const auto fits = count(process, 0, up.content.size());
   review(up.id, PeerEvent::kLost);
@@ -196,11 +197,11 @@ void HostEcology::on_no_interest(Process& process, const Record& news) {
   if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_unsubscribe(news.id, id); });
 }
 
-/// What was sent to an earlier start of the own component, or by one that does not count, is dropped.
+/// Drops messages to an earlier start of the own component, and messages from a component that does not count.
 Result<void> HostEcology::on_frame(Process& process, const Record& frame) {
   if (!component(process, frame.id))
     return fail(ErrorCode::kRefused, fmt::format("it has no component {}", number(frame.id)));
-  auto* link = find_link(frame.target);
+  auto* link = links_.find(frame.target);
   if (!link || link->incarnation() != frame.number || !is_present(process, frame.id)) return {};
   return link->deliver(frame.id, frame.content);
 }
@@ -210,8 +211,9 @@ const HostEcology::Present* HostEcology::present(OwnerId id) const {
   return found == present_.end() ? nullptr : &found->second;
 }
 
-/// Of several with one id: the component itself and no stand-in, then that of this process, then the one that is known
-/// already. What they say of their starts decides only about those that come at once: nobody takes an id from another.
+/// Chooses among components with one id: the component itself before a stand-in, then one of this process, then the one
+/// that is known already. The starts that they declare decide only between components that come at the same time: none
+/// takes an id from another.
 Process* HostEcology::best(OwnerId id) const {
   Process* found = nullptr;
   const auto* known = present(id);
@@ -246,15 +248,15 @@ void HostEcology::review(OwnerId id, PeerEvent how) {
   if (known) {
     const auto who = known->who;
     present_.erase(id);
-    each_link([&](HostLink& link) { link.peer_down(who, how); });
+    links_.each([&](HostLink& link) { link.peer_down(who, how); });
     if (alive.ended()) return;
     now = best(id);  // a call may have changed it
   }
   if (!now) return;
   const Present news{now, identity(*now, id)};
   present_[id] = news;
-  if (auto* link = find_link(id); link && link->attached() && !now->own) link->displace();
-  each_link([&](HostLink& link) { link.peer_up(news); });
+  if (auto* link = links_.find(id); link && link->attached() && !now->own) link->displace();
+  links_.each([&](HostLink& link) { link.peer_up(news); });
 }
 
 void HostEcology::review_all(const Process& process, PeerEvent how) {

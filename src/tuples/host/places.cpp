@@ -1,4 +1,4 @@
-#include "tuples/host/places.h"
+#include "tuples/host/folder.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -30,12 +30,12 @@ bool is_shared(const std::string& path) {
   return ::stat((path + "/islands").c_str(), &islands) == 0 && S_ISDIR(islands.st_mode);
 }
 
-/// Of a folder that others fill, too.
+/// Entries that are read of a folder that others fill, too.
 void each_entry(const std::string& folder, const std::function<void(const fs::path& path)>& call) {
-  constexpr int kMost = 10'000;
+  constexpr int kMaxCount = 10'000;
   std::error_code hidden;
   fs::directory_iterator one(folder, hidden);
-  for (int count = 0; !hidden && one != fs::directory_iterator() && count < kMost; one.increment(hidden), ++count)
+  for (int count = 0; !hidden && one != fs::directory_iterator() && count < kMaxCount; one.increment(hidden), ++count)
     call(one->path());
 }
 
@@ -132,8 +132,8 @@ Result<void> check_space(const std::string& space) {
       std::all_of(space.begin(), space.end(), fits))
     return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("'{}' is no space, expected 1 to {} characters of A-Z a-z 0-9 . _ -, the first no dot", space,
-                          kMaxSpace));
+              fmt::format("'{}' is not a space, expected 1 to {} characters of A-Z a-z 0-9 . _ -, the first no dot",
+                          space, kMaxSpace));
 }
 
 }  // namespace rubicon::tuples::host

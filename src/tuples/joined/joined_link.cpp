@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/stand_in.h"
+#include "base/assert.h"
+#include "tuples/joined/joined_ecology.h"
+#include "tuples/link.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::joined {
 
@@ -13,7 +16,7 @@ namespace {
 
 /// Conflicts remembered, so that each is logged once.
 constexpr std::size_t kMaxLogged = 1000;
-/// The engine by which components of this host do not come.
+/// The engine that does not prove of which host a component is: components of this host come to its folder.
 constexpr const char* kUnproven = "dds";
 
 }  // namespace
@@ -107,7 +110,7 @@ std::optional<std::size_t> JoinedLink::home_of(OwnerId id) const {
   return found == peers_.end() ? std::nullopt : found->second.home();
 }
 
-/// One with a judge, if there is one: an engine that knows no members has none.
+/// The policy of an engine that has a judge, if there is one. An engine that knows no members has no judge.
 PeerPolicy* JoinedLink::any_policy() {
   for (const auto& port : ports_) {
     auto& policy = port->link->policy();
@@ -146,7 +149,7 @@ Result<void> JoinedLink::remote_set(const RemoteSet& set) {
     return {};
   }
   if (auto* link = link_to(set.owner)) return link->remote_set(set);
-  return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  return fail(no_component(set.owner));
 }
 
 void JoinedLink::reply(const Reply& reply) {
@@ -161,7 +164,7 @@ std::vector<OwnerId> JoinedLink::peers() const {
   return present;
 }
 
-/// All of them, so that each begins to look.
+/// Asks all engines, so that each begins to search.
 bool JoinedLink::seeks(OwnerId id) {
   if (home_of(id)) return false;
   return std::count_if(ports_.begin(), ports_.end(), [id](const auto& port) { return port->link->seeks(id); }) > 0;
@@ -194,7 +197,7 @@ void JoinedLink::meet(std::size_t engine, const PeerIdentity& who) {
   report(who.id, move);
 }
 
-/// Components of this host come to its folder; kernels of PEIS have no other way. Who claims to be of this host by
+/// Components of this host come to its folder; kernels of PEIS have no other way. A component that claims this host by
 /// DDS may be anywhere.
 bool JoinedLink::is_barred(std::size_t engine, const PeerIdentity& who) const {
   return !own_host_.empty() && ports_[engine]->name == kUnproven && !who.own_process &&
@@ -360,7 +363,7 @@ void JoinedLink::on_remote_set(std::size_t engine, const RemoteSet& set) {
   arriving_.reset();
 }
 
-/// It comes from a rival, or the engine does not prove what the one where the component lives does.
+/// The message comes from a rival, or its engine proves less than the engine where the component lives.
 void JoinedLink::refuse(std::size_t engine, const RemoteSet& set) {
   auto& peer = peers_.at(set.from);
   const auto home = peer.home();
@@ -378,11 +381,31 @@ void JoinedLink::refuse(std::size_t engine, const RemoteSet& set) {
   link.reply(reply);
 }
 
-/// The owner answers by an engine that proves who it is as the one where it lives does.
+/// A reply counts only from an engine that proves as much about the owner as its home engine.
 bool JoinedLink::on_reply(std::size_t engine, OwnerId from, const Reply& reply) {
   const auto* peer = find(from);
   if (peer && peer->home() && !(peer->at(engine) && peer->is_resident(engine))) return false;
   return listener_->on_reply(from, reply);
+}
+
+JoinedEcology::JoinedEcology(std::vector<Engine> engines, Scheduler& scheduler, base::LogSink& log,
+                             std::string own_host)
+    : engines_(std::move(engines)), own_host_(std::move(own_host)), scheduler_(scheduler), log_(log) {
+  RUBICON_ASSERT(!engines_.empty() && engines_.size() <= kMaxEngines);
+}
+
+Result<std::unique_ptr<Link>> JoinedEcology::join(OwnerId id) {
+  std::vector<JoinedLink::Engine> links;
+  for (const auto& engine : engines_) {
+    auto link = engine.ecology.join(id);
+    if (!link) {
+      auto error = std::move(link.error());
+      error.text = fmt::format("{}: {}", engine.name, error.text);
+      return fail(std::move(error));
+    }
+    links.push_back({engine.name, std::move(*link)});
+  }
+  return std::make_unique<JoinedLink>(id, std::move(links), scheduler_, log_, own_host_);
 }
 
 }  // namespace rubicon::tuples::joined

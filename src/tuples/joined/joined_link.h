@@ -1,19 +1,152 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <tuple>
+#include <vector>
 
-#include "base/deadline.h"
-#include "base/limited_log.h"
-#include "tuples/held_sets.h"
-#include "tuples/joined/joined_policy.h"
-#include "tuples/joined/met_peer.h"
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "tuples/link.h"
+#include "tuples/peer_policy.h"
+#include "tuples/remote_sets.h"
 
 namespace rubicon::tuples::joined {
+
+/// A component as one engine sees it.
+struct Meeting {
+  PeerIdentity identity;
+  SteadyTime since{};
+  std::string summary;
+  std::map<std::uint32_t, SubscriptionSpec> subscriptions;
+  bool left = false;    ///< the component left on the engine where it lived; this engine has not noticed yet
+  bool barred = false;  ///< it is not believed to be of this host: it lives nowhere
+  Timer conflict;       ///< until the conflict with another component of this id is logged
+};
+
+/// What the engines of a joined link see of one id, and the engine where the component with that id lives: messages to
+/// it go there. Several meetings with one incarnation are one component; a stand-in of it is used only where
+/// the component itself is not met; any other is a rival. Engines are numbered in their order.
+class MetPeer {
+ public:
+  explicit MetPeer(std::size_t engines) : meetings_(engines) {}
+
+  /// What the listener has to be informed of, in this order.
+  struct Move {
+    std::optional<PeerIdentity> down;
+    PeerEvent how = PeerEvent::kLost;
+    std::optional<std::size_t> up;  ///< the engine where the component lives now
+    bool was_rival = false;         ///< what it sent so far was dropped
+  };
+  /// An engine met the component; that engine had no meeting before.
+  Move meet(std::size_t engine, const PeerIdentity& identity, bool barred = false);
+  /// An engine that has a meeting lost the component or saw it leave.
+  Move part(std::size_t engine, PeerEvent how);
+
+  Meeting* at(std::size_t engine) { return meetings_[engine] ? &*meetings_[engine] : nullptr; }
+  const Meeting* at(std::size_t engine) const { return meetings_[engine] ? &*meetings_[engine] : nullptr; }
+  std::optional<std::size_t> home() const { return home_; }
+  /// Whether the engine has a meeting with the component that lives here.
+  bool is_resident(std::size_t engine) const;
+  bool is_forgotten() const;
+  /// Another engine that met a different component.
+  std::optional<std::size_t> rival_of(std::size_t engine) const;
+
+  /// Takes note that a stream begins. False: the stream is an earlier one that was replaced. A beginning without a time
+  /// is one that the engine itself notices (its connection is back): it never takes over from another engine.
+  bool begin_stream(std::size_t engine, const Restart& restart);
+  /// Whether changes that this engine brings count.
+  bool counts(std::size_t engine) const { return !stream_ || stream_->engine == engine; }
+
+ private:
+  bool comes_before(std::size_t engine, const PeerIdentity& news) const;
+  std::optional<std::size_t> next_home(std::uint64_t incarnation) const;
+  Move live_at(std::optional<std::size_t> engine);
+
+  /// The newest stream of changes, by the clock of the component that sends it.
+  struct Stream {
+    std::size_t engine = 0;
+    PeerIdentity sender;
+    WallTime since{};
+  };
+
+  std::vector<std::optional<Meeting>> meetings_;  ///< by engine
+  std::optional<std::size_t> home_;
+  std::optional<Stream> stream_;
+};
+
+/// Whether `news` is a later start of the component `before`, and not another component: of two starts on one host the
+/// earlier one has ended, or will be displaced.
+bool is_restart(const PeerIdentity& before, const PeerIdentity& news);
+
+/// Asks the policy of the engine that brought the request. Each engine reports its peers to its own policy.
+class JoinedPolicy final : public PeerPolicy {
+ public:
+  /// The policy of the engine that speaks for the peer at the moment. For kLinkItself: of an engine that observes own
+  /// tuples. For kNoOwner: of any engine, if possible one with a judge. nullptr: there is none.
+  using Find = std::function<PeerPolicy*(OwnerId peer)>;
+  explicit JoinedPolicy(Find find) : find_(std::move(find)) {}
+
+  Result<void> may_join(const PeerIdentity& peer) override {
+    auto* policy = find_(peer.id);
+    return policy ? policy->may_join(peer) : absent(peer.id);
+  }
+  void peer_up(const PeerIdentity&) override {}
+  void peer_down(OwnerId) override {}
+  Result<void> may_subscribe(OwnerId peer, const SubscriptionSpec& spec) override {
+    if (peer == kLinkItself) return {};
+    auto* policy = find_(peer);
+    return policy ? policy->may_subscribe(peer, spec) : absent(peer);
+  }
+  Result<void> may_set(const RemoteSet& set) override {
+    auto* policy = find_(set.from);
+    return policy ? policy->may_set(set) : absent(set.from);
+  }
+  Result<void> may_send(OwnerId peer, std::string_view where) override {
+    auto* policy = find_(peer);
+    return policy ? policy->may_send(peer, where) : absent(peer);
+  }
+  void answered(const RemoteSet& set, const Reply& reply) override {
+    if (auto* policy = find_(set.from)) policy->answered(set, reply);
+  }
+  const Member* member(OwnerId peer) const override {
+    const auto* policy = find_(peer);
+    return policy ? policy->member(peer) : nullptr;
+  }
+  const Member* asker(const RemoteSet& set) override {
+    auto* policy = find_(set.from);
+    return policy ? policy->asker(set) : nullptr;
+  }
+  std::string_view host(OwnerId peer) const override {
+    const auto* policy = find_(peer);
+    return policy ? policy->host(peer) : std::string_view();
+  }
+  /// All engines of a process ask the same.
+  Judge* judge() override {
+    auto* policy = find_(model::kNoOwner);
+    return policy ? policy->judge() : nullptr;
+  }
+  bool filters(OwnerId peer) const override {
+    const auto* policy = find_(peer);
+    return policy && policy->filters(peer);
+  }
+  Access access(OwnerId peer, std::string_view key) const override {
+    const auto* policy = find_(peer);
+    return policy ? policy->access(peer, key) : Access{false, false, Duration(0)};
+  }
+
+ private:
+  static Result<void> absent(OwnerId peer) {
+    return fail(ErrorCode::kNotFound, "component " + std::to_string(number(peer)) + " is not present");
+  }
+
+  Find find_;
+};
 
 /// One component on several engines: offers its tuples, subscriptions and summary on all of them, and sends to each
 /// other component by the engine where that one lives. When it moves to another engine, the listener receives kLost and

@@ -1,15 +1,16 @@
-#include "tuples/joined/met_peer.h"
+#include "tuples/joined/joined_link.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples::joined {
 
 namespace {
 
-/// Who vouches for a meeting; a higher one counts more. Of a stand-in nobody knows whether its carrier is right.
+/// What vouches for a meeting; a higher value counts more. Nothing proves that the carrier of a stand-in tells the
+/// truth.
 enum class Proof : std::uint8_t { kOwnWord, kUser, kKernel, kOwnProcess };
 
 Proof proof_of(const PeerIdentity& one) {

@@ -7,8 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "tuples/member_policy.h"
-#include "tuples/owned_change.h"
+#include "tuples/link.h"
+#include "tuples/peer_policy.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples {
 
@@ -164,7 +165,7 @@ class MemoryEcology::MemoryLink final : public Link {
 
   Result<void> remote_set(const RemoteSet& set) override {
     if (!shared_->reachable(self_, set.owner) || !shared_->members.at(set.owner).listener) {
-      return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+      return fail(no_component(set.owner));
     }
     shared_->deliver(self_, set.owner, [set](LinkListener& l) { l.on_remote_set(set); });
     return {};
@@ -219,7 +220,7 @@ Result<std::unique_ptr<Link>> MemoryEcology::join(OwnerId id) {
 Result<std::unique_ptr<Link>> MemoryEcology::join_as(StandIn who) {
   const auto id = who.id;
   if (shared_->members.contains(id)) {
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
+    return fail(already_here(id));
   }
   auto& member = shared_->members[id];
   member.visit = ++shared_->visits;

@@ -4,7 +4,7 @@
 
 #include "base/scheduler.h"
 #include "tuples/judge.h"
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples {
 

@@ -6,28 +6,28 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-/// An acknowledgement rides on a frame; it goes alone after so many frames, or after that time.
+/// An acknowledgement travels in a frame. It goes alone after this number of frames, or after this time.
 constexpr unsigned kAnswerFrames = 16;
 constexpr Duration kAnswerTime = std::chrono::milliseconds(50);
-/// Without an acknowledgement for so long, or so many round trips, what is kept is sent again; then after twice the
-/// time, up to the longest.
+/// If no acknowledgement comes for this time, or this number of round trips, the kept frames are sent again; then after
+/// twice the time, up to the maximum.
 constexpr Duration kRepeat = std::chrono::seconds(1), kMaxRepeat = std::chrono::seconds(8);
 constexpr int kRepeatTrips = 4;
 /// A large frame that was sent so often, for so long, while smaller ones arrived, exceeds what the broker takes: one of
 /// version 3.1.1 does not say so.
 constexpr unsigned kLargeSent = 3;
 constexpr Duration kLargeTime = std::chrono::seconds(6);
-/// Whoever asks for what is missing gets it at most so often.
+/// The other side can request missing frames at most this often.
 constexpr Duration kAgainPause = std::chrono::milliseconds(100);
 /// Over which the pace of acknowledgements is measured.
 constexpr Duration kPaceTime = std::chrono::seconds(1);
 
 }  // namespace
 
-Channel::Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Calls calls)
+Channel::Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Callbacks calls)
     : scheduler_(scheduler),
       ends_(ends),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       stream_(stream),
       repeat_pause_(kRepeat),
       answer_later_(scheduler, [this] { answer(); }),
@@ -56,7 +56,7 @@ void Channel::add_times(bool asks) {
 /// Of a frame; those of sets whose time to live ended while they waited are left out.
 Bytes Channel::next_entries() {
   distant::FrameWriter frame;
-  frame.add(ages_.next(calls_.since_boot(), asks_));
+  frame.add(ages_.next(callbacks_.since_boot(), asks_));
   const auto begin = frame.size();
   times_due_ = asks_ = false;
   while (!entries_.empty()) {
@@ -99,7 +99,7 @@ FrameHead Channel::head() const {
   head.stream = stream_;
   head.heard_stream = heard_stream_;
   head.heard = heard_;
-  head.credit = calls_.credit();
+  head.credit = callbacks_.credit();
   return head;
 }
 
@@ -109,12 +109,12 @@ bool Channel::send(Kept& frame) {
   with.first = kept_.front().number;
   answer_later_.clear();
   unanswered_ = 0;
-  if (frame.number < unsent_ && calls_.losses) ++calls_.losses->again;
+  if (frame.number < unsent_ && callbacks_.losses) ++callbacks_.losses->again;
   if (!repeat_.is_set()) repeat_.set(repeat_pause_);
-  auto sent = calls_.send(with, frame.entries);
+  auto sent = callbacks_.send(with, frame.entries);
   if (sent == Sent::kTooLarge) {
     give_up(frame);
-    sent = calls_.send(with, frame.entries);
+    sent = callbacks_.send(with, frame.entries);
   }
   if (sent != Sent::kYes) return false;
   ++frame.sent;
@@ -122,13 +122,13 @@ bool Channel::send(Kept& frame) {
   return true;
 }
 
-/// Its number goes on without them.
+/// Gives up the entries of the frame. The frame keeps its number.
 void Channel::give_up(Kept& frame) {
   distant::FrameWriter times;
-  times.add(ages_.next(calls_.since_boot(), false));
+  times.add(ages_.next(callbacks_.since_boot(), false));
   const auto entries = std::exchange(frame.entries, times.take());
   kept_bytes_ -= entries.size() - frame.entries.size();
-  calls_.too_large(entries);
+  callbacks_.too_large(entries);
 }
 
 void Channel::too_large(std::uint64_t stream, std::uint64_t number) {
@@ -140,7 +140,7 @@ void Channel::too_large(std::uint64_t stream, std::uint64_t number) {
 }
 
 bool Channel::is_swallowed(const Kept& frame) const {
-  return calls_.may_swallow(frame.entries.size()) && frame.missing && frame.sent >= kLargeSent &&
+  return callbacks_.may_swallow(frame.entries.size()) && frame.missing && frame.sent >= kLargeSent &&
          scheduler_.now() - oldest_since_ > kLargeTime;
 }
 
@@ -150,14 +150,14 @@ void Channel::answer(bool again) {
   unanswered_ = 0;
   auto alone = head();
   alone.again = again;
-  calls_.send(alone, {});
+  callbacks_.send(alone, {});
 }
 
 bool Channel::send_kept(std::uint64_t from) {
   return std::all_of(kept_.begin(), kept_.end(), [&](Kept& frame) { return frame.number < from || send(frame); });
 }
 
-/// Nothing was acknowledged for a while: the last frames may be lost, after which no gap shows.
+/// Nothing was acknowledged for a while: the last frames may be lost, and the receiver sees no gap.
 void Channel::send_again() {
   if (kept_.empty()) return;
   repeat_pause_ = std::min(2 * repeat_pause_, kMaxRepeat);
@@ -183,14 +183,14 @@ void Channel::arrived(const FrameHead& head, ByteView entries) {
   } else if (head.number != 0 && head.stream == heard_stream_ && head.number <= heard_) {
     answer_later_.advance_to(scheduler_.now() + kAnswerTime);  // its acknowledgement was lost
   } else if (head.number != 0 && !std::exchange(gap_told_, true)) {
-    if (calls_.losses) ++calls_.losses->gaps;
+    if (callbacks_.losses) ++callbacks_.losses->gaps;
     answer(true);
   }
   flush();
-  if (next) calls_.received(entries);
+  if (next) callbacks_.received(entries);
 }
 
-/// Of a stream that is new here the first frame is the first one that its sender still has.
+/// The first frame of a stream that is new here is the first one that its sender still has.
 bool Channel::is_next(const FrameHead& head) {
   if (head.stream == heard_stream_) return head.number == heard_ + 1;
   return head.stream > heard_stream_ && head.number == head.first;
@@ -200,10 +200,10 @@ bool Channel::is_next(const FrameHead& head) {
 void Channel::take(const FrameHead& head) {
   const auto before = std::exchange(heard_stream_, head.stream);
   const bool begins = before != head.stream;
-  if (begins && before != 0) calls_.met_again();
+  if (begins && before != 0) callbacks_.met_again();
   heard_ = head.number;
   gap_told_ = false;
-  const auto often = std::clamp(calls_.credit() / 2, 1U, kAnswerFrames);
+  const auto often = std::clamp(callbacks_.credit() / 2, 1U, kAnswerFrames);
   if (++unanswered_ >= often || begins) return answer();
   answer_later_.advance_to(scheduler_.now() + kAnswerTime);
 }
@@ -221,7 +221,7 @@ void Channel::acknowledged(const FrameHead& head) {
   }
   if (!knows_stream && acknowledged_ > 0 && heard_stream_ == 0) {
     acknowledged_ = 0;  // it began anew before anything of it came
-    calls_.met_again();
+    callbacks_.met_again();
   }
   const auto now = scheduler_.now();
   if (!head.again || kept_.empty() || now - again_at_ < kAgainPause) return;
@@ -230,7 +230,7 @@ void Channel::acknowledged(const FrameHead& head) {
   send_kept(0);
 }
 
-/// Of a frame that was sent again nobody knows which of them was acknowledged: the time to wait stays as it is.
+/// If a frame was sent again, it is unknown which copy was acknowledged, so the waiting time does not change.
 void Channel::forget_up_to(std::uint64_t number) {
   for (; !kept_.empty() && kept_.front().number <= number; kept_.pop_front()) {
     const auto& frame = kept_.front();
@@ -241,13 +241,13 @@ void Channel::forget_up_to(std::uint64_t number) {
   }
 }
 
-/// What is under way should be there within a second, so that a slow connection does not bring old values: those that
-/// wait are merged, those under way are not.
+/// Frames that were sent should arrive within a second, so that a slow connection does not deliver old values: values
+/// that wait are merged, sent ones are not.
 void Channel::note_pace() {
   const auto took = scheduler_.now() - taken_since_;
   if (took < kPaceTime) return;
   const auto in_a_second = static_cast<std::size_t>(static_cast<double>(taken_bytes_) * (kPaceTime / (1.0 * took)));
-  most_under_way_ = std::clamp(in_a_second, kLeastUnderWay, kMaxUnderWay);
+  most_under_way_ = std::clamp(in_a_second, kMinUnderWay, kMaxUnderWay);
   taken_bytes_ = 0;
   taken_since_ = scheduler_.now();
 }

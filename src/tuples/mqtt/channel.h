@@ -4,13 +4,13 @@
 #include <functional>
 #include <variant>
 
-#include "base/deadline.h"
-#include "tuples/distant/frame_ages.h"
+#include "base/scheduler.h"
+#include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/messages.h"
 
 namespace rubicon::tuples::mqtt {
 
-/// Bytes of memory that it takes while it waits, about those of its entry.
+/// Bytes of memory that it takes while it waits: about the size of its entry.
 inline std::size_t size_of(const RemoteSet& set) {
   return sizeof(RemoteSet) + 64 + set.key.size() + set.value.size() + set.media_type.size();
 }
@@ -28,9 +28,9 @@ class Channel {
   enum class Sent : std::uint8_t { kYes, kLater, kTooLarge };
   struct Losses {
     std::uint64_t again = 0;  ///< frames that were sent again
-    std::uint64_t gaps = 0;   ///< missing frames of others, each row of them once
+    std::uint64_t gaps = 0;   ///< missing frames of others; frames that follow each other count once
   };
-  struct Calls {
+  struct Callbacks {
     std::function<Sent(const FrameHead& head, ByteView entries)> send;
     /// These are given up: no frame can carry them.
     std::function<void(ByteView entries)> too_large;
@@ -43,14 +43,14 @@ class Channel {
     /// How many frames the other side may have under way.
     std::function<std::uint32_t()> credit;
     std::function<Duration()> since_boot;
-    Losses* losses = nullptr;  ///< of all channels of a process, which it outlives; null: nobody counts
+    Losses* losses = nullptr;  ///< of all channels of a process, must outlive them; null: not counted
   };
-  /// `stream`: higher than that of each channel before it between the two.
-  Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Calls calls);
+  /// `stream`: higher than the number of each earlier channel between the two.
+  Channel(Scheduler& scheduler, const Ends& ends, std::uint64_t stream, Callbacks calls);
 
   /// Entries encoded by a FrameWriter.
   void add(Bytes entries);
-  /// What is left of its time to live is counted when it is sent.
+  /// The rest of its time to live is computed when it is sent.
   void add(RemoteSet set);
   /// Sends the times with the next frame, which may have nothing else. `asks`: for those of the other side.
   void add_times(bool asks);
@@ -58,7 +58,8 @@ class Channel {
   void flush();
   /// A frame of the other side.
   void arrived(const FrameHead& head, ByteView entries);
-  /// The connection was lost, or that of the other side, and is back: what was under way is sent again.
+  /// The connection of this or of the other side was lost and is back: frames without an acknowledgement are sent
+  /// again.
   void reconnected();
   /// The broker refused that frame for its size.
   void too_large(std::uint64_t stream, std::uint64_t number);
@@ -71,7 +72,7 @@ class Channel {
 
   static constexpr std::size_t kFrameBytes = std::size_t{32} * 1024;
   /// Bytes that may be sent and not acknowledged: what the other side acknowledged in a second, within these bounds.
-  static constexpr std::size_t kLeastUnderWay = std::size_t{512} << 10, kMaxUnderWay = std::size_t{8} << 20;
+  static constexpr std::size_t kMinUnderWay = std::size_t{512} << 10, kMaxUnderWay = std::size_t{8} << 20;
   static constexpr std::uint32_t kFirstCredit = 4, kMaxCredit = 256;
 
  private:
@@ -106,13 +107,13 @@ class Channel {
 
   Scheduler& scheduler_;
   Ends ends_;
-  Calls calls_;
+  Callbacks callbacks_;
   // what is sent
   std::uint64_t stream_, next_ = 1, acknowledged_ = 0;
   std::uint64_t unsent_ = 1;  ///< the first number that was never sent
   std::deque<Kept> kept_;     ///< sent and not acknowledged
   std::deque<std::pair<Entry, std::size_t>> entries_;
-  std::size_t waiting_ = 0, kept_bytes_ = 0, most_under_way_ = kLeastUnderWay;
+  std::size_t waiting_ = 0, kept_bytes_ = 0, most_under_way_ = kMinUnderWay;
   std::size_t taken_bytes_ = 0;  ///< acknowledged since then
   SteadyTime taken_since_{};
   std::uint32_t credit_ = kFirstCredit;

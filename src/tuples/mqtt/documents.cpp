@@ -8,13 +8,13 @@
 namespace rubicon::tuples::mqtt {
 
 Documents::Documents(const Topics& topics, std::string user, UserRealm& realm, Scheduler& scheduler,
-                     base::LimitedLog& log, Calls calls)
+                     base::LimitedLog& log, Callbacks calls)
     : topics_(topics),
       user_(std::move(user)),
       realm_(realm),
       scheduler_(scheduler),
       log_(log),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       show_(scheduler, [this] { show(); }),
       next_(scheduler, [this] { check_waiting(); }),
       changes_(realm.watch([this] { changed(); })) {}
@@ -24,7 +24,7 @@ void Documents::connected() {
     shown.newest = shown.old = false;
     shown.next = {};  // who was shut out meanwhile is known at once
   }
-  calls_.subscribe(topics_.document_filter());
+  callbacks_.subscribe(topics_.document_filter());
 }
 
 void Documents::read() {
@@ -63,7 +63,7 @@ void Documents::look_at(const std::string& user, Shown& shown, std::string_view 
   check(user, shown, document);
 }
 
-/// Whoever makes up users makes no member wait.
+/// Limits only users outside the realm: made-up users do not delay members.
 bool Documents::may_check(const std::string& user) {
   if (realm_.member(user)) return true;
   const auto now = scheduler_.now();
@@ -99,13 +99,13 @@ void Documents::check_waiting() {
   review();
 }
 
-/// Others that show one are behind from now on if it is newer.
+/// If the document is newer than ours, what all other users show is old from now on.
 void Documents::check(const std::string& user, Shown& shown, std::string_view document) {
   shown.next = scheduler_.now() + kEach;
   taking_ = true;
   const auto taken = realm_.take(document, user);
   taking_ = false;
-  if (taken == UserRealm::Taken::kWrong) return refuse(user, "it is none of the authority of this realm");
+  if (taken == UserRealm::Taken::kWrong) return refuse(user, "it is not signed by the authority of this realm");
   shown.newest = taken == UserRealm::Taken::kNewer;
   shown.old = !shown.newest;
   if (shown.old) return void(++counters_.old);
@@ -117,7 +117,7 @@ void Documents::refuse(const std::string& user, std::string_view why) {
   log_.warning("document of " + user, fmt::format("the realm file that user {} shows is ignored: {}", user, why));
 }
 
-/// Found on the disk, or shown by another: then it says who shows it.
+/// The realm has a newer document, from the disk or from a user; check() then marks that user's as the newest.
 void Documents::changed() {
   for (auto& [user, shown] : users_) shown.old |= std::exchange(shown.newest, false);
   spread_ = {};
@@ -125,15 +125,15 @@ void Documents::changed() {
   if (!taking_) review();
 }
 
-/// The newest one; nullptr: no member does.
+/// The first member that shows the newest document; nullptr: no member does.
 const std::string* Documents::first_who_shows() const {
   const auto found = std::find_if(users_.begin(), users_.end(),
                                   [this](const auto& one) { return one.second.newest && realm_.member(one.first); });
   return found == users_.end() ? nullptr : &found->first;
 }
 
-/// What the broker lost many know of, and one of them is enough; what nobody was seen to show is news for all. Of
-/// several that are equal the one of the first user stays.
+/// If no member shows the newest document, this one will: at once if no user ever showed it, after a random pause if
+/// the broker lost it, because many members notice that. If several members show it, only the first one keeps it.
 void Documents::review() {
   if (!read_ || user_ == kAnonymous) return;
   const auto* first = first_who_shows();
@@ -146,11 +146,11 @@ void Documents::review() {
   const auto own = users_.find(user_);
   if (own == users_.end() || first == &own->first || !(own->second.old || own->second.newest)) return;
   own->second.old = own->second.newest = false;
-  calls_.publish(topics_.document(user_), {});
+  callbacks_.publish(topics_.document(user_), {});
 }
 
 void Documents::show() {
-  calls_.publish(topics_.document(user_), realm_.document());
+  callbacks_.publish(topics_.document(user_), realm_.document());
   show_.set(kShowAgain);
 }
 

@@ -5,18 +5,18 @@
 #include <string>
 #include <string_view>
 
-#include "base/deadline.h"
-#include "base/limited_log.h"
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "tuples/judge.h"
 #include "tuples/mqtt/topics.h"
-#include "tuples/user_realm.h"
 
 namespace rubicon::tuples::mqtt {
 
-/// The realm's document at the broker: one retained message for each user, which all read. A process takes what is
-/// newer than its own, and shows its own where nobody shows one that is as new. Without I/O.
+/// The realm's document at the broker: one retained message for each user, which all read. A process takes a document
+/// that is newer than its own. It publishes its own if no member shows one that is as new. Without I/O.
 class Documents {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(const std::string& filter)> subscribe;
     std::function<void(std::string topic, std::string payload)> publish;  ///< to be retained without end
   };
@@ -24,26 +24,26 @@ class Documents {
     std::uint64_t refused = 0;  ///< not signed by the authority, too long, or too many at once
     std::uint64_t old = 0;
   };
-  /// What a user shows is checked at most so often; that of users whom the realm does not have, besides, at most
-  /// kMaxChecks times in a window.
+  /// The documents of a user are checked at most once in kEach. For all users outside the realm together there are at
+  /// most kMaxChecks checks in kWindow.
   static constexpr Duration kEach = std::chrono::seconds(2), kWindow = std::chrono::seconds(1);
   static constexpr unsigned kMaxChecks = 32;
   static constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  ///< bytes that wait for their check
-  static constexpr std::size_t kMaxUsers = 4096;                    ///< whose documents are looked at
-  /// Until one of many shows again what the broker lost.
+  static constexpr std::size_t kMaxUsers = 4096;                    ///< users whose documents are checked
+  /// If the broker lost a document, each of many members waits a random part of this before it publishes it again.
   static constexpr Duration kSpread = std::chrono::seconds(30);
-  static constexpr Duration kShowAgain = std::chrono::minutes(1);  ///< unless it came back by then
+  static constexpr Duration kShowAgain = std::chrono::minutes(1);  ///< unless the document came back by then
 
   Documents(const Topics& topics, std::string user, UserRealm& realm, Scheduler& scheduler, base::LimitedLog& log,
-            Calls calls);
+            Callbacks calls);
 
   /// The connection is there: asks for what is shown.
   void connected();
-  /// All that is retained was read.
+  /// All retained documents were read.
   void read();
   /// The connection is lost.
   void cut();
-  /// False: it is no topic of a document.
+  /// False: it is not a topic of a document.
   bool received(std::string_view topic, std::string_view payload);
   const Counters& counters() const { return counters_; }
 
@@ -69,7 +69,7 @@ class Documents {
   UserRealm& realm_;
   Scheduler& scheduler_;
   base::LimitedLog& log_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::map<std::string, Shown, std::less<>> users_;
   std::size_t waiting_ = 0;  ///< bytes
   SteadyTime window_{};

@@ -6,8 +6,9 @@
 #include <random>
 
 #include "base/text.h"
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 #include "tuples/mqtt/mqtt_link.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::mqtt {
 
@@ -15,12 +16,12 @@ namespace {
 
 /// First byte of a message to oneself; frames begin with the version.
 constexpr std::uint8_t kFence = 0xff;
-/// A broker looks each 5 s whom it did not hear for one and a half keep-alive times (mosquitto 2.0).
+/// A broker checks every 5 s which clients were silent for one and a half keep-alive times (mosquitto 2.0).
 constexpr Duration kBrokerLooks = std::chrono::seconds(5);
 /// libmosquitto's.
-constexpr Duration kLeastKeepAlive = std::chrono::seconds(5);
+constexpr Duration kMinKeepAlive = std::chrono::seconds(5);
 /// Frames that all others together may have under way to one process: below the queue that brokers have by default.
-constexpr std::uint32_t kQueue = 800, kLeastCredit = 1;
+constexpr std::uint32_t kQueue = 800, kMinCredit = 1;
 /// A broker forgets what is retained after this time.
 constexpr Duration kRetained = std::chrono::hours(1);
 /// Connections whose topics are emptied; what others left ends by itself.
@@ -51,13 +52,13 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
       since_boot_(std::move(since_boot)),
       topics_(options_.space),
       presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); },
-                            [this](const Line& line) { on_forgotten(line); },
+                            [this](const Line& line) { search_.forget(line); },
                             [this](const Line& line, OwnerId id) { return line == own_ || may_have(line.user, id); }}),
       search_(topics_, scheduler, search_calls()),
-      uplink_(options_.brokers, std::max(kLeastKeepAlive, (options_.lease - kBrokerLooks - Presence::kReturn) * 2 / 3),
+      uplink_(options_.brokers, std::max(kMinKeepAlive, (options_.lease - kBrokerLooks - Presence::kReturn) * 2 / 3),
               scheduler, transports, log_, uplink_calls()),
       streams_(static_cast<std::uint64_t>(since_boot_() / std::chrono::microseconds(1))),
-      flush_soon_(scheduler, [this] { each_link([](MqttLink& link) { link.flush(); }); }) {}
+      flush_soon_(scheduler, [this] { links_.each([](MqttLink& link) { link.flush(); }); }) {}
 
 Result<void> check_options(const SpaceOptions& options) {
   if (options.brokers.empty()) return fail(ErrorCode::kInvalid, "no broker");
@@ -66,7 +67,7 @@ Result<void> check_options(const SpaceOptions& options) {
   }
   if (!is_space(options.space))
     return fail(ErrorCode::kInvalid,
-                fmt::format("'{}' is no space, expected 1 to 64 letters, digits, _ . -", options.space));
+                fmt::format("'{}' is not a space, expected 1 to 64 letters, digits, _ . -", options.space));
   if (options.lease >= kMinLease) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("a lease of {} s is too short for a broker, expected at least {} s",
@@ -92,8 +93,8 @@ MqttEcology::~MqttEcology() {
 
 // -- the connection
 
-Uplink::Calls MqttEcology::uplink_calls() {
-  Uplink::Calls calls;
+Uplink::Callbacks MqttEcology::uplink_calls() {
+  Uplink::Callbacks calls;
   calls.begins = [this](const std::string& user) {
     own_ = {user, random_token()};
     return transport::MqttWill{topics_.line(own_), {}, true, 1};
@@ -114,7 +115,7 @@ void MqttEcology::on_connected(const transport::MqttConnack& connack) {
   largest_ = connack.largest_packet > kMaxHead ? connack.largest_packet - kMaxHead : SIZE_MAX;
   proven_ = 0;
   large_.clear();
-  if (documents_) documents_->connected();  // who was shut out meanwhile, before anything of others
+  if (documents_) documents_->connected();  // who was shut out meanwhile, before messages of others
   std::ignore = uplink_.line()->subscribe(topics_.inbox_filter(own_), 0);
   if (!answers_ && own_.user != kAnonymous) std::ignore = uplink_.line()->subscribe(topics_.user_filter(own_.user), 0);
   probed_ = false;
@@ -133,16 +134,16 @@ void MqttEcology::on_lost() {
   if (documents_) documents_->cut();
 }
 
-Search::Calls MqttEcology::search_calls() {
-  Search::Calls calls;
+Search::Callbacks MqttEcology::search_calls() {
+  Search::Callbacks calls;
   calls.subscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->subscribe(filter, 0); };
   calls.unsubscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->unsubscribe(filter); };
   calls.fence = [this](std::uint64_t step) {
     publish(topics_.inbox(own_, own_), static_cast<char>(kFence) + std::to_string(step), false);
   };
   calls.late = [this] {
-    log_.warning("fence", fmt::format("the broker does not hand on what {} sends to itself: it takes and drops, or its "
-                                      "rights lack this user's inbox ({})",
+    log_.warning("fence", fmt::format("the broker does not deliver what {} sends to itself: it drops messages, or its "
+                                      "rights do not let this user read its inbox ({})",
                                       own_.user, topics_.inbox_filter(own_)));
   };
   calls.line_read = [this](const Line& line) {
@@ -152,7 +153,7 @@ Search::Calls MqttEcology::search_calls() {
   return calls;
 }
 
-/// All that is looked for was read, or was read again.
+/// The wanted presence was read, or was read again.
 void MqttEcology::on_complete() {
   read_at_ = scheduler_.now();
   read_again_in_ = about(kReadAgain);
@@ -161,7 +162,7 @@ void MqttEcology::on_complete() {
   if (alive.ended() || !std::exchange(returns_, false)) return;
   if (documents_) documents_->read();
   empty_former();
-  each_link([](MqttLink& link) { link.reconnected(); });
+  links_.each([](MqttLink& link) { link.reconnected(); });
 }
 
 bool MqttEcology::publish(std::string topic, std::string payload, bool retained) {
@@ -200,7 +201,7 @@ void MqttEcology::on_message(const transport::MqttMessage& message) {
   if (message.topic == topics_.inbox_probe(own_) || message.topic == topics_.presence_probe(own_))
     return set_vouched(false);
   ++counters_.foreign;
-  log_.warning("foreign", fmt::format("a message at {}, which is no topic of ours", message.topic));
+  log_.warning("foreign", fmt::format("a message at {}, which is not a topic of ours", message.topic));
 }
 
 /// Whether the rights of the broker let this user write in the name of another; then others may write in its name.
@@ -252,13 +253,14 @@ void MqttEcology::on_frame(const Line& from, ByteView payload) {
 }
 
 bool MqttEcology::is_own(OwnerId id, std::uint64_t incarnation) const {
-  const auto* link = find_link(id);
+  const auto* link = links_.find(id);
   return link && link->attached() && link->incarnation() == incarnation;
 }
 
-/// From the line of the component that counts, and for the present start of an own one.
+/// Whether the message comes from the connection of the component that counts, and is for the present start of an own
+/// one.
 void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries) {
-  auto* link = find_link(head.target);
+  auto* link = links_.find(head.target);
   if (!link || !link->attached() || link->incarnation() != head.target_incarnation) return;
   if (options_.realm && from != own_ && !options_.realm->member(from.user)) return foreign(from, "a frame");
   if (head.number == 0 && !entries.empty()) return on_check(from, head, entries);
@@ -272,7 +274,8 @@ void MqttEcology::take(const Line& from, const FrameHead& head, ByteView entries
   link->arrived(head, entries);
 }
 
-/// Nobody looked for it so far, or its presence is under way: it is kept a moment, else its sender sends it again.
+/// No component searched for the sender so far, or its presence has not arrived: the message is kept for a moment; else
+/// the sender sends it again.
 void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries) {
   search_.line(from);
   const auto now = scheduler_.now();
@@ -285,13 +288,9 @@ void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries
   early_.push_back({from, head, Bytes(entries.begin(), entries.end()), now});
 }
 
-void MqttEcology::on_forgotten(const Line& line) {
-  search_.forget(line);
-}
-
 void MqttEcology::on_changed(OwnerId id, PeerEvent how) {
   const auto alive = lifetime_.watch();
-  each_link([&](MqttLink& link) { link.review(id, how); });
+  links_.each([&](MqttLink& link) { link.review(id, how); });
   if (alive.ended() || !presence_.reached(id)) return;
   std::deque<Early> due;
   for (auto one = early_.begin(); one != early_.end();) {
@@ -319,7 +318,7 @@ Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
   return target ? send_to(target->line, head, entries) : Channel::Sent::kLater;
 }
 
-/// A broker that takes no message of that size tells so at QoS 1 only: so the first ones of a size go that way.
+/// A broker reports at QoS 1 only that a message is too large, so the first messages of a size use QoS 1.
 Channel::Sent MqttEcology::send_to(const Line& to, const FrameHead& head, ByteView entries) {
   const auto packed = packing_.packed(entries);
   const auto sent = packed ? ByteView(*packed) : entries;
@@ -349,7 +348,7 @@ void MqttEcology::on_not_taken(const transport::MqttOutcome& outcome, const Erro
     return void(log_.warning("not taken", fmt::format("the broker does not take {}: {}", outcome.topic, why.text)));
   const auto& one = large.mapped();
   largest_ = std::min(largest_, one.size - 1);  // until the connection ends: then it may have other settings
-  if (auto* link = find_link(one.source)) link->too_large(one.target, one.stream, one.number);
+  if (auto* link = links_.find(one.source)) link->too_large(one.target, one.stream, one.number);
 }
 
 /// One of version 5 would say so.
@@ -359,29 +358,13 @@ bool MqttEcology::may_swallow(std::size_t size) const {
 
 std::uint32_t MqttEcology::credit() const {
   const auto senders = std::max<std::size_t>(heard_.size(), 1);
-  return std::clamp(static_cast<std::uint32_t>(kQueue / senders), kLeastCredit, Channel::kMaxCredit);
-}
-
-/// A call may end links.
-void MqttEcology::each_link(const std::function<void(MqttLink& link)>& call) {
-  std::vector<OwnerId> ids;
-  for (const auto& [id, link] : links_) ids.push_back(id);
-  const auto alive = lifetime_.watch();
-  for (const auto id : ids) {
-    auto* link = alive.ended() ? nullptr : find_link(id);
-    if (link && link->attached()) call(*link);
-  }
+  return std::clamp(static_cast<std::uint32_t>(kQueue / senders), kMinCredit, Channel::kMaxCredit);
 }
 
 std::size_t MqttEcology::channels() const {
   std::size_t all = 0;
-  for (const auto& [id, link] : links_) all += link->channels();
+  for (const auto& [id, link] : links_.all()) all += link->channels();
   return all;
-}
-
-MqttLink* MqttEcology::find_link(OwnerId id) const {
-  const auto found = links_.find(id);
-  return found == links_.end() ? nullptr : found->second;
 }
 
 Result<std::unique_ptr<Link>> MqttEcology::join(OwnerId id) {
@@ -391,12 +374,12 @@ Result<std::unique_ptr<Link>> MqttEcology::join(OwnerId id) {
 }
 
 Result<std::unique_ptr<Link>> MqttEcology::join_as(StandIn who) {
-  if (find_link(who.id))
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(who.id)));
+  if (links_.find(who.id)) return fail(already_here(who.id));
   if (options_.realm && carrier_of(who.host) != model::kNoOwner && !may_have(own_.user, who.id))
-    return fail(ErrorCode::kRefused, fmt::format("{0} may not be {1} at the broker: `rubicon trust change {0}` with "
-                                                 "`--island {1}`, besides those that it has, lets it",
-                                                 own_.user, number(who.id)));
+    return fail(ErrorCode::kRefused,
+                fmt::format("{0} may not be {1} at the broker: allow it by `rubicon trust change {0}` "
+                            "with `--island {1}` and the islands that it has",
+                            own_.user, number(who.id)));
   return std::make_unique<MqttLink>(*this, std::move(who));
 }
 

@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "base/boot_time.h"
-#include "base/lifetime.h"
-#include "base/limited_log.h"
+#include "base/clocks.h"
+#include "base/log.h"
+#include "base/scheduler.h"
 #include "transport/transports.h"
 #include "tuples/judge.h"
-#include "tuples/member.h"
+#include "tuples/link.h"
 #include "tuples/mqtt/channel.h"
 #include "tuples/mqtt/documents.h"
-#include "tuples/mqtt/packing.h"
+#include "tuples/mqtt/messages.h"
 #include "tuples/mqtt/presence.h"
 #include "tuples/mqtt/search.h"
 #include "tuples/mqtt/uplink.h"
-#include "tuples/stand_in.h"
+#include "tuples/own_links.h"
 
 namespace rubicon::tuples::mqtt {
 
@@ -39,7 +39,7 @@ struct SpaceOptions {
 inline constexpr Duration kMinLease = std::chrono::seconds(13);
 /// kInvalid: user, space or lease.
 Result<void> check_options(const SpaceOptions& options);
-/// Who a user of the broker is here; nullptr: nobody.
+/// The member that a user of the broker is here; nullptr: none.
 std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user);
 
 /// Components that meet at an MQTT broker (docs/sites.md): one connection a process, whatever components it has. The
@@ -47,8 +47,8 @@ std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::
 class MqttEcology final : public StandInEcology {
  public:
   using Clock = std::function<Duration()>;
-  /// Begins to connect; goes on for as long as it lives. The scheduler, the transports and the log outlive it. kInvalid
-  /// for options that no broker can accept.
+  /// Begins to connect, and tries again as long as it lives. The scheduler, the transports and the log outlive it.
+  /// kInvalid for options that no broker can accept.
   static Result<std::unique_ptr<MqttEcology>> open(SpaceOptions options, Scheduler& scheduler,
                                                    transport::Transports& transports, base::LogSink& log,
                                                    Clock since_boot = base::since_boot);
@@ -70,8 +70,8 @@ class MqttEcology final : public StandInEcology {
   struct Counters {
     Channel::Losses losses;
     std::uint64_t reconnects = 0;  ///< connections after the first one
-    std::uint64_t foreign = 0;     ///< messages at our topics that are none of ours, or in the name of another
-    std::uint64_t too_large = 0;   ///< values that exceed what the broker takes
+    std::uint64_t foreign = 0;  ///< messages at our topics that no component of ours sent, or that name another sender
+    std::uint64_t too_large = 0;  ///< values that exceed what the broker takes
   };
   const Counters& counters() const { return counters_; }
   std::size_t presence_bytes() const { return presence_.bytes(); }
@@ -107,7 +107,7 @@ class MqttEcology final : public StandInEcology {
   };
   /// What another connection of the own user shows.
   struct OwnLine {
-    SteadyTime since{};                    ///< it is as it is
+    SteadyTime since{};                    ///< when this entry began, or `here` changed
     bool here = false;                     ///< its own topic
     bool heard = false;                    ///< something came from there
     std::map<OwnerId, std::uint64_t> ids;  ///< with their starts
@@ -119,13 +119,13 @@ class MqttEcology final : public StandInEcology {
               Clock since_boot);
 
   // -- the connection (mqtt_ecology.cpp)
-  Uplink::Calls uplink_calls();
+  Uplink::Callbacks uplink_calls();
   void on_connected(const transport::MqttConnack& connack);
   void on_lost();
   void leave();
   void show_all();
   void empty_former();
-  Search::Calls search_calls();
+  Search::Callbacks search_calls();
   void on_complete();
   bool publish(std::string topic, std::string payload, bool retained);
   bool publish(transport::MqttPublication one);
@@ -144,7 +144,6 @@ class MqttEcology final : public StandInEcology {
   void foreign(const Line& from, const std::string& what);
   void set_vouched(bool vouched);
   void on_changed(OwnerId id, PeerEvent how);
-  void on_forgotten(const Line& line);
   // -- who others are
   void open_documents();
   void judge_again();
@@ -166,8 +165,6 @@ class MqttEcology final : public StandInEcology {
   void ask_doubted();
   void empty_leftovers();
   void ask(const MqttLink& asker, OwnerId id, const Reached& who);
-  void each_link(const std::function<void(MqttLink& link)>& call);
-  MqttLink* find_link(OwnerId id) const;
 
   SpaceOptions options_;
   Scheduler& scheduler_;
@@ -186,7 +183,7 @@ class MqttEcology final : public StandInEcology {
   bool returns_ = false;                  ///< until presence was read on this connection
   std::uint64_t count_ = 0;               ///< of connections
   std::uint64_t streams_ = 0;             ///< the last one that a channel began
-  std::map<OwnerId, MqttLink*> links_;
+  OwnLinks<MqttLink> links_;
   std::map<OwnerId, SteadyTime> heard_;  ///< who sent lately, or was asked for values
   std::deque<Early> early_;
   std::size_t early_bytes_ = 0;

@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "base/text.h"
 #include "tuples/mqtt/mqtt_ecology.h"
 #include "tuples/mqtt/mqtt_link.h"
 
@@ -9,13 +10,14 @@ namespace rubicon::tuples::mqtt {
 
 namespace {
 
-/// What is retained is written again before brokers forget it.
+/// Retained messages are written again before brokers forget them.
 constexpr Duration kShowAgain = std::chrono::minutes(25);
 constexpr Duration kLook = std::chrono::seconds(1);
-/// After so many changes in one look some may have been dropped: presence is read again.
+/// After this number of changes at once some may have been dropped, so presence is read again.
 constexpr unsigned kManyChanges = 500;
 constexpr Duration kSeldom = std::chrono::seconds(30);
-/// Of the own user: connections that are looked at, and components of each; how long nothing may be heard of one.
+/// For the own user: the most connections that are examined, the most components of each, and how long one may be
+/// silent.
 constexpr std::size_t kMaxOwnLines = 256, kMaxOwnIds = 256;
 constexpr Duration kLeftFor = std::chrono::seconds(60);
 /// Of a component that lives.
@@ -27,10 +29,6 @@ std::uint64_t random_number() {
 }
 
 struct Check final : distant::FrameReader {
-  void on_changes(std::span<const Change>) override {}
-  void on_set(RemoteSet&&) override {}
-  void on_reply(Reply&&) override {}
-  void on_times(const distant::FrameTimes&) override {}
   void on_identity_check(const distant::IdentityCheck& check) override { found = check; }
   std::optional<distant::IdentityCheck> found;
 };
@@ -42,7 +40,7 @@ struct Check final : distant::FrameReader {
 void MqttEcology::show_all() {
   shown_at_ = scheduler_.now();
   publish(topics_.line(own_), line_text({count_, options_.lease}), true);
-  each_link([this](const MqttLink& link) { show(link); });
+  links_.each([this](const MqttLink& link) { show(link); });
 }
 
 /// What earlier connections of this process showed; the broker's own message for their end may come later.
@@ -61,23 +59,23 @@ void MqttEcology::show_soon() {
   shown_at_ = scheduler_.now() - 2 * kShowAgain;
 }
 
-/// First that it leaves, so that nobody takes it for lost.
+/// First publishes that it leaves, so that no component takes it for lost.
 void MqttEcology::hide(const MqttLink& link) {
   const auto topic = topics_.component(own_, link.id());
   publish(topic, std::string(kLeft), false);
   publish(topic, {}, true);
 }
 
-/// In order: nothing of it stays at this broker.
+/// Leaves in order: no topic of this connection stays at the broker.
 void MqttEcology::leave() {
-  each_link([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
+  links_.each([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
   publish(topics_.line(own_), {}, true);
 }
 
 /// Brokers of version 3.1.1 keep what a killed process showed: its user empties it.
 void MqttEcology::note_own(const Topics::Presence& at, std::uint64_t incarnation, bool here) {
   if (at.line == own_) {  // another one of this user took it for dead
-    const auto* link = at.component ? find_link(*at.component) : nullptr;
+    const auto* link = at.component ? links_.find(*at.component) : nullptr;
     if (!here && (!at.component || (link && link->attached()))) show_soon();
     return;
   }
@@ -95,16 +93,17 @@ void MqttEcology::note_own(const Topics::Presence& at, std::uint64_t incarnation
   if (!one.here && one.ids.empty()) own_lines_.erase(found);
 }
 
-/// A connection that is there answers for a component of it. One that has none shows little, and nobody can ask it.
+/// A living connection answers for one of its components. A connection without components shows little, and cannot be
+/// asked.
 void MqttEcology::empty_leftovers() {
   for (auto next = own_lines_.begin(); next != own_lines_.end();) {
     const auto now = next++;
     const auto& [line, one] = *now;
-    if (one.here && (one.heard || one.ids.empty() || links_.empty())) continue;
+    if (one.here && (one.heard || one.ids.empty() || links_.all().empty())) continue;
     if (scheduler_.now() - one.since < kLeftFor) {
       const auto& [id, incarnation] = *one.ids.begin();
-      const auto* asker = find_link(id);
-      if (one.here) ask(asker ? *asker : *links_.begin()->second, id, {line, {incarnation, {}, {}}});
+      const auto* asker = links_.find(id);
+      if (one.here) ask(asker ? *asker : *links_.all().begin()->second, id, {line, {incarnation, {}, {}}});
       continue;
     }
     for (const auto& [id, incarnation] : one.ids) publish(topics_.component(line, id), {}, true);
@@ -131,13 +130,13 @@ void MqttEcology::ask(const MqttLink& asker, OwnerId id, const Reached& who) {
   send_to(who.line, head, entry.view());
 }
 
-/// A question is answered by whoever lives.
+/// A living component answers the question.
 void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView entries) {
   Check check;
   if (!distant::read_frame(entries, head.source, head.target, check) || !check.found) return;
   if (check.found->is_answer) return on_answer(from, head, check.found->number);
   // A stand-in gives way: it ends no component.
-  if (const auto* asked = find_link(head.target); head.source == head.target && asked && asked->is_stand_in()) return;
+  if (const auto* asked = links_.find(head.target); head.source == head.target && asked && asked->is_stand_in()) return;
   distant::FrameWriter answer;
   answer.add(distant::IdentityCheck{true, check.found->number});
   FrameHead back;
@@ -148,7 +147,7 @@ void MqttEcology::on_check(const Line& from, const FrameHead& head, ByteView ent
   send_to(from, back, answer.view());
 }
 
-/// Of the start that was asked, from where it was asked. That of an earlier start of an own component displaces that.
+/// Of the start that was asked, from where it was asked. A presence of an earlier start displaces the own component.
 void MqttEcology::on_answer(const Line& from, const FrameHead& head, std::uint64_t number) {
   const auto question = questions_.extract({head.source, from});
   if (question.empty() || question.mapped().number != number ||
@@ -156,14 +155,14 @@ void MqttEcology::on_answer(const Line& from, const FrameHead& head, std::uint64
     return;
   if (const auto suspect = suspects_.find(head.source); suspect != suspects_.end())
     suspect->second = {SteadyTime::max(), scheduler_.now()};
-  presence_.believe(from, head.source);
+  presence_.doubt(from, head.source, false);
   if (head.source != head.target || head.source_incarnation >= head.target_incarnation) return;
-  if (auto* link = find_link(head.target)) link->displace();
+  if (auto* link = links_.find(head.target)) link->displace();
 }
 
-/// Another component with the id of an own one that began before it. One of another user ends nobody.
+/// Another component with the id of an own one that began before it. A presence of another user ends no component.
 void MqttEcology::ask_rivals() {
-  each_link([this](const MqttLink& link) {
+  links_.each([this](const MqttLink& link) {
     for (const auto& other : presence_.all_with(link.id())) {
       if (other->line == own_ || other->shown.incarnation >= link.incarnation()) continue;
       if (other->line.user == own_.user) {
@@ -177,13 +176,13 @@ void MqttEcology::ask_rivals() {
   });
 }
 
-/// Those that do not acknowledge are asked; who does not answer either is gone.
+/// Components that do not acknowledge are asked; one that does not answer either is gone.
 void MqttEcology::look_at_silent() {
   const auto now = scheduler_.now();
   std::map<OwnerId, Suspect> silent;
   std::vector<std::pair<OwnerId, const MqttLink*>> unasked;
   std::vector<OwnerId> over;
-  each_link([&](const MqttLink& link) {
+  links_.each([&](const MqttLink& link) {
     for (const auto id : link.silent(options_.lease - kAnswerWithin)) {
       const auto known = suspects_.find(id);
       auto suspect = known == suspects_.end() ? Suspect() : known->second;
@@ -202,7 +201,7 @@ void MqttEcology::look_at_silent() {
   }
   const auto alive = lifetime_.watch();
   for (const auto id : over) {
-    if (const auto who = alive.ended() ? nullptr : presence_.reached(id)) presence_.doubt(who->line, id);
+    if (const auto who = alive.ended() ? nullptr : presence_.reached(id)) presence_.doubt(who->line, id, true);
   }
 }
 
@@ -231,20 +230,88 @@ void MqttEcology::read_again() {
   search_.read_again();
 }
 
-/// For a component of this process nobody has to be asked.
+/// A component of this process need not be asked.
 bool MqttEcology::seeks(std::optional<OwnerId> id) {
   if (!id) {
     search_.all();
     return !search_.knows_all();
   }
-  if (find_link(*id) || presence_.reached(*id)) return false;
+  if (links_.find(*id) || presence_.reached(*id)) return false;
   search_.component(*id);
   return !search_.knows(*id);
 }
 
 void MqttEcology::ask_doubted() {
-  if (links_.empty()) return;
-  for (const auto& [id, who] : presence_.doubted()) ask(*links_.begin()->second, id, *who);
+  if (links_.all().empty()) return;
+  for (const auto& [id, who] : presence_.doubted()) ask(*links_.all().begin()->second, id, *who);
+}
+
+// Who others are.
+
+namespace {
+
+/// Ids from here on are free: an id below is that of an island.
+constexpr std::uint32_t kFirstFreeId = 65536;
+
+}  // namespace
+
+/// The user that the broker vouches for.
+std::shared_ptr<const Member> member_of(const SpaceOptions& options, const std::string& user) {
+  if (options.realm) return options.realm->member(user);
+  if (user == kAnonymous) return nullptr;
+  auto member = std::make_shared<Member>();
+  member->name = user;
+  member->ids.push_back({kFirstFreeId, 0xffffffff});
+  constexpr std::string_view kIsland = "island-";
+  if (!user.starts_with(kIsland)) return member;
+  const auto id = base::parse_number<std::uint32_t>(user.substr(kIsland.size()));
+  if (id && *id < kFirstFreeId) member->ids.push_back({*id, *id});
+  return member;
+}
+
+/// nullptr: nothing proves the user.
+std::shared_ptr<const Member> MqttEcology::vouched_member(const std::string& user) const {
+  return vouched_ || options_.trust_broker ? member_of(options_, user) : nullptr;
+}
+
+/// Whether the user may use the id. Without a judge and a realm every user may use every id.
+bool MqttEcology::may_have(const std::string& user, OwnerId id) const {
+  if (!options_.judge && !options_.realm) return true;
+  const auto member = member_of(options_, user);
+  return member && member->may_use(id);
+}
+
+bool MqttEcology::may_stand_in(OwnerId carrier, OwnerId id) const {
+  const auto at = presence_.reached(carrier);
+  return at && may_have(at->line.user, id);
+}
+
+void MqttEcology::open_documents() {
+  realm_changes_ = options_.realm->watch([this] { judge_again(); });
+  Documents::Callbacks calls;
+  calls.subscribe = [this](const std::string& filter) { std::ignore = uplink_.line()->subscribe(filter, 0); };
+  calls.publish = [this](std::string topic, std::string payload) {
+    std::ignore = publish({std::move(topic), std::move(payload), true, 1, {}, {}, 0});
+  };
+  documents_ =
+      std::make_unique<Documents>(topics_, uplink_.broker().user, *options_.realm, scheduler_, log_, std::move(calls));
+}
+
+/// A component that may no longer be here is lost; the others get their new rights.
+void MqttEcology::judge_again() {
+  presence_.review_all();
+  links_.each([](MqttLink& link) { link.judge_again(); });
+}
+
+void MqttLink::judge_again() {
+  if (is_stand_in() && ecology_.options_.realm && !ecology_.may_have(ecology_.own_.user, who_.id)) return displace();
+  for (auto& [id, peer] : peers_) {
+    if (!peer.at || peer.identity.own_process) continue;
+    auto member = ecology_.vouched_member(peer.at->line.user);
+    if (member == peer.identity.member) continue;
+    peer.identity.member = std::move(member);
+    policy_->peer_up(as_judged(peer.identity));
+  }
 }
 
 }  // namespace rubicon::tuples::mqtt

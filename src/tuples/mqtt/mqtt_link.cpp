@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "tuples/host_policy.h"
-#include "tuples/member_policy.h"
+#include "tuples/peer_policy.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::mqtt {
 
@@ -20,7 +20,7 @@ constexpr std::size_t kMaxGone = 1000;
 std::unique_ptr<PeerPolicy> policy_of(OwnerId self, const std::string& host, const SpaceOptions& options,
                                       base::LimitedLog& log) {
   if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge);
-  return std::make_unique<HostPolicy>(self, host, options.trust_broker, log.unlimited());
+  return std::make_unique<DeclaredHostPolicy>(self, host, options.trust_broker, log.unlimited());
 }
 
 Error too_large_for_broker(std::string_view key, std::size_t size, std::size_t largest) {
@@ -37,7 +37,7 @@ bool may_meet(const SubscriptionSpec& spec, OwnerId owner) {
 
 MqttLink::MqttLink(MqttEcology& ecology, StandIn who)
     : ecology_(ecology), who_(std::move(who)), policy_(policy_of(who_.id, who_.host, ecology.options_, ecology.log_)) {
-  ecology_.links_[who_.id] = this;
+  ecology_.links_.put(who_.id, *this);
 }
 
 MqttLink::~MqttLink() {
@@ -101,7 +101,7 @@ void MqttLink::review(OwnerId id, PeerEvent how) {
   if (before->shown.summary != found->shown.summary) listener_->on_summary(id, found->shown.summary);
 }
 
-/// To another connection. Whoever moves again and again gets what is under way not each time.
+/// To another connection. A component that moves again and again does not get unacknowledged frames each time.
 void MqttLink::moved(Peer& peer) {
   const auto time = ecology_.scheduler_.now();
   if (time - std::exchange(peer.moved, time) > kSeldomMoved && peer.channel) peer.channel->reconnected();
@@ -124,7 +124,7 @@ void MqttLink::peer_up(OwnerId id, const std::shared_ptr<const Reached>& reached
     listener_->on_summary(id, reached->shown.summary);
 }
 
-/// Whoever reaches the broker may say to be of this host: without a judge that opens nothing.
+/// Every client of the broker may claim to be of this host; without a judge that gives it no rights.
 PeerIdentity MqttLink::as_judged(PeerIdentity identity) const {
   if (!ecology_.options_.judge && !identity.own_process) identity.host = "broker:" + identity.host;
   return identity;
@@ -145,7 +145,7 @@ void MqttLink::send_interest(Peer& peer, const SubscriptionSpec& spec) {
   ecology_.heard_[peer.identity.id] = ecology_.scheduler_.now();
 }
 
-/// Of many that are known few deal with this component.
+/// Only few of the known components deal with this one.
 Channel& MqttLink::channel(Peer& peer) {
   if (!peer.channel) {
     const Channel::Ends ends{who_.id, peer.identity.id, incarnation_, peer.identity.incarnation};
@@ -156,8 +156,8 @@ Channel& MqttLink::channel(Peer& peer) {
   return *peer.channel;
 }
 
-Channel::Calls MqttLink::channel_calls(OwnerId id) {
-  Channel::Calls calls;
+Channel::Callbacks MqttLink::channel_calls(OwnerId id) {
+  Channel::Callbacks calls;
   calls.send = [this](const FrameHead& head, ByteView entries) { return ecology_.send(head, entries); };
   calls.may_swallow = [this](std::size_t size) { return ecology_.may_swallow(size); };
   calls.too_large = [this, id](ByteView entries) { give_up(id, entries); };
@@ -176,7 +176,7 @@ void MqttLink::peer_down(OwnerId id, PeerEvent how) {
   peer.at.reset();
   peer.held.clear();
   held_bytes_ -= std::exchange(peer.held_bytes, 0);
-  // It may be one of its calls that brought this.
+  // This call may come from one of its own calls.
   ecology_.scheduler_.post([channel = std::shared_ptr(std::move(peer.channel))] {});
   const auto alive = lifetime_.watch();
   listener_->on_peer(peer.identity, how);
@@ -259,13 +259,8 @@ bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
-void MqttLink::look_for(const SubscriptionSpec& spec) {
-  if (spec.pattern.owner) return void(ecology_.seeks(*spec.pattern.owner));
-  ecology_.seeks(std::nullopt);
-}
-
 void MqttLink::subscribe(const SubscriptionSpec& spec) {
-  look_for(spec);
+  std::ignore = ecology_.seeks(spec.pattern.owner);
   subscriptions_.insert_or_assign(spec.id, spec);
   for (auto& [id, peer] : peers_) {
     if (peer.at) send_interest(peer, spec);
@@ -288,11 +283,9 @@ void MqttLink::unsubscribe(std::uint32_t id) {
 
 Result<void> MqttLink::remote_set(const RemoteSet& set) {
   auto* peer = find_up(set.owner);
-  if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  if (!peer) return fail(no_component(set.owner));
   auto& to = channel(*peer);
-  if (to.waiting() > kMaxSetsWaiting)
-    return fail(ErrorCode::kBusy,
-                fmt::format("component {} does not accept requests at the moment", number(set.owner)));
+  if (to.waiting() > kMaxSetsWaiting) return fail(takes_no_requests(set.owner));
   if (size_of(set) > ecology_.largest_) return fail(too_large_for_broker(set.key, size_of(set), ecology_.largest_));
   to.add(set);
   ecology_.flush_soon_.request();
@@ -310,7 +303,7 @@ void MqttLink::too_large(OwnerId id, std::uint64_t stream, std::uint64_t number)
   if (auto* peer = find_up(id); peer && peer->channel) peer->channel->too_large(stream, number);
 }
 
-/// One entry that no frame can carry: it is named, and who asked for it hears so.
+/// Reports an entry that no frame can carry, also to the component that asked for it.
 void MqttLink::give_up(OwnerId id, ByteView entries) {
   struct Finder final : distant::FrameReader {
     void on_changes(std::span<const Change> changes) override {
@@ -319,9 +312,6 @@ void MqttLink::give_up(OwnerId id, ByteView entries) {
       }
     }
     void on_set(RemoteSet&& one) override { set = std::move(one); }
-    void on_reply(Reply&&) override {}
-    void on_identity_check(const distant::IdentityCheck&) override {}
-    void on_times(const distant::FrameTimes&) override {}
     std::string key;
     std::optional<RemoteSet> set;
   } found;
@@ -340,9 +330,7 @@ void MqttLink::reply(const Reply& reply) {
   auto* peer = find_up(reply.to);
   if (!peer) return;
   auto& to = channel(*peer);
-  if (to.waiting() > kMaxSetsWaiting)
-    return void(ecology_.log_.warning(
-        "replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to))));
+  if (to.waiting() > kMaxSetsWaiting) return void(ecology_.log_.warning("replies", unread_replies(reply.to)));
   distant::FrameWriter entry;
   entry.add(reply);
   to.add(entry.take());

@@ -37,15 +37,15 @@ class MqttLink final : public Link {
   std::uint64_t incarnation() const { return incarnation_; }
   bool is_stand_in() const { return carrier_of(who_.host) != model::kNoOwner; }
   ComponentShown shown() const { return {incarnation_, who_.host, summary_}; }
-  /// What is reached by that id may be another one, or nobody.
+  /// The id may now belong to another component, or to none.
   void review(OwnerId id, PeerEvent how);
-  /// Those that are up may have other rights now; the space has to ask again.
+  /// Components that are up may have other rights now; the space has to ask again.
   void judge_again();
   /// The component that counts as the sender.
   void arrived(const FrameHead& head, ByteView entries);
   void flush();
   void reconnected();
-  /// Those that owe an acknowledgement for longer than that.
+  /// Components that owe an acknowledgement for longer than this.
   std::vector<OwnerId> silent(Duration patience) const;
   void displace();
   void too_large(OwnerId peer, std::uint64_t stream, std::uint64_t number);
@@ -85,8 +85,7 @@ class MqttLink final : public Link {
   PeerIdentity as_judged(PeerIdentity identity) const;
   void moved(Peer& peer);
   Channel& channel(Peer& peer);
-  Channel::Calls channel_calls(OwnerId id);
-  void look_for(const SubscriptionSpec& spec);
+  Channel::Callbacks channel_calls(OwnerId id);
   void give_up(OwnerId peer, ByteView entries);
   void exceeds(OwnerId peer, std::string_view key, std::size_t size);
   void send_interests(Peer& peer);

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include "tuples/mqtt/mqtt_link.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::mqtt {
 
 namespace {
 
-/// Bytes of requests whose age is not known yet: of one component, and of all to a link. So long they wait at most.
+/// Bytes of requests whose age is not known yet: of one component, and of all to a link. The longest time that they
+/// wait.
 constexpr std::size_t kMaxHeld = std::size_t{32} << 20, kMaxAllHeld = std::size_t{64} << 20;
 constexpr Duration kMaxHold = std::chrono::seconds(30);
 constexpr Duration kAskAgain = std::chrono::seconds(1);
@@ -35,7 +37,6 @@ class MqttLink::Reader final : public distant::FrameReader {
   void on_reply(Reply&& reply) override {
     if (!ended()) link_.on_reply(std::move(reply));
   }
-  void on_identity_check(const distant::IdentityCheck&) override {}
   void on_times(const distant::FrameTimes& times) override {
     if (!ended()) link_.on_times(times);
   }
@@ -68,9 +69,7 @@ void MqttLink::on_changes(std::span<const Change> changes) {
 
 void MqttLink::on_reply(Reply&& reply) {
   if (listener_ && !listener_->on_reply(reading_from_, reply))
-    ecology_.log_.warning(
-        fmt::format("replies of {}", number(reading_from_)),
-        fmt::format("component {} answered a request that it was not asked: ignored", number(reading_from_)));
+    ecology_.log_.warning(fmt::format("replies of {}", number(reading_from_)), unasked_reply(reading_from_));
 }
 
 void MqttLink::on_subscription(SubscriptionSpec&& spec) {
@@ -98,8 +97,9 @@ void MqttLink::on_times(const distant::FrameTimes& times) {
 void MqttLink::on_set(RemoteSet&& set) {
   auto* peer = find_up(reading_from_);
   if (!listener_ || !peer) return;
-  const bool waits = !peer->held.empty() || (set.time_to_live > Duration(0) && reading_sent_ &&
-                                             !peer->channel->ages().age(*reading_sent_, ecology_.since_boot_()));
+  const auto lives = set.time_to_live;
+  const bool waits = !peer->held.empty() || (lives > Duration(0) && reading_sent_ &&
+                                             !peer->channel->ages().age(*reading_sent_, ecology_.since_boot_(), lives));
   if (!waits) return take_set(*peer, std::move(set), reading_sent_);
   const auto size = size_of(set);
   if (auto may = policy_->may_set(set); !may) return refuse(set, may.error());
@@ -113,7 +113,7 @@ void MqttLink::on_set(RemoteSet&& set) {
   look_at_held();
 }
 
-/// No request of that component that waits is overtaken in number.
+/// No waiting request of that component has a lower number.
 void MqttLink::refuse(const RemoteSet& set, const Error& why) {
   const Reply answer{set.from, set.request, Verdict::kRefused, why.code, why.text};
   policy_->answered(set, answer);
@@ -137,24 +137,24 @@ void MqttLink::look_at_held() {
 
 /// Exactly zero remains: a negative time, because zero means that none was given.
 void MqttLink::take_set(Peer& peer, RemoteSet&& set, std::optional<Duration> sent) {
-  if (set.request <= peer.last_request) return;  // sent again after it was acknowledged to nobody
+  if (set.request <= peer.last_request) return;  // sent again because its acknowledgement reached no component
   peer.last_request = set.request;
   if (set.time_to_live > Duration(0)) {
-    const auto age = sent ? peer.channel->ages().age(*sent, ecology_.since_boot_()) : std::nullopt;
+    const auto age = sent ? peer.channel->ages().age(*sent, ecology_.since_boot_(), set.time_to_live) : std::nullopt;
     const auto left = age ? set.time_to_live - *age : Duration(0);
     set.time_to_live = left > Duration(0) ? left : Duration(-1);
   }
   listener_->on_remote_set(set);
 }
 
-/// Those whose age is known, or whose time is over by the own clock, in order.
+/// Sets whose age is known, or whose time is over by the own clock, in order.
 void MqttLink::take_held(OwnerId id) {
   const auto before = std::exchange(reading_from_, id);
   const auto alive = lifetime_.watch();
   for (auto* peer = find_up(id); peer && listener_ && !peer->held.empty(); peer = find_up(id)) {
     auto& first = peer->held.front();
-    const bool known = peer->channel->ages().age(first.sent, ecology_.since_boot_()).has_value();
     const auto lives = first.set.time_to_live;
+    const bool known = peer->channel->ages().age(first.sent, ecology_.since_boot_(), lives).has_value();
     if (!known && lives > Duration(0) && ecology_.scheduler_.now() - first.since < std::min(lives, kMaxHold)) break;
     auto one = std::move(first);
     peer->held_bytes -= size_of(one.set);

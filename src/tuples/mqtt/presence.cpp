@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/stand_in.h"
+#include "tuples/link.h"
 
 namespace rubicon::tuples::mqtt {
 
 namespace {
 
-/// Of a connection; of a component with what links keep of it.
+/// Bytes of a connection, and of a component with what links keep of it.
 constexpr std::size_t kShownOverhead = 256, kComponentOverhead = 2048;
 
 std::size_t size_of(const Reached& one) {
@@ -27,8 +27,8 @@ bool is_stand_in(const Reached& one) {
 
 }  // namespace
 
-Presence::Presence(Scheduler& scheduler, Calls calls)
-    : scheduler_(scheduler), calls_(std::move(calls)), expiry_(scheduler, [this] { expire(); }) {}
+Presence::Presence(Scheduler& scheduler, Callbacks calls)
+    : scheduler_(scheduler), callbacks_(std::move(calls)), expiry_(scheduler, [this] { expire(); }) {}
 
 /// False: no room.
 bool Presence::add_bytes(const std::string& user, std::size_t more, std::size_t less) {
@@ -48,12 +48,12 @@ bool Presence::show(const Line& line, const LineShown& shown) {
   state.shown = shown;
   state.until = SteadyTime::max();
   state.here = state.seen = true;
-  review_line(line, PeerEvent::kLost);
+  for (const auto id : shown_on(line)) review(id, PeerEvent::kLost);
   return true;
 }
 
-/// What an earlier connection showed may be emptied before its successor is read: end_reading() decides about what was
-/// not seen.
+/// The topics of an earlier connection may be emptied before those of its successor are read. So end_reading() decides
+/// about topics that were not seen.
 void Presence::hide(const Line& line) {
   const auto found = lines_.find(line);
   if (found == lines_.end() || !found->second.here || !found->second.seen) return;
@@ -74,7 +74,7 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
     return false;
   components_[id].insert_or_assign(line, Component{as});
   auto& state = lines_[line];
-  if (is_new) {  // its own topic may follow
+  if (is_new) {  // the topic of the connection itself may follow
     end_at(state.until, scheduler_.now() + kReturn);
     state.seen = true;
   }
@@ -127,14 +127,9 @@ void Presence::end_reading() {
   }
 }
 
-void Presence::doubt(const Line& line, OwnerId id) {
+void Presence::doubt(const Line& line, OwnerId id, bool doubted) {
   auto* one = find(line, id);
-  if (one && !std::exchange(one->doubted, true)) review(id, PeerEvent::kLost);
-}
-
-void Presence::believe(const Line& line, OwnerId id) {
-  auto* one = find(line, id);
-  if (one && std::exchange(one->doubted, false)) review(id, PeerEvent::kLost);
+  if (one && std::exchange(one->doubted, doubted) != doubted) review(id, PeerEvent::kLost);
 }
 
 std::vector<std::pair<OwnerId, Presence::Shown>> Presence::doubted() const {
@@ -172,7 +167,7 @@ void Presence::expire() {
     lines_.erase(line);
     add_bytes(line.user, 0, kShownOverhead);
     for (const auto id : shown) remove(line, id, PeerEvent::kLost);
-    calls_.forgotten(line);
+    callbacks_.forgotten(line);
   }
   for (const auto& [line, state] : lines_) expiry_.advance_to(state.until);
   for (const auto& [id, all] : components_) {
@@ -185,7 +180,7 @@ bool Presence::counts(OwnerId id, const Component& one) const {
   const auto& line = one.as->line;
   const auto found = lines_.find(line);
   if (one.doubted || found == lines_.end() || found->second.shown.lease <= Duration(0)) return false;
-  return !calls_.allowed || calls_.allowed(line, id);
+  return !callbacks_.allowed || callbacks_.allowed(line, id);
 }
 
 /// Of two with one id the component itself and no stand-in, then the one that began first, unless it began again; of
@@ -203,7 +198,7 @@ Presence::Shown Presence::best(OwnerId id) const {
   const auto found = components_.find(id);
   if (found == components_.end()) return nullptr;
   Shown chosen;
-  // Nobody takes an id from another user who is there.
+  // No user takes an id from another user who is there.
   const auto before = reached_.find(id);
   const auto stays = before == reached_.end() ? found->second.end() : found->second.find(before->second->line);
   const bool stays_there = stays != found->second.end() && counts(id, stays->second) && !is_stand_in(*stays->second.as);
@@ -214,18 +209,14 @@ Presence::Shown Presence::best(OwnerId id) const {
   return chosen;
 }
 
-void Presence::review_line(const Line& line, PeerEvent how) {
-  for (const auto id : shown_on(line)) review(id, how);
-}
-
 void Presence::review_all() {
   std::vector<OwnerId> ids;
   for (const auto& one : components_) ids.push_back(one.first);
   for (const auto id : ids) review(id, PeerEvent::kLost);
 }
 
-/// What the same start showed on earlier connections, if only their ends were not told: else it would stay for a lease
-/// after this one ended.
+/// Removes what the same start showed on earlier connections whose end was not reported. Else that would stay for a
+/// lease after this connection ended.
 void Presence::forget_former(OwnerId id, const Reached& now) {
   std::erase_if(components_.at(id), [&](const auto& one) {
     const auto& state = lines_.at(one.first);
@@ -248,7 +239,7 @@ void Presence::review(OwnerId id, PeerEvent how) {
       return;
     reached_.insert_or_assign(id, now);
   }
-  calls_.changed(id, how);
+  callbacks_.changed(id, how);
 }
 
 std::vector<OwnerId> Presence::shown_on(const Line& line) const {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "tuples/link.h"
 #include "tuples/mqtt/messages.h"
 #include "tuples/mqtt/topics.h"
@@ -20,34 +20,34 @@ struct Reached {
   ComponentShown shown;
 };
 
-/// Who is there, by the retained topics of the space: a component is there as long as its topic and that of its
-/// connection are. Without I/O.
+/// Who is there, by the retained topics of the space: a component is there as long as its topic and the topic of its
+/// connection exist. Without I/O.
 ///
 /// A connection whose topic goes may come back as another one of the same start: its components are lost only after
 /// kReturn. While this process has no connection itself, and after it read presence again, others have their lease.
 class Presence {
  public:
-  struct Calls {
-    /// What is reached by that id changed; `how`: if nothing is any longer.
+  struct Callbacks {
+    /// Another component is reached by that id, or none; `how`: how the last one ended, if there is none any longer.
     std::function<void(OwnerId id, PeerEvent how)> changed;
-    /// Nothing is there of that connection any longer, or of its topic.
+    /// Nothing of that connection, or of its topic, is left.
     std::function<void(const Line& line)> forgotten;
     /// Whether that user may have the id; what it shows counts only while it may. Empty: each may.
     std::function<bool(const Line& line, OwnerId id)> allowed = {};
   };
   static constexpr Duration kReturn = std::chrono::seconds(3);
-  /// Of all that is kept, and of what one user shows.
+  /// Bytes of all kept presence, and of the presence of one user.
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20, kMaxUserBytes = std::size_t{8} << 20;
 
-  Presence(Scheduler& scheduler, Calls calls);
+  Presence(Scheduler& scheduler, Callbacks calls);
 
   /// False: no room for one more.
   bool show(const Line& line, const LineShown& shown);
   void hide(const Line& line);
   bool show(const Line& line, OwnerId id, ComponentShown shown);
-  /// Its topic is empty: as hide() of its connection.
+  /// The topic of the component became empty: as hide(), for this component alone.
   void fade(const Line& line, OwnerId id);
-  /// It said that it leaves.
+  /// The component announced that it leaves.
   void leave(const Line& line, OwnerId id) { remove(line, id, PeerEvent::kLeft); }
 
   /// The own connection is lost: others may stay unseen for their lease.
@@ -57,22 +57,21 @@ class Presence {
   /// All that is retained was read again: connections that were not seen have their lease; what was not seen of the
   /// others is gone.
   void end_reading();
-  /// Nobody answers there: what it shows does not count, until somebody does.
-  void doubt(const Line& line, OwnerId id);
-  void believe(const Line& line, OwnerId id);
-  /// Calls::allowed may have another answer now.
+  /// `doubted`: no component there answers; its topics do not count until one does.
+  void doubt(const Line& line, OwnerId id, bool doubted);
+  /// Callbacks::allowed may have another answer now.
   void review_all();
   using Shown = std::shared_ptr<const Reached>;
   std::vector<std::pair<OwnerId, Shown>> doubted() const;
 
   /// What was shown on that line.
   std::vector<OwnerId> shown_on(const Line& line) const;
-  /// nullptr: not there. One for all who ask, as long as it is reached so.
+  /// nullptr: not there. One object for all callers, as long as the component is reached in this way.
   Shown reached(OwnerId id) const;
   bool has(const Line& line) const { return lines_.contains(line); }
   std::vector<OwnerId> all() const;
   std::size_t bytes() const { return bytes_; }
-  /// Those of others with that id, whether they count or not.
+  /// Presences of others with that id, whether they count or not.
   std::vector<Shown> all_with(OwnerId id) const;
 
  private:
@@ -95,13 +94,12 @@ class Presence {
   bool is_better(const Reached& one, const Reached& other) const;
   void forget_former(OwnerId id, const Reached& now);
   void review(OwnerId id, PeerEvent how);
-  void review_line(const Line& line, PeerEvent how);
   void remove(const Line& line, OwnerId id, PeerEvent how);
   void expire();
   void end_at(SteadyTime& until, SteadyTime when);
 
   Scheduler& scheduler_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::map<Line, LineState> lines_;
   std::map<OwnerId, std::map<Line, Component>> components_;
   std::map<OwnerId, Shown> reached_;

@@ -5,13 +5,13 @@
 
 namespace rubicon::tuples::mqtt {
 
-Search::Search(const Topics& topics, Scheduler& scheduler, Calls calls)
-    : topics_(topics), calls_(std::move(calls)), late_(scheduler, [this] {
-        calls_.late();
+Search::Search(const Topics& topics, Scheduler& scheduler, Callbacks calls)
+    : topics_(topics), callbacks_(std::move(calls)), late_(scheduler, [this] {
+        callbacks_.late();
         fence();
       }) {}
 
-/// The own inbox is the first step: whoever speaks to this process while it reads is heard.
+/// The own inbox is the first step, so that messages to this process arrive while it reads.
 void Search::connected() {
   connected_ = true;
   for (auto& [line, read] : lines_) {
@@ -55,7 +55,7 @@ void Search::next() {
       if (queue_.front().ends_all) narrow();
       queue_.pop_front();
       ready_ = true;
-      calls_.complete();
+      callbacks_.complete();
       continue;
     }
     do {
@@ -65,14 +65,14 @@ void Search::next() {
              !queue_.front().ends);
     ++number_;
     for (const auto& part : step_) {
-      if (!part.filter.empty()) calls_.subscribe(part.filter);
+      if (!part.filter.empty()) callbacks_.subscribe(part.filter);
     }
     fence();
   }
 }
 
 void Search::fence() {
-  calls_.fence(number_);
+  callbacks_.fence(number_);
   late_.set(kFenceTime);
 }
 
@@ -92,17 +92,17 @@ void Search::passed(std::uint64_t step) {
 void Search::read(const Line& line) {
   if (const auto found = lines_.find(line); found != lines_.end()) {
     if (!std::exchange(found->second, true)) count_read(line);
-    calls_.line_read(line);
+    callbacks_.line_read(line);
   } else {
-    calls_.unsubscribe(topics_.line_filter(line));  // forgotten meanwhile
+    callbacks_.unsubscribe(topics_.line_filter(line));  // forgotten meanwhile
   }
 }
 
-/// All was read: what was looked for one by one comes with it.
+/// All presence was read: it includes the components that were searched for one by one.
 void Search::narrow() {
   all_read_ = true;
-  for (const auto& [id, read] : components_) calls_.unsubscribe(topics_.component_filter(id));
-  for (const auto& [line, read] : lines_) calls_.unsubscribe(topics_.line_filter(line));
+  for (const auto& [id, read] : components_) callbacks_.unsubscribe(topics_.component_filter(id));
+  for (const auto& [line, read] : lines_) callbacks_.unsubscribe(topics_.line_filter(line));
   components_.clear();
   lines_.clear();
   unread_.clear();
@@ -139,7 +139,7 @@ void Search::forget(const Line& line) {
   if (found == lines_.end()) return;
   if (!found->second) count_read(line);
   lines_.erase(found);
-  if (connected_) calls_.unsubscribe(topics_.line_filter(line));
+  if (connected_) callbacks_.unsubscribe(topics_.line_filter(line));
 }
 
 void Search::count_read(const Line& line) {

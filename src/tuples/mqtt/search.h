@@ -8,34 +8,35 @@
 #include <string>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "tuples/mqtt/topics.h"
 
 namespace rubicon::tuples::mqtt {
 
-/// Reads the presence of those whom this process deals with, or that of all. What a broker retains comes at once after
-/// a subscription, and its end is a message to oneself: each step asks for some filters and then waits for that. So
-/// thousands of islands can meet at a broker without each of them reading of all others. Without I/O.
+/// Reads the presence of the components that this process deals with, or of all. A broker sends retained messages at
+/// once after a subscription. A message to the own inbox marks their end: each step subscribes to some filters and then
+/// waits for that message. So thousands of islands can meet at a broker without each of them reading of all others.
+/// Without I/O.
 class Search {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(const std::string&filter)> subscribe, unsubscribe;
     /// Sends a message to oneself, which brings this number back to passed().
     std::function<void(std::uint64_t step)> fence;
-    /// It did not come for kFenceTime, and is sent again.
+    /// That message did not come within kFenceTime and is sent again.
     std::function<void()> late;
-    /// All that was retained for a connection has come.
+    /// All retained messages of a connection have come.
     std::function<void(const Line& line)> line_read;
     /// Everything that is looked for was read since connected() or read_again().
     std::function<void()> complete;
   };
   static constexpr Duration kFenceTime = std::chrono::seconds(10);
-  /// Of components that are looked for one by one; with more of them all presence is read.
+  /// Components that are searched for one by one; if more are wanted, all presence is read.
   static constexpr std::size_t kMaxSought = 4096;
-  /// Of connections; of those of one user that are not read yet. More of them are not looked at.
+  /// Connections, and connections of one user that are not read yet. Further ones are ignored.
   static constexpr std::size_t kMaxLines = 16'384, kMaxUnread = 256;
 
-  Search(const Topics& topics, Scheduler& scheduler, Calls calls);
+  Search(const Topics& topics, Scheduler& scheduler, Callbacks calls);
 
   /// Everything is read from its beginning.
   void connected();
@@ -80,7 +81,7 @@ class Search {
   void count_read(const Line& line);
 
   const Topics& topics_;
-  Calls calls_;
+  Callbacks callbacks_;
   bool connected_ = false, all_ = false, all_read_ = false, ready_ = false;
   std::map<OwnerId, bool> components_;  ///< whether it was read
   std::map<Line, bool> lines_;

@@ -50,7 +50,7 @@ Result<void> check_user(std::string_view user) {
     return fail(ErrorCode::kInvalid,
                 fmt::format("the user name has {} bytes, expected at most {}", user.size(), kMaxUser));
   if (user == kAnonymous || std::find(kTaken.begin(), kTaken.end(), user) != kTaken.end())
-    return fail(ErrorCode::kInvalid, fmt::format("'{}' is no user name: rules and topics mean others by it", user));
+    return fail(ErrorCode::kInvalid, fmt::format("'{}' is not a user name: rules and topics mean others by it", user));
   const auto bad = std::find_if(user.begin(), user.end(), [](char c) {
     return c == '/' || c == '+' || c == '#' || c == ':' || static_cast<unsigned char>(c) < 0x20;
   });
@@ -103,7 +103,7 @@ std::string Topics::inbox_probe(const Line& own) const {
   return inbox(own, {std::string(kProbe), own.token});
 }
 
-/// In no part that others read.
+/// Not in a part that others read.
 std::string Topics::presence_probe(const Line& own) const {
   return fmt::format("{}p/probe/{}/{}", root_, kProbe, own.token);
 }

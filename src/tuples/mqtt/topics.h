@@ -49,13 +49,13 @@ class Topics {
   std::string inbox(const Line& to, const Line& from) const;
   std::string inbox_filter(const Line& own) const;
   /// In a name that no user has, in the own inbox and of presence: what comes from there, the broker's rights do not
-  /// hold back. No topics of parse().
+  /// hold back. parse() does not know these topics.
   std::string inbox_probe(const Line& own) const;
   std::string presence_probe(const Line& own) const;
-  /// Retained: a document that the user shows to all. It is no topic of parse().
+  /// Retained: a document that the user shows to all. parse() does not know this topic.
   std::string document(std::string_view user) const;
   std::string document_filter() const;
-  /// nullopt: it is no topic of a document.
+  /// nullopt: it is not a topic of a document.
   std::optional<std::string> user_of_document(std::string_view topic) const;
 
   struct Presence {

@@ -32,13 +32,13 @@ Duration about(Duration time) {
 }
 
 Uplink::Uplink(std::vector<SpaceBroker> brokers, Duration keep_alive, Scheduler& scheduler,
-               transport::Transports& transports, base::LimitedLog& log, Calls calls)
+               transport::Transports& transports, base::LimitedLog& log, Callbacks calls)
     : brokers_(std::move(brokers)),
       keep_alive_(keep_alive),
       scheduler_(scheduler),
       transports_(transports),
       log_(log),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       pause_(kFirstPause) {}
 
 Result<void> Uplink::open() {
@@ -49,26 +49,25 @@ Result<void> Uplink::open() {
 Result<void> Uplink::connect() {
   auto options = broker().line;
   options.keep_alive = keep_alive_;
-  options.will = calls_.begins(broker().user);
+  options.will = callbacks_.begins(broker().user);
   auto opened = transports_.open_mqtt(options, calls());
   if (!opened) return fail(std::move(opened.error()));
   line_ = std::move(*opened);
   return {};
 }
 
-transport::MqttCalls Uplink::calls() {
-  transport::MqttCalls calls;
+transport::MqttCallbacks Uplink::calls() {
+  transport::MqttCallbacks calls;
   calls.connected = [this](const transport::MqttConnack& connack) { on_connected(connack); };
-  calls.received = calls_.received;
+  calls.received = callbacks_.received;
   calls.too_long = [this](std::string_view topic, std::size_t bytes) {
     log_.warning("too long", fmt::format("a message of {} bytes at {} is dropped", bytes, topic));
   };
-  calls.subscribed = [](std::string_view) {};
   calls.refused = [this](std::string_view filter, const Error& why) {
     log_.warning("refused", fmt::format("the broker refuses {}: {}", filter, why.text));
   };
-  calls.taken = calls_.taken;
-  calls.not_taken = calls_.not_taken;
+  calls.taken = callbacks_.taken;
+  calls.not_taken = callbacks_.not_taken;
   calls.failed = [this](const Error& why) { on_failed(why); };
   return calls;
 }
@@ -87,10 +86,10 @@ void Uplink::on_connected(const transport::MqttConnack& connack) {
   log_.unlimited().info(
       fmt::format("connected with {} as {}", name(at_), broker().user == kAnonymous ? "nobody" : broker().user));
   if (at_ > 0) look_back_ = scheduler_.after(about(kLookBack), [this] { look_back(0); });
-  calls_.connected(connack);
+  callbacks_.connected(connack);
 }
 
-/// A broker that refuses this process is not tried again before the others were; if all refuse, seldom.
+/// If a broker refuses this process, the others are tried first. If all refuse, attempts become rare.
 void Uplink::on_failed(const Error& why) {
   const bool was_up = std::exchange(connected_, false), refused = why.code == ErrorCode::kRefused;
   line_.reset();
@@ -109,7 +108,7 @@ void Uplink::on_failed(const Error& why) {
     pause_ = kFirstPause;
   }
   connect_later();
-  if (was_up) calls_.lost();
+  if (was_up) callbacks_.lost();
 }
 
 void Uplink::connect_later() {
@@ -130,7 +129,7 @@ void Uplink::look_back(std::size_t number) {
     look_back_ = scheduler_.after(about(kLookBack), [this] { look_back(0); });
     return;
   }
-  transport::MqttCalls calls;
+  transport::MqttCallbacks calls;
   calls.connected = [this, number](const transport::MqttConnack& connack) {
     look_back_ = scheduler_.after(
         {}, [this, number, retains = connack.retains] { retains ? go_back(number) : look_back(number + 1); });
@@ -149,12 +148,12 @@ void Uplink::look_back(std::size_t number) {
 void Uplink::go_back(std::size_t number) {
   log_.unlimited().info(fmt::format("{} is there again: leaving {}", name(number), name(at_)));
   scout_.reset();
-  calls_.leaves();
+  callbacks_.leaves();
   connected_ = false;
   line_.reset();
   at_ = number;
   failing_since_ = scheduler_.now();
-  calls_.lost();
+  callbacks_.lost();
   if (auto begun = connect(); !begun) connect_later();
 }
 

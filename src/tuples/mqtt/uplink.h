@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "base/host_port.h"
-#include "base/limited_log.h"
+#include "base/log.h"
+#include "base/text.h"
 #include "transport/transports.h"
 #include "tuples/mqtt/topics.h"
 
 namespace rubicon::tuples::mqtt {
 
-/// A broker, and whom it takes this process for.
+/// A broker, and the user that this process is there.
 struct SpaceBroker {
   transport::MqttOptions line;   ///< without client id, will and keep-alive time
   std::string user{kAnonymous};  ///< check_user()
@@ -25,25 +25,25 @@ std::vector<SpaceBroker> with_spare(SpaceBroker first, const std::vector<base::H
 /// from a later one it goes back to an earlier one that is there again.
 class Uplink {
  public:
-  struct Calls {
+  struct Callbacks {
     /// A connection as that user begins; returns what the broker should publish when it breaks.
     std::function<transport::MqttWill(const std::string& user)> begins;
     std::function<void(const transport::MqttConnack& connack)> connected;
     std::function<void(const transport::MqttMessage& message)> received;
     std::function<void(const transport::MqttOutcome& outcome)> taken;
     std::function<void(const transport::MqttOutcome& outcome, const Error& why)> not_taken;
-    /// It ends in order right after, for an earlier broker.
+    /// The connection ends normally right after this, for an earlier broker.
     std::function<void()> leaves;
-    /// It broke, after `connected`.
+    /// The connection broke, after `connected`.
     std::function<void()> lost;
   };
   static constexpr Duration kPatience = std::chrono::seconds(10), kLookBack = std::chrono::minutes(1);
 
   /// At least one broker.
   Uplink(std::vector<SpaceBroker> brokers, Duration keep_alive, Scheduler& scheduler, transport::Transports& transports,
-         base::LimitedLog& log, Calls calls);
+         base::LimitedLog& log, Callbacks calls);
 
-  /// Begins to connect; goes on for as long as it lives. kInvalid for options that no broker can accept.
+  /// Begins to connect, and tries again as long as it lives. kInvalid for options that no broker can accept.
   Result<void> open();
   /// nullptr: not connected.
   transport::MqttLine* line() const { return connected_ ? line_.get() : nullptr; }
@@ -53,7 +53,7 @@ class Uplink {
 
  private:
   Result<void> connect();
-  transport::MqttCalls calls();
+  transport::MqttCallbacks calls();
   void on_connected(const transport::MqttConnack& connack);
   void on_failed(const Error& why);
   void connect_later();
@@ -66,7 +66,7 @@ class Uplink {
   Scheduler& scheduler_;
   transport::Transports& transports_;
   base::LimitedLog& log_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::size_t at_ = 0;
   std::unique_ptr<transport::MqttLine> line_;
   std::unique_ptr<transport::MqttLine> scout_;  ///< asks whether an earlier broker is there
@@ -78,7 +78,8 @@ class Uplink {
   Timer retry_, look_back_;
 };
 
-/// From half of a time to one and a half: those who began together do not go on together.
+/// A random time from one half to one and a half of the given one, so that clients that began together do not repeat
+/// together.
 Duration about(Duration time);
 
 }  // namespace rubicon::tuples::mqtt

@@ -9,11 +9,45 @@
 
 namespace rubicon::tuples::peis {
 
+void PackageStream::append(ByteView bytes) {
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
+  begin_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+Result<std::optional<ConnectMessage>> PackageStream::connect() {
+  if (fault_) return fail(*fault_);
+  if (rest().size() < kConnectSize) return std::nullopt;
+  auto message = read_connect(rest().first(kConnectSize));
+  if (!message) {
+    fault_ = message.error();
+    return fail(*fault_);
+  }
+  begin_ += kConnectSize;
+  return std::move(*message);
+}
+
+Result<std::optional<Package>> PackageStream::next() {
+  if (fault_) return fail(*fault_);
+  const auto bytes = rest();
+  if (bytes.size() < kHeaderSize) return std::nullopt;
+  const auto header = read_package_header(bytes);
+  if (!header) {
+    fault_ = header.error();
+    return fail(*fault_);
+  }
+  const auto size = kHeaderSize + header->length;
+  if (bytes.size() < size) return std::nullopt;
+  begin_ += size;
+  return Package{*header, bytes.subspan(kHeaderSize, header->length)};
+}
+
 namespace {
 
 using namespace std::chrono_literals;
 
-/// Nothing tells when the system took bytes: the connection looks again after this time while it has more to write.
+/// The system does not report when it took bytes. So the connection tries again after this time while it has more to
+/// write.
 constexpr Duration kWriteAgain = 2ms;
 constexpr Duration kCheckProgress = 250ms;
 /// Most bytes of one write in blocks.
@@ -22,9 +56,9 @@ constexpr std::size_t kCounterAt = 8;  ///< in a package
 
 }  // namespace
 
-Connection::Connection(Scheduler& scheduler, ConnectionCalls calls)
+Connection::Connection(Scheduler& scheduler, ConnectionCallbacks calls)
     : scheduler_(scheduler),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       silence_(scheduler, [this] { check_silence(); }),
       quiet_(scheduler, [this] { check_quiet(); }),
       stuck_(scheduler, [this] { check_progress(); }),
@@ -42,7 +76,7 @@ Result<void> Connection::dial(transport::Transports& transports, const transport
   return {};
 }
 
-transport::TcpCalls Connection::accept(std::unique_ptr<transport::TcpStream> stream) {
+transport::TcpCallbacks Connection::accept(std::unique_ptr<transport::TcpStream> stream) {
   stream_ = std::move(stream);
   remote_ = stream_->remote();
   state_ = State::kAccepting;
@@ -51,8 +85,8 @@ transport::TcpCalls Connection::accept(std::unique_ptr<transport::TcpStream> str
   return stream_calls();
 }
 
-transport::TcpCalls Connection::stream_calls() {
-  transport::TcpCalls calls;
+transport::TcpCallbacks Connection::stream_calls() {
+  transport::TcpCallbacks calls;
   calls.connected = lifetime_.guard([this] { established(); });
   calls.received = lifetime_.guard([this](ByteView bytes) { received(bytes); });
   calls.failed = lifetime_.guard([this](Error error) { end(Ending::kFailed, std::move(error)); });
@@ -65,7 +99,7 @@ void Connection::established() {
   heard_ = scheduler_.now();
   silence_.set(silence_limit_);
   if (!write(peis::write(own_))) return;
-  calls_.connected();
+  callbacks_.connected();
 }
 
 void Connection::received(ByteView bytes) {
@@ -83,7 +117,7 @@ bool Connection::take_connect() {
   if (!message) return end(Ending::kStrange, message.error()), false;
   if (!*message) return false;
   state_ = State::kOpen;
-  if (calls_.greeted(**message)) return state_ == State::kOpen;
+  if (callbacks_.greeted(**message)) return state_ == State::kOpen;
   return end(Ending::kRefused, {ErrorCode::kRefused, "refused"}), false;
 }
 
@@ -92,7 +126,7 @@ void Connection::take_packages() {
     const auto package = packages_.next();
     if (!package) return end(Ending::kStrange, package.error());
     if (!*package) return;
-    calls_.package(**package);
+    callbacks_.package(**package);
   }
 }
 
@@ -171,7 +205,7 @@ void Connection::tell_room() {
   if (wide_ ? block_.size() > kMaxBlock / 2 : normal_.size() > kMaxPackages / 2) return;
   refused_ = false;
   lifetime_.post(scheduler_, [this] {
-    if (state_ == State::kOpen) calls_.room();
+    if (state_ == State::kOpen) callbacks_.room();
   });
 }
 
@@ -205,7 +239,7 @@ void Connection::check_silence() {
 void Connection::check_quiet() {
   if (state_ != State::kOpen) return;
   quiet_.set(quiet_limit_);
-  if (out_when_checked_ == bytes_out_ + block_.size()) calls_.quiet();
+  if (out_when_checked_ == bytes_out_ + block_.size()) callbacks_.quiet();
   out_when_checked_ = bytes_out_ + block_.size();
 }
 
@@ -246,9 +280,51 @@ void Connection::end(Ending why, Error error) {
   if (state_ == State::kClosed) return;
   if (why == Ending::kStuck || why == Ending::kSilent) stream_->abort();
   failing_ = true;
-  const auto closed = calls_.closed;
+  const auto closed = callbacks_.closed;
   close();
   closed(why, std::move(error));
+}
+
+IdCheck::IdCheck(Scheduler& scheduler, transport::Transports& transports, ConnectMessage own,
+                 std::function<void(const Identity&)> confirmed)
+    : scheduler_(scheduler),
+      transports_(transports),
+      own_(std::move(own)),
+      confirmed_(std::move(confirmed)),
+      cleaning_(scheduler,
+                [this] { std::erase_if(questions_, [](const auto& item) { return item.second.is_over; }); }) {}
+
+void IdCheck::ask(const Identity& other, const std::vector<transport::Endpoint>& addresses) {
+  for (const auto& [id, question] : questions_) {
+    if (question.other.magic == other.magic) return;
+  }
+  for (const auto& address : addresses) {
+    if (questions_.size() < kMaxQuestions) ask(other, address);
+  }
+}
+
+void IdCheck::ask(const Identity& other, const transport::Endpoint& address) {
+  const auto id = ++last_;
+  auto& question = questions_[id];
+  question.other = other;
+  ConnectionCallbacks calls;
+  calls.connected = [this, id] { questions_.at(id).is_connected = true; };
+  calls.greeted = [](const ConnectMessage&) { return false; };
+  calls.package = [this, id](const Package& package) { end(id, package.header.source == own_.id); };
+  calls.closed = [this, id](Ending why, const Error&) {
+    end(id, why == Ending::kFailed && questions_.at(id).is_connected);
+  };
+  calls.room = calls.quiet = [] {};
+  question.connection = std::make_unique<Connection>(scheduler_, std::move(calls));
+  if (!question.connection->dial(transports_, address, own_)) questions_.erase(id);
+}
+
+void IdCheck::end(std::uint64_t id, bool is_there) {
+  auto& question = questions_.at(id);
+  if (std::exchange(question.is_over, true)) return;
+  question.connection->close();
+  cleaning_.request();
+  if (is_there) confirmed_(question.other);
 }
 
 }  // namespace rubicon::tuples::peis

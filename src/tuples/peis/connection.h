@@ -1,16 +1,50 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "transport/transports.h"
-#include "tuples/peis/packages.h"
+#include "tuples/peis/own_messages.h"
+#include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
+
+/// A package as it came; the body refers to the stream that it was read from.
+struct Package {
+  PackageHeader header;
+  ByteView body;
+};
+
+/// Cuts the bytes of one direction of a connection into the connect message and packages (peis.md, section 3.4). Holds
+/// at most what was appended last and one incomplete package before it.
+class PackageStream {
+ public:
+  /// Adds received bytes; only after next() or connect() has returned nullopt. Ends the views of all packages.
+  void append(ByteView bytes);
+
+  /// The connect message that the initiator sends first; nullopt while it is incomplete. Any error is final: the
+  /// connection must be closed.
+  Result<std::optional<ConnectMessage>> connect();
+  /// The next whole package, valid until append(); nullopt while it is incomplete. Any error is final.
+  Result<std::optional<Package>> next();
+
+  /// Bytes of an incomplete package.
+  std::size_t pending() const { return buffer_.size() - begin_; }
+
+ private:
+  ByteView rest() const { return ByteView(buffer_).subspan(begin_); }
+
+  Bytes buffer_;
+  std::size_t begin_ = 0;
+  std::optional<Error> fault_;
+};
 
 /// Why a connection ended.
 enum class Ending {
@@ -22,7 +56,7 @@ enum class Ending {
 };
 
 /// Called from the loop, never inside a call to the connection. None may destroy the connection.
-struct ConnectionCalls {
+struct ConnectionCallbacks {
   /// Established, by us.
   std::function<void()> connected;
   /// The connect message of the other end, which has established it; false refuses it.
@@ -30,9 +64,9 @@ struct ConnectionCalls {
   std::function<void(const Package&)> package;
   /// Once; nothing follows.
   std::function<void(Ending, Error)> closed;
-  /// There is room after send() gave false.
+  /// There is room again after send() returned false.
   std::function<void()> room;
-  /// Nothing was sent for a third of the lease, to a component of ours.
+  /// Nothing was sent to a component of ours for a third of the lease.
   std::function<void()> quiet;
 };
 
@@ -47,7 +81,7 @@ class Connection {
   static constexpr Duration kGreetingTime = std::chrono::seconds(3);  ///< to the first bytes of the other end
   static constexpr Duration kStuckTime = std::chrono::seconds(2);
 
-  Connection(Scheduler& scheduler, ConnectionCalls calls);
+  Connection(Scheduler& scheduler, ConnectionCallbacks calls);
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
   ~Connection();
@@ -55,12 +89,12 @@ class Connection {
   /// Establishes it. As Transports::open_tcp.
   Result<void> dial(transport::Transports& transports, const transport::Endpoint& to, const ConnectMessage& own);
   /// The other end has established it.
-  transport::TcpCalls accept(std::unique_ptr<transport::TcpStream> stream);
+  transport::TcpCallbacks accept(std::unique_ptr<transport::TcpStream> stream);
 
   /// Takes a package, whose counter is set when it is written. Urgent ones overtake others. False: too much waits.
   bool send(ByteView package, bool urgent);
-  /// The other end is a component of ours: writes in blocks; its silence ends the connection after its lease, and
-  /// quiet() is called so that ours does not.
+  /// The other end is a component of ours: writes in blocks; its silence ends the connection after its lease. quiet()
+  /// is called so that our silence does not.
   void widen(Duration lease, Duration own_lease);
   /// Sends what waits as far as the system takes it, and closes. No calls follow.
   void close();
@@ -78,7 +112,7 @@ class Connection {
  private:
   enum class State { kConnecting, kAccepting, kOpen, kClosed };
 
-  transport::TcpCalls stream_calls();
+  transport::TcpCallbacks stream_calls();
   void established();
   void received(ByteView bytes);
   bool take_connect();
@@ -95,7 +129,7 @@ class Connection {
   void end(Ending why, Error error);
 
   Scheduler& scheduler_;
-  ConnectionCalls calls_;
+  ConnectionCallbacks callbacks_;
   State state_ = State::kConnecting;
   bool wide_ = false, refused_ = false, failing_ = false, closing_ = false;
   ConnectMessage own_;
@@ -114,6 +148,37 @@ class Connection {
   base::Deadline silence_, quiet_, stuck_;
   base::OncePerTurn flush_;
   base::Lifetime lifetime_;
+};
+
+/// Checks a message that says another component has the id of this one, since the message may be forged: connects to
+/// that component. A component closes a connection with its own id and sends nothing (section 6.4, 28). Bounded.
+class IdCheck {
+ public:
+  static constexpr std::size_t kMaxQuestions = 8;  ///< at a time; others are not asked
+
+  /// `confirmed` is called in a later turn than ask().
+  IdCheck(Scheduler& scheduler, transport::Transports& transports, ConnectMessage own,
+          std::function<void(const Identity&)> confirmed);
+
+  void ask(const Identity& other, const std::vector<transport::Endpoint>& addresses);
+
+ private:
+  struct Question {
+    Identity other;
+    bool is_connected = false, is_over = false;
+    std::unique_ptr<Connection> connection;
+  };
+
+  void ask(const Identity& other, const transport::Endpoint& address);
+  void end(std::uint64_t id, bool is_there);
+
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
+  ConnectMessage own_;
+  std::function<void(const Identity&)> confirmed_;
+  std::map<std::uint64_t, Question> questions_;
+  std::uint64_t last_ = 0;
+  base::OncePerTurn cleaning_;
 };
 
 }  // namespace rubicon::tuples::peis

@@ -11,16 +11,16 @@ namespace rubicon::tuples::peis {
 
 namespace {
 
-constexpr std::size_t kGrowth = 8;  ///< acknowledgements in time that let a kernel have one package more
+constexpr std::size_t kGrowth = 8;  ///< timely acknowledgements that enlarge the window of a kernel by one package
 
 }  // namespace
 
-Deliveries::Deliveries(Scheduler& scheduler, OwnerId self, std::uint32_t seed, Counters& counters, Calls calls)
+Deliveries::Deliveries(Scheduler& scheduler, OwnerId self, std::uint32_t seed, NodeCounters& counters, Callbacks calls)
     : scheduler_(scheduler),
       self_(self),
       last_id_(seed & kMaxId),
       counters_(counters),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       resends_(scheduler, [this] { resend_due(); }),
       acks_(scheduler, [this] { flush_all(); }) {}
 
@@ -55,7 +55,7 @@ Result<void> Deliveries::send(OwnerId to, Port port, ByteView body, Done done) {
   const auto found = peers_.find(to);
   if (found == peers_.end())
     return fail(ErrorCode::kNotFound, fmt::format("{}: component {} is not here", to_string(port), number(to)));
-  if (body.size() > kLongest || static_cast<std::uint16_t>(port) > kLastPort)
+  if (body.size() > kMaxLength || static_cast<std::uint16_t>(port) > kLastPort)
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} bytes to component {}: too long, or no port of PEIS",
                                                     to_string(port), body.size(), number(to)));
   auto& peer = found->second;
@@ -134,7 +134,7 @@ void Deliveries::emit(OwnerId to, Peer& peer) {
   for (; peer.to_emit < peer.first + peer.sent.size(); ++peer.to_emit) {
     auto& sent = peer.sent[peer.to_emit - peer.first];
     if (sent.over) continue;
-    if (calls_.emit(to, sent.package, false) == Emitted::kFull) return;
+    if (callbacks_.emit(to, sent.package, false) == Emitted::kFull) return;
     sent.due = now + kResendStep;
     resends_.advance_to(sent.due);
   }
@@ -175,7 +175,7 @@ void Deliveries::adapt(Peer& peer, std::size_t settled, bool late) {
     peer.packages = std::min(peer.packages + peer.settled / kGrowth, most);
     peer.settled %= kGrowth;
   } else if (now >= peer.next_cut) {
-    peer.packages = std::max(peer.packages * 3 / 4, kLeastOfKernel);
+    peer.packages = std::max(peer.packages * 3 / 4, kMinOfKernel);
     peer.next_cut = now + kResendStep;
   }
 }
@@ -226,7 +226,7 @@ void Deliveries::report() {
   const auto ended = std::exchange(ended_, {});
   const auto ready = std::exchange(ready_, {});
   for (const auto& [message, outcome] : ended) message->done(outcome);
-  for (const auto to : ready) calls_.ready(to);
+  for (const auto to : ready) callbacks_.ready(to);
 }
 
 void Deliveries::send_again(OwnerId to) {
@@ -280,7 +280,7 @@ SteadyTime Deliveries::resend(OwnerId to, Peer& peer, SteadyTime now) {
     }
     if (sent.due <= now) {
       restamp_package(sent.package, next_id(), 0);
-      const bool full = calls_.emit(to, sent.package, false) == Emitted::kFull;
+      const bool full = callbacks_.emit(to, sent.package, false) == Emitted::kFull;
       if (!full) ++counters_.resends, ++sent.resends;
       sent.due = now + (full ? Duration(kResendStep) : kResendStep * sent.resends);
     }
@@ -316,17 +316,21 @@ bool Deliveries::is_new(OwnerId source, std::uint32_t ack_id) {
   return found != peers_.end() && found->second.seen.add(ack_id);
 }
 
-void Deliveries::flush(OwnerId source, Peer& peer) {
-  Acks acks{std::exchange(peer.acks, {})};
+PackageHeader Deliveries::next_header(Routing routing, Port port, OwnerId destination) {
   PackageHeader header;
   header.id = header.ack_id = next_id();
-  header.routing = Routing::kDirect;
+  header.routing = routing;
   header.source = self_;
-  header.destination = source;
-  header.port = Port::kAcks;
+  header.destination = destination;
+  header.port = port;
+  return header;
+}
+
+void Deliveries::flush(OwnerId source, Peer& peer) {
+  Acks acks{std::exchange(peer.acks, {})};
   Bytes package;
-  append_package(package, header, write(acks));
-  calls_.emit(source, package, true);  // lost acks come again with the resends
+  append_package(package, next_header(Routing::kDirect, Port::kAcks, source), write(acks));
+  callbacks_.emit(source, package, true);  // lost acks come again with the resends
 }
 
 void Deliveries::flush_all() {

@@ -1,19 +1,88 @@
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "base/deadline.h"
-#include "tuples/peis/counters.h"
-#include "tuples/peis/seen_ids.h"
+#include "base/scheduler.h"
+#include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
+
+/// The last ids that came, to drop what comes again. Bounded: the oldest is forgotten first. Ids are below 2^64 - 1.
+class SeenIds {
+ public:
+  explicit SeenIds(std::size_t capacity) : capacity_(capacity) {}
+
+  /// False: it was here.
+  bool add(std::uint64_t number) {
+    const auto id = number + 1;
+    if (2 * (ring_.size() + 1) > slots_.size()) grow();
+    auto at = place_of(id);
+    if (slots_[at] == id) return false;
+    if (ring_.size() < capacity_) {
+      ring_.push_back(id);
+    } else {
+      erase(std::exchange(ring_[oldest_], id));
+      oldest_ = (oldest_ + 1) % capacity_;
+      at = place_of(id);
+    }
+    slots_[at] = id;
+    return true;
+  }
+  /// Remembers more from now on, and forgets none.
+  void widen(std::size_t capacity) {
+    std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(oldest_), ring_.end());
+    oldest_ = 0;
+    capacity_ = std::max(capacity_, capacity);
+  }
+  bool contains(std::uint64_t number) const { return !slots_.empty() && slots_[place_of(number + 1)] == number + 1; }
+  std::size_t size() const { return ring_.size(); }
+
+ private:
+  static constexpr std::size_t kMinCount = 64;
+
+  // Below, ids are one more, so that 0 is a free slot.
+
+  std::size_t home_of(std::uint64_t id) const { return (id * 0x9e3779b97f4a7c15U) >> shift_; }
+  std::size_t next(std::size_t at) const { return (at + 1) & (slots_.size() - 1); }
+  /// Where the id is, or else belongs.
+  std::size_t place_of(std::uint64_t id) const {
+    auto at = home_of(id);
+    while (slots_[at] != 0 && slots_[at] != id) at = next(at);
+    return at;
+  }
+  /// Closes the gap: each id stays reachable from its home.
+  void erase(std::uint64_t id) {
+    auto gap = place_of(id);
+    const auto mask = slots_.size() - 1;
+    for (auto at = next(gap); slots_[at] != 0; at = next(at)) {
+      if (((at - home_of(slots_[at])) & mask) < ((at - gap) & mask)) continue;
+      slots_[gap] = slots_[at];
+      gap = at;
+    }
+    slots_[gap] = 0;
+  }
+  void grow() {
+    slots_.assign(std::max(kMinCount, 2 * slots_.size()), 0);
+    shift_ = 64 - std::countr_zero(slots_.size());
+    for (const auto id : ring_) slots_[place_of(id)] = id;
+  }
+
+  std::size_t capacity_;
+  std::vector<std::uint64_t> slots_;  ///< a power of two, at most half full; 0 = free
+  int shift_ = 0;                     ///< of the hash, to an index of the slots
+  std::vector<std::uint64_t> ring_;
+  std::size_t oldest_ = 0;
+};
 
 /// How a message to a host ended.
 enum class Outcome {
@@ -38,7 +107,7 @@ struct SendWindow {
 /// receives (peis.md, section 3.6). Knows no links.
 class Deliveries {
  public:
-  struct Calls {
+  struct Callbacks {
     /// Hands a whole package to the link towards a host. It may change the package id and the counter only.
     std::function<Emitted(OwnerId to, std::span<std::uint8_t> package, bool urgent)> emit;
     /// There is room after send() gave kBusy.
@@ -46,15 +115,15 @@ class Deliveries {
   };
   static constexpr SendWindow kOfKernel{400, 64 * 1024};  ///< section 6.2, 14
   static constexpr SendWindow kOfOurs{4096, 1024 * 1024};
-  /// A kernel takes in as many packages as its program makes steps, 880/s as shipped. More of them only get old in its
-  /// socket, and are sent again in vain from 0.4 s on. So its window follows the time of its acknowledgements.
-  static constexpr std::size_t kFirstOfKernel = 128, kLeastOfKernel = 32;
+  /// A kernel reads one package in each step of its program: 880/s as shipped. Further packages wait in its socket, and
+  /// after 0.4 s they are sent again in vain. So the window of a kernel follows how soon it acknowledges.
+  static constexpr std::size_t kFirstOfKernel = 128, kMinOfKernel = 32;
   static constexpr Duration kLateAck = std::chrono::milliseconds(300);      ///< a kernel collects acks for 0.2 s
   static constexpr std::size_t kMaxBytes = std::size_t{256} * 1024 * 1024;  ///< of all hosts
-  static constexpr std::size_t kLongest = std::size_t{16} * 1024 * 1024;    ///< of a message
+  static constexpr std::size_t kMaxLength = std::size_t{16} * 1024 * 1024;  ///< of a message
 
   /// Package and ack ids count from `seed` on. The counters must outlive it.
-  Deliveries(Scheduler& scheduler, OwnerId self, std::uint32_t seed, Counters& counters, Calls calls);
+  Deliveries(Scheduler& scheduler, OwnerId self, std::uint32_t seed, NodeCounters& counters, Callbacks calls);
 
   void open(OwnerId host, bool is_ours);
   bool is_open(OwnerId host) const { return peers_.contains(host); }
@@ -77,7 +146,8 @@ class Deliveries {
   /// Whether a package with this ack id is the first one of its source.
   bool is_new(OwnerId source, std::uint32_t ack_id);
 
-  std::uint32_t next_id() { return last_id_ = last_id_ >= kMaxId ? 1 : last_id_ + 1; }
+  /// Of a package that is sent once, without acknowledgement.
+  PackageHeader next_header(Routing routing, Port port, OwnerId destination);
 
  private:
   /// A message with an outcome, or in several packages.
@@ -131,6 +201,7 @@ class Deliveries {
   static constexpr std::size_t kSeenOfOurs = 2 * kOfOurs.packages;
   static constexpr std::size_t kMaxSpare = 512;
 
+  std::uint32_t next_id() { return last_id_ = last_id_ >= kMaxId ? 1 : last_id_ + 1; }
   bool has_room(const Peer& peer) const { return peer.sent.size() < peer.packages; }
   void enqueue(OwnerId to, Peer& peer, Port port, ByteView body, MessagePtr message, std::uint16_t number,
                std::uint16_t fragments, std::uint16_t index);
@@ -152,8 +223,8 @@ class Deliveries {
   Scheduler& scheduler_;
   OwnerId self_;
   std::uint32_t last_id_;
-  Counters& counters_;
-  Calls calls_;
+  NodeCounters& counters_;
+  Callbacks callbacks_;
   std::map<OwnerId, Peer> peers_;
   std::size_t bytes_ = 0;     ///< of all packages and waiting messages
   std::vector<Bytes> spare_;  ///< buffers of packages that are over

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {

@@ -7,8 +7,8 @@ namespace rubicon::tuples::peis {
 
 using namespace std::chrono_literals;
 
-Hosts::Hosts(Scheduler& scheduler, Counters& counters, Calls calls)
-    : scheduler_(scheduler), counters_(counters), calls_(std::move(calls)), next_(scheduler, [this] { sweep(); }) {}
+Hosts::Hosts(Scheduler& scheduler, NodeCounters& counters, Callbacks calls)
+    : scheduler_(scheduler), counters_(counters), callbacks_(std::move(calls)), next_(scheduler, [this] { sweep(); }) {}
 
 /// Null: too many hosts.
 Hosts::Host* Hosts::obtain(OwnerId id, bool is_neighbour) {
@@ -94,7 +94,7 @@ void Hosts::restart(Host& host, std::uint32_t magic, bool is_sure) {
   host.hello_way = {};
   host.queries = 0;
   host.left_until = {};
-  if (was_up) calls_.event(HostEvent::kLost, before);
+  if (was_up) callbacks_.event(HostEvent::kLost, before);
 }
 
 bool Hosts::may_be_hello(OwnerId id, const Hello& hello, HelloWay way) const {
@@ -112,7 +112,7 @@ void Hosts::hello(OwnerId id, const Hello& hello, HelloWay way) {
   host.identity.hello = hello;
   host.hello_way = std::max(host.hello_way, way);
   if (host.state == State::kGreeting) return become_up(host);
-  if (host.state == State::kUp && is_news) calls_.event(HostEvent::kHello, Identity(host.identity));
+  if (host.state == State::kUp && is_news) callbacks_.event(HostEvent::kHello, Identity(host.identity));
 }
 
 void Hosts::routable(OwnerId id, std::uint32_t magic, bool is_sure) {
@@ -136,26 +136,26 @@ void Hosts::evaluate(Host& host) {
   if (now < host.left_until) return due(host.left_until);
   if (host.state == State::kMissing) {
     host.state = State::kUp;
-    return calls_.event(HostEvent::kBack, Identity(host.identity));
+    return callbacks_.event(HostEvent::kBack, Identity(host.identity));
   }
   if (host.state != State::kAbsent) return;
   host.state = State::kGreeting;
   host.due = now + kHelloWait;
   due(host.due);
-  calls_.greet(host.identity.id);
-  if (std::exchange(host.counted_lost, false)) return calls_.returned(Identity(host.identity));
+  callbacks_.greet(host.identity.id);
+  if (std::exchange(host.counted_lost, false)) return callbacks_.returned(Identity(host.identity));
   if (host.identity.hello) become_up(host);
 }
 
 void Hosts::become_up(Host& host) {
   host.state = State::kUp;
-  calls_.event(HostEvent::kUp, Identity(host.identity));
+  callbacks_.event(HostEvent::kUp, Identity(host.identity));
 }
 
 /// Whether it was up.
 bool Hosts::become_absent(Host& host) {
   const auto before = std::exchange(host.state, State::kAbsent);
-  if (before != State::kAbsent) calls_.gone(host.identity.id);
+  if (before != State::kAbsent) callbacks_.gone(host.identity.id);
   return before == State::kUp || before == State::kMissing;
 }
 
@@ -177,7 +177,7 @@ void Hosts::unroutable(OwnerId id, SteadyTime heard) {
 void Hosts::lose(Host& host) {
   become_absent(host);
   host.counted_lost = true;
-  calls_.event(HostEvent::kLost, Identity(host.identity));
+  callbacks_.event(HostEvent::kLost, Identity(host.identity));
 }
 
 void Hosts::left(OwnerId id) {
@@ -188,7 +188,7 @@ void Hosts::left(OwnerId id) {
   host.routable = host.counted_lost = false;
   host.query_due = SteadyTime::max();
   host.left_until = scheduler_.now() + kLeaveTime;
-  if (was_up) calls_.event(HostEvent::kLeft, Identity(host.identity));
+  if (was_up) callbacks_.event(HostEvent::kLeft, Identity(host.identity));
 }
 
 bool Hosts::message(OwnerId id) {
@@ -202,7 +202,7 @@ void Hosts::ask(Host& host, SteadyTime now) {
   host.query_due = now + std::min<Duration>(500ms * (1 << std::min(host.queries, 5)), kRoutingPeriod);
   ++host.queries;
   due(host.query_due);
-  calls_.query(host.identity.id);
+  callbacks_.query(host.identity.id);
 }
 
 void Hosts::sweep() {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "base/deadline.h"
-#include "tuples/peis/counters.h"
-#include "tuples/peis/identity.h"
+#include "base/scheduler.h"
+#include "tuples/peis/own_messages.h"
+#include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
@@ -31,7 +31,7 @@ enum class RecordSource {
   kOther,      ///< another host, or the host by way of others while it has a connection
 };
 
-/// How a hello came; a later one tells more of who sent it.
+/// How a hello came; a later value proves more about its sender.
 enum class HelloWay { kAny, kRoute, kOwnLink };
 
 /// The hosts of the network: their starts (magic), when they are up, lost and back. Its owner reports routes to it.
@@ -47,7 +47,7 @@ class Hosts {
   static constexpr Duration kLeaveTime = std::chrono::seconds(3);         ///< a kernel that leaves still talks for 2 s
   static constexpr Duration kForgetTime = std::chrono::minutes(2);
 
-  struct Calls {
+  struct Callbacks {
     std::function<void(HostEvent, const Identity&)> event;
     /// Messages can be sent, hello first: kUp follows when the hello of the host came, or did not for kHelloWait.
     std::function<void(OwnerId)> greet;
@@ -60,19 +60,19 @@ class Hosts {
     std::function<void(const Identity&)> returned;
   };
 
-  Hosts(Scheduler& scheduler, Counters& counters, Calls calls);
+  Hosts(Scheduler& scheduler, NodeCounters& counters, Callbacks calls);
 
-  /// False: the info is that of a start that has ended (unless that start connects and no other one is up), or of too
-  /// many hosts. What was announced ends no start, and
-  /// replaces nothing that the host said itself: it is one more address to try (claim()).
+  /// False: the record is of a start that has ended (unless that start connects and no other one is up), or there are
+  /// too many hosts. An announced record ends no start and replaces no record from the host itself: it only adds an
+  /// address to try (claim()).
   bool learn(const HostRecord& record, RecordSource source);
   /// A start has one hello; another one counts only if it came a better way.
   bool may_be_hello(OwnerId id, const Hello& hello, HelloWay way) const;
   /// Only if may_be_hello().
   void hello(OwnerId id, const Hello& hello, HelloWay way);
-  /// There is a route, or one to another start; `is_sure`: which ends the one before.
+  /// There is a route to the start `magic` of the host. `is_sure`: an earlier start has ended.
   void routable(OwnerId id, std::uint32_t magic, bool is_sure = true);
-  /// There is no route any more. A component of ours has the rest of its lease since it was heard.
+  /// There is no route any more. A component of ours stays for the rest of its lease, which began when it was heard.
   void unroutable(OwnerId id, SteadyTime heard);
   void left(OwnerId id);
   /// A message of the host came. Whether it is up; one that still had time to say hello becomes up.
@@ -83,7 +83,7 @@ class Hosts {
   bool is_up(OwnerId id) const;
   bool is_routable(OwnerId id) const;
   bool is_ours(OwnerId id) const;
-  /// Of a component of ours; also before it is up.
+  /// The lease of a component of ours, also before it is up.
   std::optional<Duration> lease(OwnerId id) const;
   /// Null: not up.
   const Identity* find(OwnerId id) const;
@@ -133,8 +133,8 @@ class Hosts {
   bool purge(const Host& host, SteadyTime now) const;
 
   Scheduler& scheduler_;
-  Counters& counters_;
-  Calls calls_;
+  NodeCounters& counters_;
+  Callbacks callbacks_;
   std::map<OwnerId, Host> hosts_;
   base::Deadline next_;
 };

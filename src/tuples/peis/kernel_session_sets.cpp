@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "tuples/peis/kernel_session.h"
-#include "tuples/peis/patterns.h"
-#include "tuples/peis/values.h"
+#include "tuples/peis/translation.h"
 
 namespace rubicon::tuples::peis {
 

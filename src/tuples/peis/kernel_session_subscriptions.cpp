@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/peis/annex.h"
 #include "tuples/peis/kernel_session.h"
-#include "tuples/peis/patterns.h"
+#include "tuples/peis/own_messages.h"
+#include "tuples/peis/translation.h"
 
 namespace rubicon::tuples::peis {
 

@@ -5,8 +5,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/host_port.h"
-#include "tuples/peis/node_impl.h"
+#include "base/text.h"
+#include "tuples/peis/forgeries.h"
+#include "tuples/peis/node_links.h"
+#include "tuples/peis/node_presence.h"
+#include "tuples/peis/node_routing.h"
+#include "tuples/peis/packages.h"
+#include "tuples/peis/places.h"
 
 namespace rubicon::tuples::peis {
 
@@ -38,18 +43,37 @@ Result<std::vector<base::HostPort>> parse(const std::vector<std::string>& connec
   return hosts;
 }
 
-bool is_loopback_only(const NodeOptions& options) {
-  return std::all_of(options.interfaces.begin(), options.interfaces.end(),
-                     [](const auto& interface) { return interface.is_loopback; });
-}
-
 }  // namespace
+
+/// Wires the parts of a node.
+struct Node::Impl {
+  Impl(NodeOptions options, std::vector<base::HostPort> connect, Scheduler& scheduler,
+       transport::Transports& transports, Log log, NodeCallbacks node_calls);
+  ~Impl();
+  Result<void> open();
+  NodeLinks::Callbacks link_calls();
+  Hosts::Callbacks host_calls();
+  Dialer::Callbacks dialer_calls();
+
+  NodeContext context;
+  NodeCallbacks calls;
+  Hosts hosts;
+  Deliveries deliveries;
+  NodeLinks links;
+  NodeRouting routing;
+  Dialer dialer;
+  Places places;
+  Forgeries forgeries;
+  NodePresence presence;
+  Packages packages;
+  base::OncePerTurn pumping;
+};
 
 Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Node::~Node() = default;
 
 Result<std::unique_ptr<Node>> Node::open(NodeOptions options, Scheduler& scheduler, transport::Transports& transports,
-                                         Log log, NodeCalls calls) {
+                                         Log log, NodeCallbacks calls) {
   if (auto sound = check(options); !sound) return fail(sound.error());
   options.interfaces.resize(std::min(options.interfaces.size(), kMaxAddresses));
   auto connect = parse(options.connect);
@@ -64,13 +88,13 @@ Result<void> Node::send(OwnerId to, Port port, ByteView body, Done done) {
   auto& impl = *impl_;
   if (!impl.hosts.is_up(to))
     return fail(ErrorCode::kNotFound, fmt::format("{}: component {} is not here", to_string(port), number(to)));
-  const auto* route = impl.routes.find(to);
+  const auto* route = impl.routing.routes().find(to);
   if (route && !route->direct) impl.dialer.prefer_direct(to);
   return impl.deliveries.send(to, port, body, std::move(done));
 }
 
 void Node::rename(std::string full_name) {
-  impl_->options.full_name = std::move(full_name);
+  impl_->context.options.full_name = std::move(full_name);
 }
 
 Result<void> Node::broadcast(Port port, ByteView body) {
@@ -78,8 +102,8 @@ Result<void> Node::broadcast(Port port, ByteView body) {
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("{}: {} bytes to all: too long, or no port of PEIS", to_string(port), body.size()));
   Bytes package;
-  append_package(package, impl_->header_for(Routing::kBroadcast, port, kEveryone), body);
-  impl_->flood(package, std::nullopt);
+  append_package(package, impl_->deliveries.next_header(Routing::kBroadcast, port, kEveryone), body);
+  impl_->links.flood(package, std::nullopt);
   return {};
 }
 
@@ -92,7 +116,7 @@ const Identity* Node::host(OwnerId id) const {
 }
 
 bool Node::is_here(OwnerId id) const {
-  return impl_->is_here(id);
+  return impl_->links.is_here(id);
 }
 
 std::size_t Node::unacknowledged(OwnerId to) const {
@@ -100,12 +124,12 @@ std::size_t Node::unacknowledged(OwnerId to) const {
 }
 
 transport::Endpoint Node::local() const {
-  return impl_->local;
+  return impl_->links.local();
 }
 
 std::vector<LinkState> Node::links() const {
   std::vector<LinkState> states;
-  for (const auto& [id, link] : impl_->links) {
+  for (const auto& [id, link] : impl_->links.all()) {
     const auto& connection = *link.connection;
     states.push_back({link.peer, connection.remote(), connection.bytes_in(), connection.bytes_out(),
                       connection.unacknowledged(), link.ours});
@@ -115,104 +139,97 @@ std::vector<LinkState> Node::links() const {
 
 std::vector<RouteState> Node::routes() const {
   std::vector<RouteState> states;
-  for (const auto& [to, route] : impl_->routes.all()) states.push_back({to, route.via, route.metric});
+  for (const auto& [to, route] : impl_->routing.routes().all()) states.push_back({to, route.via, route.metric});
   return states;
 }
 
 const std::vector<Trouble>& Node::troubles() const {
-  return impl_->troubles.all();
+  return impl_->context.troubles.all();
 }
 
-const Counters& Node::counters() const {
-  return impl_->counters;
+const NodeCounters& Node::counters() const {
+  return impl_->context.counters;
 }
 
-Node::Impl::Impl(NodeOptions o, std::vector<base::HostPort> connect, Scheduler& s, transport::Transports& t, Log l,
-                 NodeCalls c)
-    : options(std::move(o)),
-      scheduler(s),
-      transports(t),
-      log(std::move(l), s),
-      calls(std::move(c)),
-      hosts(s, counters,
-            {[this](HostEvent event, const Identity& host) { happened(event, host); },
-             [this](OwnerId host) { welcome(host); },
-             [this](OwnerId host) {
-               deliveries.close(host);
-               fragments.forget(host);
-               forgetful.erase(host);
-             },
-             [this](OwnerId host) {
-               send_direct(host, Port::kQueryHost, write(QueryHost{options.id, kAnyId}));
-             },
-             [this](const Identity& host) { returned(host); }}),
-      routes(options.id, counters, [this](OwnerId host, std::uint32_t magic) { return hosts.is_over(host, magic); }),
-      deliveries(
-          s, options.id, options.magic * 2654435761u, counters,
-          {[this](OwnerId to, std::span<std::uint8_t> package, bool urgent) { return emit(to, package, urgent); },
-           [this](OwnerId to) { calls.ready(to); }}),
-      fragments(s),
-      dialer(s, t, {options.id, options.host_name, std::move(connect), options.magic, is_loopback_only(options)},
-             {[this](OwnerId host) { return is_linked(host); },
-              [this](OwnerId host) { return routes.find(host) != nullptr; },
-              [this](OwnerId host) { return hosts.record(host); }, [this](OwnerId host) { return hosts.claim(host); },
-              [this](const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
-                return dial(target, to, flags);
-              },
-              [this](const Target& target, const Error& error) { unreachable(target, error); },
-              [this](OwnerId host) {
-                ++counters.untried_hosts;
-                log.warning("untried",
-                            fmt::format("component {}: not connected to, too many hosts to connect to", number(host)));
-              }}),
-      id_check(s, t, {options.id, 0, options.network}, [this](const Identity& other) { id_taken(other); }),
-      place_due(s, [this] { release(); }),
-      updates(s, kUpdatePause, [this] { update(); }),
-      cleaning(s, [this] { over.clear(); }),
-      pumping(s, [this] { deliveries.pump(); }) {}
+Node::Impl::Impl(NodeOptions options, std::vector<base::HostPort> connect, Scheduler& scheduler,
+                 transport::Transports& transports, Log log, NodeCallbacks node_calls)
+    : context{std::move(options), scheduler, transports, base::LimitedLog(std::move(log), scheduler)},
+      calls(std::move(node_calls)),
+      hosts(scheduler, context.counters, host_calls()),
+      deliveries(scheduler, context.options.id, context.options.magic * 2654435761u, context.counters,
+                 {[this](OwnerId to, std::span<std::uint8_t> package, bool urgent) {
+                    return routing.emit(to, package, urgent);
+                  },
+                  [this](OwnerId to) { calls.ready(to); }}),
+      links(context, hosts, deliveries, link_calls()),
+      routing(context, links, hosts, deliveries),
+      dialer(scheduler, transports,
+             {context.options.id, context.options.host_name, std::move(connect), context.options.magic,
+              is_loopback_only(context.options)},
+             dialer_calls()),
+      places(context, hosts, routing.routes(), links, dialer,
+             [this](const Package& package) { packages.take_message(package); }),
+      forgeries(context, hosts, routing.routes()),
+      presence(context, calls, hosts, links, routing, deliveries, dialer, places, forgeries),
+      packages(context, calls, hosts, links, routing, deliveries, places, forgeries, presence),
+      pumping(scheduler, [this] { deliveries.pump(); }) {}
+
+Hosts::Callbacks Node::Impl::host_calls() {
+  Hosts::Callbacks on;
+  on.event = [this](HostEvent event, const Identity& host) { presence.happened(event, host); };
+  on.greet = [this](OwnerId host) { presence.welcome(host); };
+  on.gone = [this](OwnerId host) {
+    deliveries.close(host);
+    packages.forget(host);
+    presence.gone(host);
+  };
+  on.query = [this](OwnerId host) {
+    routing.send(host, Port::kQueryHost, write(QueryHost{context.options.id, kAnyId}));
+  };
+  on.returned = [this](const Identity& host) { presence.returned(host); };
+  return on;
+}
+
+NodeLinks::Callbacks Node::Impl::link_calls() {
+  return {[this](NodeLink& link) { presence.greet(link); },
+          [this](NodeLink& link, const Package& package) { packages.received(link, package); },
+          [this] { pumping.request(); },
+          [this](const NodeLink& link, SteadyTime heard, bool broken) { presence.unlinked(link, heard, broken); }};
+}
+
+Dialer::Callbacks Node::Impl::dialer_calls() {
+  Dialer::Callbacks on;
+  on.is_linked = [this](OwnerId host) { return links.is_linked(host); };
+  on.is_routable = [this](OwnerId host) { return routing.routes().find(host) != nullptr; };
+  on.record = [this](OwnerId host) { return hosts.record(host); };
+  on.claim = [this](OwnerId host) { return hosts.claim(host); };
+  on.dial = [this](const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
+    return links.dial(target, to, flags);
+  };
+  on.unresolved = [this](const Target& target, const Error& error) { links.unreachable(target, error); };
+  on.refused = [this](OwnerId host) {
+    ++context.counters.untried_hosts;
+    context.log.warning("untried",
+                        fmt::format("component {}: not tried, there are too many hosts to connect to", number(host)));
+  };
+  return on;
+}
 
 /// Says goodbye; the system still sends what it took.
 Node::Impl::~Impl() {
-  lifetime.end();
   Bytes package;
-  const auto dead = write(DeadHost{options.id, DeathReason::kLost});
-  append_package(package, header_for(Routing::kBroadcast, Port::kDeadHost, kEveryone), dead);
-  for (auto& [id, link] : links) {
+  const auto dead = write(DeadHost{context.options.id, DeathReason::kLost});
+  append_package(package, deliveries.next_header(Routing::kBroadcast, Port::kDeadHost, kEveryone), dead);
+  for (const auto& [id, link] : links.all()) {
     if (link.is_route()) link.connection->send(package, true);
-    link.connection->close();
   }
+  links.end();
 }
 
 Result<void> Node::Impl::open() {
-  auto listening = listen(options.first_port);
-  for (int i = 1; options.first_port != 0 && i < kPortsToTry && !listening; ++i) {
-    if (listening.error().code != ErrorCode::kBusy || options.first_port + i > 0xffff) break;
-    listening = listen(static_cast<std::uint16_t>(options.first_port + i));
-  }
-  if (!listening) return listening;
-  if (options.multicast) {
-    announcer = std::make_unique<Announcer>(
-        scheduler, transports, Announcer::Where{options.network, options.interfaces}, counters, log,
-        Announcer::Calls{[this] { return own_record(); }, [this](const HostRecord& record) { announced(record); },
-                         [this](TroubleKind kind, OwnerId id, std::string_view name, std::string_view detail) {
-                           troubles.note(kind, id, name, detail);
-                         }});
-  }
-  periodic();
-  return {};
-}
-
-/// With loopback interfaces only, no other host can connect.
-Result<void> Node::Impl::listen(std::uint16_t port) {
-  auto accepts = [this](std::unique_ptr<transport::TcpStream> stream) { return accept(std::move(stream)); };
-  auto failed = lifetime.guard([this](const Error& error) {
-    log.warning("listen", error.text + "; others cannot connect to this component any longer");
-    listener.reset();
-  });
-  auto opened = transports.listen_tcp({is_loopback_only(options) ? "127.0.0.1" : "0.0.0.0", port}, accepts, failed);
-  if (!opened) return fail(opened.error());
-  listener = std::move(*opened);
-  local = listener->local();
+  if (auto listening = links.listen(); !listening) return listening;
+  presence.begin();
+  routing.begin();
   return {};
 }
 

@@ -13,10 +13,9 @@
 #include "rubicon/result.hpp"
 #include "transport/interfaces.h"
 #include "transport/transports.h"
-#include "tuples/peis/counters.h"
 #include "tuples/peis/deliveries.h"
 #include "tuples/peis/hosts.h"
-#include "tuples/peis/identity.h"
+#include "tuples/peis/own_messages.h"
 #include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
@@ -38,7 +37,7 @@ struct NodeOptions {
 };
 
 /// Called from the loop, never inside a call to the node. None may destroy the node.
-struct NodeCalls {
+struct NodeCallbacks {
   /// A message of a host between its kUp and its kLeft or kLost; the bytes are valid during the call. The ports are
   /// those of tuples (5, 6, 7, 10, 15, 16) and of ours (41 to 49): the node answers all others itself.
   std::function<void(OwnerId from, Port port, ByteView body)> message;
@@ -72,7 +71,7 @@ class Node {
   /// kInvalid for options out of range, kBusy if none of 100 ports is free, else kIo. The scheduler, the transports and
   /// the sink of the log must outlive it. The calls begin in a later turn.
   static Result<std::unique_ptr<Node>> open(NodeOptions options, Scheduler& scheduler,
-                                            transport::Transports& transports, Log log, NodeCalls calls);
+                                            transport::Transports& transports, Log log, NodeCallbacks calls);
   ~Node();
 
   /// Sends a message to a host that is up, in fragments if it is long; `done` may be empty, and is called once, in a
@@ -100,7 +99,7 @@ class Node {
   transport::Endpoint local() const;  ///< where it listens
   std::vector<LinkState> links() const;
   std::vector<RouteState> routes() const;
-  const Counters& counters() const;
+  const NodeCounters& counters() const;
   const std::vector<Trouble>& troubles() const;
 
  private:

@@ -1,33 +1,83 @@
+#include "tuples/peis/node_links.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "tuples/peis/node_impl.h"
-
 namespace rubicon::tuples::peis {
 
-NodeLink* Node::Impl::link(LinkId id) {
-  const auto found = links.find(id);
-  return found == links.end() ? nullptr : &found->second;
+namespace {
+
+constexpr std::size_t kMaxLinks = 256;
+constexpr std::size_t kReservedLinks = 32;                 ///< besides, for those that this node establishes
+constexpr std::size_t kMaxStrangers = 32;                  ///< accepted connections that have not sent who they are
+constexpr std::size_t kMaxUnmet = 64;                      ///< those included, accepted ones without a host record
+constexpr std::size_t kMaxUnmetOfHost = 8;                 ///< from one address of another host
+constexpr Duration kRecordTime = std::chrono::seconds(5);  ///< from the connect message to the host record
+constexpr Duration kClaimTime = std::chrono::seconds(1);   ///< for the record of one with the id of this node
+constexpr int kPortsToTry = 100;
+
+}  // namespace
+
+NodeLinks::NodeLinks(NodeContext& context, const Hosts& hosts, Deliveries& deliveries, Callbacks calls)
+    : context_(context),
+      hosts_(hosts),
+      deliveries_(deliveries),
+      callbacks_(std::move(calls)),
+      cleaning_(context.scheduler, [this] { over_.clear(); }) {}
+
+void NodeLinks::end() {
+  lifetime_.end();
+  for (auto& [id, link] : links_) link.connection->close();
 }
 
-bool Node::Impl::is_linked(OwnerId peer) const {
-  return std::any_of(links.begin(), links.end(), [&](const auto& item) {
+Result<void> NodeLinks::listen() {
+  const auto first = context_.options.first_port;
+  auto listening = listen(first);
+  for (int i = 1; first != 0 && i < kPortsToTry && !listening; ++i) {
+    if (listening.error().code != ErrorCode::kBusy || first + i > 0xffff) break;
+    listening = listen(static_cast<std::uint16_t>(first + i));
+  }
+  return listening;
+}
+
+/// With loopback interfaces only, no other host can connect.
+Result<void> NodeLinks::listen(std::uint16_t port) {
+  auto accepts = [this](std::unique_ptr<transport::TcpStream> stream) { return accept(std::move(stream)); };
+  auto failed = lifetime_.guard([this](const Error& error) {
+    context_.log.warning("listen", error.text + "; others cannot connect to this component any longer");
+    listener_.reset();
+  });
+  const auto* host = is_loopback_only(context_.options) ? "127.0.0.1" : "0.0.0.0";
+  auto opened = context_.transports.listen_tcp({host, port}, accepts, failed);
+  if (!opened) return fail(opened.error());
+  listener_ = std::move(*opened);
+  local_ = listener_->local();
+  return {};
+}
+
+NodeLink* NodeLinks::find(LinkId id) {
+  const auto found = links_.find(id);
+  return found == links_.end() ? nullptr : &found->second;
+}
+
+bool NodeLinks::is_linked(OwnerId peer) const {
+  return std::any_of(links_.begin(), links_.end(), [&](const auto& item) {
     const auto& link = item.second;  // what one that connected says of itself shows nothing before its record
     return link.peer == peer && (link.is_route() || link.initiated);
   });
 }
 
-std::size_t Node::Impl::strangers() const {
-  return static_cast<std::size_t>(std::count_if(links.begin(), links.end(), [](const auto& item) {
+std::size_t NodeLinks::strangers() const {
+  return static_cast<std::size_t>(std::count_if(links_.begin(), links_.end(), [](const auto& item) {
     return !item.second.initiated && item.second.peer == OwnerId{};
   }));
 }
 
-bool Node::Impl::may_accept(const std::string& address) const {
+bool NodeLinks::may_accept(const std::string& address) const {
   std::size_t all = 0, of_host = 0;
-  for (const auto& [id, link] : links) {
+  for (const auto& [id, link] : links_) {
     if (link.initiated || link.is_route()) continue;
     ++all;
     if (link.connection->remote().address == address) ++of_host;
@@ -36,290 +86,216 @@ bool Node::Impl::may_accept(const std::string& address) const {
   return all < kMaxUnmet && strangers() < kMaxStrangers && (is_local || of_host < kMaxUnmetOfHost);
 }
 
-bool Node::Impl::has_room(std::size_t limit) const {
-  const auto used = std::count_if(links.begin(), links.end(),
+bool NodeLinks::has_room(std::size_t limit) const {
+  const auto used = std::count_if(links_.begin(), links_.end(),
                                   [](const auto& item) { return item.second.initiated || item.second.is_route(); });
   return static_cast<std::size_t>(used) < limit;
 }
 
-NodeLink& Node::Impl::make_link(bool initiated) {
-  const LinkId id{++last_link};
-  ConnectionCalls events;
+bool NodeLinks::is_here(OwnerId host) const {
+  return std::any_of(links_.begin(), links_.end(), [&](const auto& item) {
+    const auto& address = item.second.connection->remote().address;
+    const auto is_own = [&](const auto& interface) { return interface.address == address; };
+    const auto& own = context_.options.interfaces;
+    return item.second.peer == host && item.second.is_route() &&
+           (address.starts_with("127.") || std::any_of(own.begin(), own.end(), is_own));
+  });
+}
+
+bool NodeLinks::has_room_for(const NodeLink& link, OwnerId host) const {
+  return link.initiated || is_linked(host) || has_room(kMaxLinks);
+}
+
+NodeLink& NodeLinks::make(bool initiated) {
+  const LinkId id{++last_link_};
+  ConnectionCallbacks events;
   const auto with = [this, id](auto call) {
     return [this, id, call](auto&&... arguments) {
-      if (auto* found = link(id)) call(*found, arguments...);
+      if (auto* found = find(id)) call(*found, arguments...);
     };
   };
   events.connected = with([this](NodeLink& link) { greet(link); });
   events.greeted = [this, id](const ConnectMessage& message) {
-    auto* found = link(id);
+    auto* found = find(id);
     return found && greeted(*found, message);
   };
-  events.package = with([this](NodeLink& link, const Package& package) { received(link, package); });
+  events.package = with([this](NodeLink& link, const Package& package) { callbacks_.package(link, package); });
   events.closed = [this, id](Ending why, const Error& error) { closed(id, why, error); };
-  events.room = [this] { pumping.request(); };
-  events.quiet = with([this](NodeLink& link) { send_on(link, Routing::kLink, Port::kHello, {}); });
-  auto& made = links[id];
+  events.room = [this] { callbacks_.room(); };
+  events.quiet = with([this](NodeLink& link) { send(link, Routing::kLink, Port::kHello, {}); });
+  auto& made = links_[id];
   made.id = id;
   made.initiated = initiated;
-  made.connection = std::make_unique<Connection>(scheduler, std::move(events));
+  made.connection = std::make_unique<Connection>(context_.scheduler, std::move(events));
   return made;
 }
 
-transport::TcpCalls Node::Impl::accept(std::unique_ptr<transport::TcpStream> stream) {
+transport::TcpCallbacks NodeLinks::accept(std::unique_ptr<transport::TcpStream> stream) {
   const auto from = stream->remote().address;
-  if (may_accept(from)) return make_link(false).connection->accept(std::move(stream));
-  ++counters.too_many_links;
-  log.warning("strangers", "connection from " + from + " refused: too many others have not sent who they are");
+  if (may_accept(from)) return make(false).connection->accept(std::move(stream));
+  ++context_.counters.too_many_links;
+  context_.log.warning("strangers", "connection from " + from + " refused: too many others have not sent who they are");
   return {};
 }
 
-bool Node::Impl::dial(const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
-  if (to == local) return false;
+bool NodeLinks::dial(const Target& target, const transport::Endpoint& to, std::uint32_t flags) {
+  if (to == local_) return false;
   if (!has_room(kMaxLinks + kReservedLinks)) {
-    ++counters.too_many_links;
-    return log.warning("links", "no connection to " + transport::to_string(to) + ": too many connections"), false;
+    ++context_.counters.too_many_links;
+    return context_.log.warning("links", "no connection to " + transport::to_string(to) + ": too many connections"),
+           false;
   }
-  auto& link = make_link(true);
-  const auto dialed = link.connection->dial(transports, to, {options.id, flags, options.network});
+  auto& link = make(true);
+  const auto dialed =
+      link.connection->dial(context_.transports, to, {context_.options.id, flags, context_.options.network});
   if (dialed) return link.target = target, true;
-  log.debug("dial " + transport::to_string(to), dialed.error().text);
-  links.erase(link.id);
+  context_.log.debug("dial " + transport::to_string(to), dialed.error().text);
+  links_.erase(link.id);
   return false;
 }
 
 /// Whether the connect message is one of this network, of another component.
-bool Node::Impl::greeted(NodeLink& link, const ConnectMessage& message) {
+bool NodeLinks::greeted(NodeLink& link, const ConnectMessage& message) {
   const auto from = link.connection->remote();
   const auto name = fmt::format("component {} at {}", number(message.id), transport::to_string(from));
-  if (message.network != options.network) {
-    ++counters.foreign_networks;
-    troubles.note(TroubleKind::kForeignNetwork, message.id, transport::to_string(from), message.network);
-    return log.info("network " + name, fmt::format("{}: refused, its network is another one", name)), false;
+  if (message.network != context_.options.network) {
+    ++context_.counters.foreign_networks;
+    context_.troubles.note(TroubleKind::kForeignNetwork, message.id, transport::to_string(from), message.network);
+    return context_.log.info("network " + name, fmt::format("{}: refused, its network is another one", name)), false;
   }
-  if (message.id == options.id) {
-    ++counters.own_id_seen;
-    const bool is_self = std::any_of(links.begin(), links.end(),
+  if (message.id == context_.options.id) {
+    ++context_.counters.own_id_seen;
+    const bool is_self = std::any_of(links_.begin(), links_.end(),
                                      [&](const auto& item) { return item.second.connection->local() == from; });
     if (is_self) return false;
     // Its record follows. Without one it asks whether this node is there: closing is the answer.
-    link.record_due = scheduler.after(kClaimTime, [this, id = link.id] {
-      if (auto* asked = this->link(id)) close(*asked);
+    link.record_due = context_.scheduler.after(kClaimTime, [this, id = link.id] {
+      if (auto* asked = find(id)) close(*asked);
     });
     return true;
   }
   const auto id = number(message.id);
-  if (id == 0 || id > kMaxId) return ++counters.bad_ids, false;
+  if (id == 0 || id > kMaxId) return ++context_.counters.bad_ids, false;
   if (!has_room(kMaxLinks)) {
-    ++counters.too_many_links;
-    return log.warning("links", name + ": refused, too many connections"), false;
+    ++context_.counters.too_many_links;
+    return context_.log.warning("links", name + ": refused, too many connections"), false;
   }
   link.peer = message.id;
   greet(link);
   return true;
 }
 
-/// What each side sends first (section 3.3).
-void Node::Impl::greet(NodeLink& link) {
-  const auto record = write(HostRecordMessage{own_record(), false});
-  send_on(link, Routing::kLink, Port::kHostInfo, record);
-  send_routing(link);
-  send_on(link, Routing::kBroadcast, Port::kHostInfo, record);
-  expect_record(link);
-}
-
 /// Without its record a connection leads nowhere, but takes room.
-void Node::Impl::expect_record(NodeLink& link) {
-  link.record_due = scheduler.after(kRecordTime, [this, id = link.id] {
-    auto* late = this->link(id);
+void NodeLinks::greet(NodeLink& link) {
+  callbacks_.greet(link);
+  link.record_due = context_.scheduler.after(kRecordTime, [this, id = link.id] {
+    auto* late = find(id);
     if (!late || late->is_route()) return;
-    ++counters.silent_links;
+    ++context_.counters.silent_links;
     const auto text = fmt::format("component {} at {} did not send who it is", number(late->peer),
                                   transport::to_string(late->connection->remote()));
-    log.warning("no record", text + ": connection closed");
+    context_.log.warning("no record", text + ": connection closed");
     if (late->initiated) unreachable(late->target, Error{ErrorCode::kUnreachable, text});
     close(*late);
   });
 }
 
-/// The peer sent its host record: the link becomes a route.
-void Node::Impl::meet(NodeLink& met, const HostRecord& record) {
-  const auto id = met.id;
-  if (met.is_route()) {
-    if (met.magic != record.magic) return close(met);
-    return void(hosts.learn(record, RecordSource::kOwnLink));
-  }
-  if (!met.initiated && !is_linked(record.id) && !has_room(kMaxLinks)) {
-    ++counters.too_many_links;
-    log.warning("links", fmt::format("component {}: refused, too many connections", number(record.id)));
-    return close(met);
-  }
-  if (!hosts.learn(record, RecordSource::kOwnLink)) {
-    log.info(
-        fmt::format("over {}", number(record.id)),
-        fmt::format("component {}: refused, another start of it came later, or too many hosts", number(record.id)));
-    if (hosts.is_over(record.id, record.magic))
-      troubles.note(TroubleKind::kSharedId, record.id, record.full_name, "it connected after another start");
-    return close(met);
-  }
-  troubles.reached(record.id, address_of(met.target));
-  dialer.connected(met.target, record.id);
-  std::vector<LinkId> former;
-  for (const auto& [other, link] : links) {
-    if (link.peer == record.id && link.is_route() && link.magic != record.magic) former.push_back(other);
-  }
-  for (const auto other : former) close(*link(other));
-  met.magic = record.magic;
-  const auto* before = routes.find(record.id);
-  const bool was_far = before && !before->direct;
-  widen_links(record.id);
-  const auto early = std::exchange(met.early, {});
-  const auto now = scheduler.now();
-  apply(routes.open(id, record.id, record.magic, record.host_name == options.host_name ? 1 : 2, now));
-  for (const auto& page : early) apply(routes.receive(id, page, now));
-  if (was_far) deliveries.send_again(record.id);  // a hello that comes another way is refused from now on
-  updates.request();
-  drop_duplicates(record.id);
-  if (placeless.contains(record.id)) release();
+void NodeLinks::close(NodeLink& link) {
+  link.connection->close();
+  remove(link.id, false);
 }
 
-/// Of connections that one side established the newest stays; of those of both sides that of the lower id, among
-/// components of ours.
-void Node::Impl::drop_duplicates(OwnerId peer) {
+void NodeLinks::close_each(const std::function<bool(const NodeLink&)>& which) {
+  std::vector<LinkId> ids;
+  for (const auto& [id, link] : links_) {
+    if (which(link)) ids.push_back(id);
+  }
+  for (const auto id : ids) close(*find(id));
+}
+
+void NodeLinks::close_all(OwnerId peer) {
+  close_each([peer](const NodeLink& link) { return link.peer == peer; });
+}
+
+void NodeLinks::close_former(OwnerId peer, std::uint32_t magic) {
+  close_each(
+      [peer, magic](const NodeLink& link) { return link.peer == peer && link.is_route() && link.magic != magic; });
+}
+
+void NodeLinks::close_duplicates(OwnerId peer) {
   NodeLink* by_us = nullptr;
   NodeLink* by_peer = nullptr;
   std::vector<LinkId> surplus;
-  for (auto& [id, link] : links) {
+  for (auto& [id, link] : links_) {
     if (link.peer != peer || !link.is_route()) continue;
     auto& newest = link.initiated ? by_us : by_peer;
     if (newest) surplus.push_back(newest->id);
     newest = &link;
   }
-  if (by_us && by_peer && by_us->ours && by_peer->ours) surplus.push_back((options.id < peer ? by_peer : by_us)->id);
-  for (const auto id : surplus) close(*link(id));
+  if (by_us && by_peer && by_us->ours && by_peer->ours)
+    surplus.push_back((context_.options.id < peer ? by_peer : by_us)->id);
+  for (const auto id : surplus) close(*find(id));
 }
 
-void Node::Impl::widen_links(OwnerId peer) {
-  const auto lease = hosts.lease(peer);
-  for (auto& [id, link] : links) {
-    if (link.peer != peer || !lease || !link.is_route()) continue;
+void NodeLinks::widen(OwnerId peer, Duration lease) {
+  for (auto& [id, link] : links_) {
+    if (link.peer != peer || !link.is_route()) continue;
     link.ours = true;
-    link.connection->widen(*lease, options.hello.lease);
+    link.connection->widen(lease, context_.options.hello.lease);
   }
 }
 
-void Node::Impl::close(NodeLink& link) {
-  link.connection->close();
-  remove(link.id, false);
-}
-
-/// `host:port` of a configured host, else empty.
-std::string Node::Impl::address_of(const Target& target) const {
+std::string NodeLinks::address_of(const Target& target) const {
   if (target.configured < 0) return {};
-  return options.connect.at(static_cast<std::size_t>(target.configured));
+  return context_.options.connect.at(static_cast<std::size_t>(target.configured));
 }
 
-void Node::Impl::unreachable(const Target& target, const Error& error) {
-  const auto* record = hosts.record(target.host);
-  troubles.note(TroubleKind::kUnreachable, target.host, record ? record->full_name : address_of(target), error.text);
+void NodeLinks::unreachable(const Target& target, const Error& error) {
+  const auto* record = hosts_.record(target.host);
+  context_.troubles.note(TroubleKind::kUnreachable, target.host, record ? record->full_name : address_of(target),
+                         error.text);
 }
 
-void Node::Impl::closed(LinkId id, Ending why, const Error& error) {
-  const auto* ended = link(id);
+void NodeLinks::closed(LinkId id, Ending why, const Error& error) {
+  const auto* ended = find(id);
   if (ended && ended->initiated && !ended->is_route()) unreachable(ended->target, error);
-  if (why == Ending::kStuck) ++counters.stuck_links;
-  if (why == Ending::kSilent) ++counters.silent_links;
+  if (why == Ending::kStuck) ++context_.counters.stuck_links;
+  if (why == Ending::kSilent) ++context_.counters.silent_links;
   if (why == Ending::kStrange) {
     const bool version = error.code == ErrorCode::kUnsupported;
-    ++(version ? counters.foreign_versions : counters.bad_streams);
-    if (version) troubles.note(TroubleKind::kForeignVersion, ended ? ended->peer : OwnerId{}, {}, error.text);
-    log.warning("strange bytes", error.text);
+    ++(version ? context_.counters.foreign_versions : context_.counters.bad_streams);
+    if (version) context_.troubles.note(TroubleKind::kForeignVersion, ended ? ended->peer : OwnerId{}, {}, error.text);
+    context_.log.warning("strange bytes", error.text);
   } else {
     const bool is_odd = why == Ending::kStuck || why == Ending::kSilent;
     if (is_odd)
-      log.info("dead connection", fmt::format("component {}: {}", number(ended ? ended->peer : OwnerId{}), error.text));
-    log.debug("connection", error.text);
+      context_.log.info("dead connection",
+                        fmt::format("component {}: {}", number(ended ? ended->peer : OwnerId{}), error.text));
+    context_.log.debug("connection", error.text);
   }
   remove(id, true);
 }
 
-void Node::Impl::remove(LinkId id, bool broken) {
-  auto gone = links.extract(id);
+void NodeLinks::remove(LinkId id, bool broken) {
+  auto gone = links_.extract(id);
   if (gone.empty()) return;
   auto& link = gone.mapped();
-  const auto now = scheduler.now();
   const auto heard = link.connection->heard();
-  over.push_back(std::move(link.connection));
-  cleaning.request();
-  if (link.initiated) dialer.ended(link.target, link.is_route());
-  if (!link.is_route()) return;
-  std::vector<OwnerId> moved;
-  for (const auto& [host, route] : routes.all()) {
-    if (route.link == id) moved.push_back(host);
-  }
-  apply(routes.close(id, now), std::pair(link.peer, heard));
-  for (const auto host : moved) {
-    if (routes.find(host)) deliveries.send_again(host);
-  }
-  updates.request();
-  if (broken && link.target.configured < 0 && !is_linked(link.peer)) dialer.again(link.peer, link.initiated);
+  over_.push_back(std::move(link.connection));
+  cleaning_.request();
+  callbacks_.ended(link, heard, broken);
 }
 
-void Node::Impl::apply(const RouteChanges& changes, std::optional<std::pair<OwnerId, SteadyTime>> heard) {
-  for (const auto host : changes.lost) {
-    if (routes.find(host)) continue;
-    hosts.unroutable(host, heard && heard->first == host ? heard->second : scheduler.now());
-  }
-  find_routable(changes);
-  if (changes.any()) updates.request();
+void NodeLinks::send(NodeLink& link, Routing routing, Port port, ByteView body) {
+  Bytes package;
+  append_package(package, deliveries_.next_header(routing, port, kEveryone), body);
+  if (!link.connection->send(package, true)) ++context_.counters.queue_full;
 }
 
-void Node::Impl::find_routable(const RouteChanges& changes) {
-  for (const auto host : changes.found) {
-    if (const auto* route = routes.find(host)) hosts.routable(host, route->magic);
-  }
-}
-
-/// Changes beyond the budget go out with the next routing.
-void Node::Impl::take_routing(NodeLink& link, const RoutingPage& page) {
-  const auto now = scheduler.now();
-  const auto changes = routes.receive(link.id, page, now);
-  if (changes.any() && link.changes.take(now, kMaxChanges, kRoutingPeriod)) updates.request();
-  for (const auto host : changes.lost) {
-    if (!routes.find(host)) hosts.unroutable(host, now);
-  }
-  find_routable(changes);
-}
-
-void Node::Impl::periodic() {
-  period = scheduler.after(kRoutingPeriod, [this] { periodic(); });
-  apply(routes.age(scheduler.now()));
-  updates.call_now();
-}
-
-void Node::Impl::update() {
-  ++sequence;
-  for (auto& [id, link] : links) {
-    if (link.peer != OwnerId{}) send_routing(link);
-  }
-}
-
-void Node::Impl::send_routing(NodeLink& link) {
-  auto entries = routes.entries_for(link.id, scheduler.now());
-  // Before its record is here: what is known is a former start, and a kernel would take the route to that as its own.
-  if (!link.is_route()) std::erase_if(entries, [&](const RouteEntry& entry) { return entry.id == link.peer; });
-  const auto connections = static_cast<std::uint8_t>(std::min<std::size_t>(links.size(), 254));
-  entries.insert(entries.begin(), {options.id, sequence, options.magic, 0, connections});
-  const auto pages = (entries.size() + kMaxRoutesOfPage - 1) / kMaxRoutesOfPage;
-  for (std::size_t i = 0; i < pages; ++i) {
-    RoutingPage page;
-    page.page = static_cast<std::uint16_t>(i);
-    page.pages = static_cast<std::uint16_t>(pages);
-    page.sequence = sequence;
-    const auto first = entries.begin() + static_cast<std::ptrdiff_t>(i * kMaxRoutesOfPage);
-    const auto size = std::min(kMaxRoutesOfPage, entries.size() - i * kMaxRoutesOfPage);
-    page.entries.assign(first, first + static_cast<std::ptrdiff_t>(size));
-    send_on(link, Routing::kLink, Port::kRouting, write(page));
+void NodeLinks::flood(ByteView package, std::optional<LinkId> except) {
+  for (auto& [id, link] : links_) {
+    if (id == except || !link.is_route()) continue;
+    if (!link.connection->send(package, false)) ++context_.counters.queue_full;
   }
 }
 

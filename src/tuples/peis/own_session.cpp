@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/peis/annex.h"
 #include "tuples/peis/fields.h"
 #include "tuples/peis/own_messages.h"
-#include "tuples/peis/values.h"
+#include "tuples/peis/translation.h"
 
 namespace rubicon::tuples::peis {
 
@@ -47,7 +46,7 @@ void OwnSession::publish(const TupleSet& set) {
   send(Port::kPush, body_);
 }
 
-/// As a delete of kernels; the annex says whether the tuple expired.
+/// Has the form of a kernel's delete; the annex says whether the tuple expired.
 void OwnSession::publish(const TupleGone& gone) {
   if (gone.key.size() > kMaxPeisKey) return;
   NetworkTuple out;
@@ -80,21 +79,21 @@ void OwnSession::subscribe(const SubscriptionSpec& spec) {
     context_.log.error("long pattern", too_long(spec.pattern.key).text + ": it matches nothing on this engine");
     return end_snapshot(spec.id);
   }
-  wishes_[spec.id] = spec;
+  subscription_changes_[spec.id] = spec;
   send_due();
 }
 
 void OwnSession::unsubscribe(std::uint32_t id) {
-  wishes_[id] = std::nullopt;
+  subscription_changes_[id] = std::nullopt;
   send_due();
 }
 
 bool OwnSession::send_next() {
   if (std::exchange(forget_, false)) {
     send(Port::kSnapshot, write_forget());
-  } else if (!wishes_.empty()) {
-    const auto wish = wishes_.extract(wishes_.begin());
-    wish.mapped() ? send_subscribe(*wish.mapped()) : send_unsubscribe(wish.key());
+  } else if (!subscription_changes_.empty()) {
+    const auto change = subscription_changes_.extract(subscription_changes_.begin());
+    change.mapped() ? send_subscribe(*change.mapped()) : send_unsubscribe(change.key());
   } else if (const auto summary = std::exchange(summary_, std::nullopt)) {
     send(Port::kSummary, base::as_bytes(*summary));
   } else {
@@ -178,7 +177,7 @@ void OwnSession::forgotten() {}
 void OwnSession::back() {
   deliver(Restart{});
   forget_ = true;
-  wishes_.clear();
+  subscription_changes_.clear();
   send_due();
 }
 
@@ -192,7 +191,7 @@ void OwnSession::on_push(ByteView body) {
   const auto read = read_push(body);
   if (!read) return bad(read.error());
   const auto annex = read_push_annex(read->annex);
-  if (!annex) return bad({ErrorCode::kInvalid, "PUSH_TUPLE: no annex, which components of ours send"});
+  if (!annex) return bad({ErrorCode::kInvalid, "PUSH_TUPLE without the annex that components of ours send"});
   if (*read->owner != peer_) return void(++context_.counters.foreign_tuples);
   if (annex->kind != EventKind::kSet) return deliver(TupleGone{annex->kind, read->key, annex->sequence});
   TupleView tuple;
@@ -231,7 +230,7 @@ void OwnSession::on_set(ByteView body) {
   const auto read = read_set_remote(body);
   if (!read) return bad(read.error());
   const auto annex = read_set_annex(read->annex);
-  if (!annex) return bad({ErrorCode::kInvalid, "SET_REMOTE: no annex, which components of ours send"});
+  if (!annex) return bad({ErrorCode::kInvalid, "SET_REMOTE without the annex that components of ours send"});
   if (annex->request <= last_request_) return;  // a repetition, after a hello that came again
   last_request_ = annex->request;
   RemoteSet set;

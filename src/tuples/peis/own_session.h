@@ -9,7 +9,7 @@
 
 namespace rubicon::tuples::peis {
 
-/// With a component of ours. The messages are those of kernels with an annex; replies, summaries and the ends of
+/// With a component of ours. The messages are kernel messages with an annex; replies, summaries and the ends of
 /// snapshots have ports of their own.
 class OwnSession final : public Session {
  public:
@@ -50,7 +50,8 @@ class OwnSession final : public Session {
 
   // Due, in this order.
   bool forget_ = false;
-  std::map<std::uint32_t, std::optional<SubscriptionSpec>> wishes_;  ///< own subscriptions by id; none: it ends
+  std::map<std::uint32_t, std::optional<SubscriptionSpec>>
+      subscription_changes_;  ///< own subscriptions by id; none: it ends
   std::optional<std::string> summary_;
 };
 

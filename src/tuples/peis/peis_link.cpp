@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "tuples/host_policy.h"
-#include "tuples/member_policy.h"
-#include "tuples/peis/metrics.h"
+#include "tuples/peer_policy.h"
+#include "tuples/peis/session.h"
+#include "tuples/refusals.h"
 
 namespace rubicon::tuples::peis {
 
@@ -16,7 +16,7 @@ namespace {
 /// Pause before the node is opened again after an error.
 constexpr Duration kRetryOpen = std::chrono::seconds(1);
 
-/// A magic that looks random, and differs between starts: never that of the start before.
+/// The number of this start of a kernel: looks random, and differs from that of the start before.
 std::uint32_t magic_of(OwnerId id, std::uint64_t incarnation, const std::string& process, std::uint32_t before) {
   auto mixed = (incarnation + number(id) * 0x9e3779b97f4a7c15U) * 0xbf58476d1ce4e5b9U;
   for (const char c : process) mixed = (mixed ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
@@ -33,7 +33,7 @@ std::shared_ptr<const Member> everybody_there(const PeisOptions& options) {
 std::unique_ptr<PeerPolicy> make_policy(OwnerId self, const PeisLink::Settings& settings, const Log& log) {
   const auto& options = settings.options;
   if (options.judge) return std::make_unique<MemberPolicy>(self, options.judge, everybody_there(options));
-  return std::make_unique<HostPolicy>(self, settings.machine.host_id, options.trust_lan, log);
+  return std::make_unique<DeclaredHostPolicy>(self, settings.machine.host_id, options.trust_lan, log);
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ void PeisLink::unsubscribe(std::uint32_t id) {
 
 Result<void> PeisLink::remote_set(const RemoteSet& set) {
   if (auto* session = presence_ ? presence_->find(set.owner) : nullptr) return session->remote_set(set);
-  return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  return fail(no_component(set.owner));
 }
 
 void PeisLink::reply(const Reply& reply) {

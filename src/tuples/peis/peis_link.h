@@ -1,8 +1,8 @@
 #pragma once
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "tuples/peer_policy.h"
-#include "tuples/peis/peis_options.h"
+#include "tuples/peis/peis_ecology.h"
 #include "tuples/peis/presence.h"
 
 namespace rubicon::tuples::peis {

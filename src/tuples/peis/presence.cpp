@@ -29,7 +29,7 @@ Result<void> Presence::open(transport::Transports& transports) {
   return {};
 }
 
-NodeCalls Presence::node_calls() {
+NodeCallbacks Presence::node_calls() {
   // The listener may end the link while it is called: this then lives until the call is over.
   const auto during = [this](auto call) {
     return [this, call](auto&&... arguments) {
@@ -39,7 +39,7 @@ NodeCalls Presence::node_calls() {
       --context_.calls;
     };
   };
-  NodeCalls calls;
+  NodeCallbacks calls;
   calls.message = during([this](OwnerId from, Port port, ByteView body) {
     if (port == Port::kSetRemote || port == Port::kSetAppend) find_place(from);
     if (auto* session = find(from)) session->receive(port, body);
@@ -123,8 +123,8 @@ void Presence::again(OwnerId peer, void (Session::*begin)()) {
   if (context_.listener) introduce(peer, *session);
 }
 
-/// A component that started a moment ago gives way to one that it meets; a stand-in always does to its component, which
-/// never does.
+/// A component that started a moment ago gives way to another one with its id. A stand-in always gives way to its
+/// component; the component never gives way to a stand-in.
 void Presence::on_id_taken(const Identity& other) {
   const bool meets_stand_in = other.full_name.starts_with(kStandInName);
   if (!start_.displaced || (meets_stand_in && !start_.is_stand_in)) return;
@@ -137,7 +137,7 @@ bool Presence::is_here(const Identity& host) const {
   return host.host_name == start_.node.host_name && node_->is_here(host.id);
 }
 
-/// A kernel of this host that came by way of others may have connected since.
+/// A kernel of this host that came through others may have connected since.
 void Presence::find_place(OwnerId kernel) {
   const auto found = peers_.find(kernel);
   const auto* host = node_->host(kernel);
@@ -195,6 +195,95 @@ void Presence::part(OwnerId peer, PeerEvent how) {
   start_.policy.peer_down(peer);
   gone.mapped().session->ended();
   if (context_.listener) context_.listener->on_peer(gone.mapped().identity, how);
+}
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kRefresh = 1s;
+constexpr unsigned kTrafficEach = 5, kRoutesEach = 10;  ///< refreshes; as kernels (peis.md, section 1.11)
+constexpr std::size_t kMaxTextLength = 256 * 1024;      ///< of a list in a tuple
+
+}  // namespace
+
+/// From the first kernel on: only they need all own keys.
+void Presence::begin_observing() {
+  if (refresh_.pending() || !context_.listener) return;
+  set_first_tuples();
+  refresh();
+  context_.listener->on_subscribe(kLinkItself, {1, {context_.self, "**"}, {.passive = true}});
+}
+
+void Presence::set_first_tuples() {
+  const auto& node = start_.node;
+  set_tuple("kernel.id", std::to_string(number(node.id)));
+  set_tuple("kernel.name", name_.empty() ? node.full_name.substr(0, node.full_name.find('@')) : name_);
+  set_tuple("kernel.hostname", node.host_name);
+  set_tuple("kernel.user", start_.user);
+  set_tuple("kernel.version", fmt::format("rubicon {} (proto {})", RUBICON_VERSION, kProtocolVersion));
+  set_tuple(kQuitKey, {});
+  set_tuple("kernel.step-time", "0.0000");  // it waits for events instead
+}
+
+void Presence::set_tuple(std::string_view key, std::string value) {
+  if (!view_.tuples.set(key, std::move(value), context_.scheduler.wall_now())) return;
+  for (const auto& [id, kernel] : kernels_) kernel->push_kernel_tuple(std::string(key));
+}
+
+void Presence::refresh() {
+  refresh_ = context_.scheduler.after(kRefresh, [this] { refresh(); });
+  if (keys_known_ && std::exchange(keys_changed_, false)) show_keys();
+  set_tuple("kernel.subscribers", subscribers_text());
+  if (refreshes_ % kTrafficEach == 0) {
+    const auto links = node_->links();
+    const auto span = refreshes_ == 0 ? kRefresh : kTrafficEach * kRefresh;
+    set_tuple("kernel.connections", connections_text(links, links_before_, span));
+    set_tuple("kernel.traffic", traffic_text(links, links_before_, span));
+    links_before_ = links;
+  }
+  if (refreshes_ % kRoutesEach == 0) set_tuple("kernel.routingTable", routing_text(node_->routes()));
+  ++refreshes_;
+}
+
+/// No list before it is whole: a stand-in learns its keys some seconds after the first kernel asked for them.
+void Presence::all_keys_known() {
+  if (std::exchange(keys_known_, true)) return;
+  keys_changed_ = false;
+  show_keys();
+}
+
+void Presence::show_keys() {
+  set_tuple("kernel.all-keys", view_.keys.list(KernelTuples::kNames, kMaxTextLength));
+}
+
+/// `(\n  ( <subscriber> <owner>.<key> )\n)\n`
+std::string Presence::subscribers_text() const {
+  std::string text = "(\n";
+  for (const auto& [id, peer] : peers_) {
+    for (const auto& pattern : peer.session->patterns()) {
+      if (text.size() > kMaxTextLength) break;
+      const auto key = pattern == "**" ? std::string_view() : std::string_view(pattern);
+      text += fmt::format("  ( {} {}.{} )\n", number(id), number(context_.self), key);
+    }
+  }
+  return text + ")\n";
+}
+
+void Presence::observe(std::span<const Change> changes) {
+  const auto now = context_.scheduler.now();
+  for (const auto& change : changes) {
+    if (const auto* set = std::get_if<TupleSet>(&change)) {
+      const std::string key(set->tuple.key);
+      if (view_.keys.spelling(key) || !view_.keys.add(key)) continue;
+      keys_changed_ = true;
+      for (const auto& [id, kernel] : kernels_) kernel->key_added(key);
+    } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
+      keys_changed_ |= view_.keys.remove(gone->key, now);
+    } else if (std::holds_alternative<SnapshotEnd>(change)) {
+      all_keys_known();
+    }
+  }
 }
 
 }  // namespace rubicon::tuples::peis

@@ -6,7 +6,7 @@
 
 #include "tuples/peer_policy.h"
 #include "tuples/peis/kernel_session.h"
-#include "tuples/peis/peis_options.h"
+#include "tuples/peis/peis_ecology.h"
 
 namespace rubicon::tuples::peis {
 
@@ -18,14 +18,14 @@ class Presence {
     LinkListener& listener;
     PeerPolicy& policy;
     std::string summary;
-    std::shared_ptr<const Member> member;  ///< that all others are; null: nothing is known of them
+    std::shared_ptr<const Member> member;  ///< the member that all others are; null: they are unknown
     std::string user;                      ///< in kernel.user
     std::string own_host;                  ///< PeerIdentity::host of this machine
     bool is_stand_in = false;
     /// Another live component uses the id of this one, and used it before.
     std::function<void()> displaced;
   };
-  /// Begin of Identity::full_name, so that a component gives way to no stand-in of itself.
+  /// Begin of the Identity::full_name of a stand-in, so that a component does not give way to its own stand-in.
   static constexpr std::string_view kStandInName = "stand-in";
 
   Presence(Start start, Scheduler& scheduler, Log log);
@@ -35,12 +35,12 @@ class Presence {
   Result<void> open(transport::Transports& transports);
   /// No call to the listener from now on.
   void end();
-  /// A call to the listener is under way: destroy this in a later turn.
+  /// A call to the listener is in progress: destroy this object in a later turn.
   bool is_busy() const { return context_.calls > 0; }
 
   Session* find(OwnerId peer);
   std::vector<OwnerId> peers() const;
-  /// Sends it to the owners that it is for.
+  /// Sends the subscription to the owners that it concerns.
   void subscribe(const SubscriptionSpec& spec);
   void unsubscribe(std::uint32_t id);
   void describe(const std::string& summary);
@@ -52,7 +52,7 @@ class Presence {
  private:
   static constexpr Duration kYoung = std::chrono::seconds(10);
 
-  NodeCalls node_calls();
+  NodeCallbacks node_calls();
   void on_host(HostEvent event, const Identity& host);
   void on_id_taken(const Identity& other);
   void meet(const Identity& host);
@@ -64,7 +64,7 @@ class Presence {
   PeerIdentity identity_of(const Identity& host) const;
   std::unique_ptr<Session> make_session(const Identity& host);
 
-  // What kernels see of this component (presence_kernels.cpp).
+  // What kernels see of this component (presence.cpp).
   void begin_observing();
   void show_name();
   void set_first_tuples();

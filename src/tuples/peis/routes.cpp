@@ -17,7 +17,7 @@ bool is_newer(std::uint32_t one, std::uint32_t other) {
 
 }  // namespace
 
-Routes::Routes(OwnerId self, Counters& counters, std::function<bool(OwnerId, std::uint32_t)> is_over)
+Routes::Routes(OwnerId self, NodeCounters& counters, std::function<bool(OwnerId, std::uint32_t)> is_over)
     : self_(self), counters_(counters), is_over_(std::move(is_over)) {}
 
 RouteChanges Routes::open(LinkId link, OwnerId peer, std::uint32_t magic, int cost, SteadyTime now) {
@@ -130,7 +130,8 @@ void Routes::receive(LinkId link, const Neighbour& neighbour, const RouteEntry& 
 
 bool Routes::is_better(OwnerId host, const Route& offered, const Route& present, SteadyTime now) const {
   if (present.unlisted) return true;  // hearsay
-  // Who lives has news each kRoutingPeriod: another start by another way is none as long as the present one lives.
+  // A living host sends news in each kRoutingPeriod. News of another start by another way is ignored while the present
+  // start lives.
   if (offered.magic != present.magic)
     return offered.link == present.link || is_over_(host, present.magic) || now - present.renewed > kAging;
   const bool newer = is_newer(offered.sequence, present.sequence);

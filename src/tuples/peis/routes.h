@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rubicon/time.hpp"
-#include "tuples/peis/counters.h"
+#include "tuples/peis/troubles.h"
 #include "tuples/peis/wire.h"
 
 namespace rubicon::tuples::peis {
@@ -43,7 +43,7 @@ class Routes {
   static constexpr Duration kKeepLost = 4 * kRoutingPeriod;
 
   /// `is_over`: whether the start of a host with this magic is known to have ended. The counters must outlive it.
-  Routes(OwnerId self, Counters& counters, std::function<bool(OwnerId, std::uint32_t magic)> is_over);
+  Routes(OwnerId self, NodeCounters& counters, std::function<bool(OwnerId, std::uint32_t magic)> is_over);
 
   /// The neighbour on a link is known. Cost: 1 on the same host, else 2.
   RouteChanges open(LinkId link, OwnerId peer, std::uint32_t magic, int cost, SteadyTime now);
@@ -86,7 +86,7 @@ class Routes {
   bool is_neighbour(OwnerId host) const;
 
   OwnerId self_;
-  Counters& counters_;
+  NodeCounters& counters_;
   std::function<bool(OwnerId, std::uint32_t)> is_over_;
   std::map<LinkId, Neighbour> neighbours_;
   std::map<OwnerId, Route> routes_;

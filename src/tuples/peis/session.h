@@ -1,12 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
+#include <functional>
 #include <string>
+#include <string_view>
 
-#include "base/lifetime.h"
-#include "base/limited_log.h"
+#include "base/log.h"
+#include "base/scheduler.h"
 #include "tuples/link.h"
 #include "tuples/peis/node.h"
+#include "tuples/peis/troubles.h"
 
 namespace rubicon::tuples::peis {
 
@@ -35,8 +39,8 @@ struct SessionContext {
   SessionCounters counters{};
 };
 
-/// What a component has with another one while that is up: tuples, subscriptions and requests, both ways. There is one
-/// class for components of ours and one for kernels.
+/// The state that a component shares with another one while that is up: tuples, subscriptions and requests, in both
+/// directions. There is one class for components of ours and one for kernels.
 class Session {
  public:
   /// Remote sets and replies beyond it are refused; publications wait for less (is_full()).
@@ -120,5 +124,10 @@ class Session {
   std::deque<Waiting> waiting_;
   std::size_t waiting_bytes_ = 0;
 };
+
+/// Calls `visit` with the name (`refused-keys`) and the value of each counter.
+using CounterVisit = std::function<void(std::string_view name, std::uint64_t value)>;
+void each_counter(const NodeCounters& counters, const CounterVisit& visit);
+void each_counter(const SessionCounters& counters, const CounterVisit& visit);
 
 }  // namespace rubicon::tuples::peis

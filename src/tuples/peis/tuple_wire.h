@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxMediaType = 254;  ///< bytes; 255 on the wire i
 inline constexpr WallTime kDeleteTime{std::chrono::seconds(1)};
 
 /// The 28 bytes at 48 that kernels ignore and fill with old memory. Components of ours write kAnnexMark and fields of
-/// their own (annex.h); heed it only from those.
+/// their own (own_messages.h); heed it only from those.
 using Annex = std::array<std::uint8_t, 28>;
 inline constexpr std::array<std::uint8_t, 4> kAnnexMark{'R', 'B', 'C', '1'};
 

@@ -46,7 +46,7 @@ inline constexpr auto kConnectMessageWait = std::chrono::milliseconds(200);
 // Limits (sections 3.4, 3.6, 3.7, 6.1, 6.2).
 inline constexpr std::size_t kMaxUnacknowledgedBytes = 20000;  ///< in the socket towards a kernel
 inline constexpr std::size_t kDuplicateTable = 4096;           ///< package and ack ids that a receiver remembers
-inline constexpr std::uint8_t kMaxHops = 14;                   ///< a package that has so many is dropped
+inline constexpr std::uint8_t kMaxHops = 14;                   ///< a package with this number of hops is dropped
 inline constexpr std::uint8_t kUnreachableMetric = 10;
 inline constexpr std::uint8_t kLostRoute = 250;     ///< hops of a route that was lost; + 1 in each step of ageing
 inline constexpr std::uint8_t kDeletedRoute = 254;  ///< hops at which it is forgotten

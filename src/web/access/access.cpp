@@ -1,16 +1,147 @@
 #include "web/access/access.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cstdint>
+#include <iterator>
+#include <optional>
 #include <utility>
 
 #include "base/text.h"
 #include "model/json_members.h"
-#include "web/error_response.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::access {
+
+namespace {
+
+constexpr std::size_t kNetworkBytes = 8;
+
+/// An IPv4 address as it is; the network of an IPv6 address.
+std::string host_of(const std::string& address) {
+  in6_addr parsed{};
+  if (::inet_pton(AF_INET6, address.c_str(), &parsed) != 1) return address;
+  return {reinterpret_cast<const char*>(parsed.s6_addr), kNetworkBytes};
+}
+
+}  // namespace
+
+bool Attempts::may_try(const std::string& address, SteadyTime now) {
+  forget(now);
+  const auto found = failures_.find(subject(address));
+  return found == failures_.end() || found->second.size() < kMaxCount;
+}
+
+void Attempts::failed(const std::string& address, SteadyTime now) {
+  forget(now);
+  auto& times = failures_[subject(address)];
+  times.push_back(now);
+  if (times.size() > kMaxCount) times.pop_front();
+}
+
+std::string Attempts::subject(const std::string& address) const {
+  auto host = host_of(address);
+  const bool full = failures_.size() >= kMaxAddressCount && !failures_.contains(host);
+  return full ? std::string() : host;
+}
+
+void Attempts::forget(SteadyTime now) {
+  for (auto entry = failures_.begin(); entry != failures_.end();) {
+    auto& times = entry->second;
+    while (!times.empty() && now - times.front() >= kPeriod) times.pop_front();
+    entry = times.empty() ? failures_.erase(entry) : std::next(entry);
+  }
+}
+
+namespace {
+
+constexpr std::uint16_t kHttp = 80;
+constexpr std::uint16_t kHttps = 443;
+
+std::string lowered(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
+bool is_ip_address(const std::string& host) {
+  in6_addr room{};
+  return ::inet_pton(AF_INET, host.c_str(), &room) == 1 || ::inet_pton(AF_INET6, host.c_str(), &room) == 1;
+}
+
+bool has_member(const std::vector<std::string>& list, const std::string& lower) {
+  return std::any_of(list.begin(), list.end(), [&](const auto& one) { return lowered(one) == lower; });
+}
+
+}  // namespace
+
+bool OriginRules::is_own_host(std::string_view host) const {
+  const auto parsed = base::parse_host_port(lowered(host), kHttp);
+  if (!parsed) return false;
+  return parsed->host == "localhost" || is_ip_address(parsed->host) || has_member(hosts, parsed->host);
+}
+
+bool OriginRules::is_own_origin(std::string_view origin, std::string_view host, bool secure) const {
+  if (is_listed(origin)) return true;
+  const std::string_view scheme = secure ? "https://" : "http://";
+  const auto text = lowered(origin);
+  if (!text.starts_with(scheme)) return false;
+  const auto port = secure ? kHttps : kHttp;
+  const auto theirs = base::parse_host_port(std::string_view(text).substr(scheme.size()), port);
+  const auto ours = base::parse_host_port(lowered(host), port);
+  return theirs && ours && *theirs == *ours;
+}
+
+bool OriginRules::is_listed(std::string_view origin) const {
+  return has_member(origins, lowered(origin));
+}
+
+std::string Sessions::open(const Digest& token, SteadyTime now) {
+  if (sessions_.size() >= kMaxCount) {
+    sessions_.erase(std::min_element(sessions_.begin(), sessions_.end(),
+                                     [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
+  }
+  auto secret = random_secret();
+  sessions_[sha256(secret)] = {++last_id_, token, now, now};
+  return secret;
+}
+
+const Sessions::Session* Sessions::find(std::string_view secret, SteadyTime now) {
+  // Looked up by the digest: how long that takes says nothing about the secret.
+  return renew(sessions_.find(sha256(secret)), now);
+}
+
+bool Sessions::renew(std::uint64_t id, SteadyTime now) {
+  return renew(std::find_if(sessions_.begin(), sessions_.end(),
+                            [id](const auto& entry) { return entry.second.id == id; }),
+               now) != nullptr;
+}
+
+const Sessions::Session* Sessions::renew(Place place, SteadyTime now) {
+  if (place == sessions_.end()) return nullptr;
+  auto& session = place->second;
+  if (now - session.used >= kIdle || now - session.opened >= kMaxTime) {
+    sessions_.erase(place);
+    return nullptr;
+  }
+  session.used = now;
+  return &session;
+}
+
+void Sessions::close(std::string_view secret) {
+  sessions_.erase(sha256(secret));
+}
+
+void Sessions::keep_only(const std::vector<Digest>& known) {
+  std::erase_if(sessions_, [&known](const auto& entry) {
+    return std::find(known.begin(), known.end(), entry.second.token) == known.end();
+  });
+}
 
 namespace {
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -7,13 +11,77 @@
 
 #include "base/scheduler.h"
 #include "rubicon/result.hpp"
-#include "web/access/attempts.h"
-#include "web/access/origin_rules.h"
-#include "web/access/sessions.h"
+#include "rubicon/time.hpp"
 #include "web/access/token_file.h"
 #include "web/exchange.h"
 
 namespace rubicon::web::access {
+
+/// Counts wrong tokens: after 5 in a minute an address waits. IPv6 addresses count by their network of 64 bits, which
+/// is what one host gets. Bounded: beyond 1024 addresses all new ones share one count.
+class Attempts {
+ public:
+  static constexpr std::size_t kMaxCount = 5;
+  static constexpr std::size_t kMaxAddressCount = 1024;
+  static constexpr Duration kPeriod = std::chrono::minutes(1);
+
+  bool may_try(const std::string& address, SteadyTime now);
+  void failed(const std::string& address, SteadyTime now);
+  std::size_t addresses() const { return failures_.size(); }
+
+ private:
+  std::string subject(const std::string& address) const;
+  void forget(SteadyTime now);
+
+  std::map<std::string, std::deque<SteadyTime>> failures_;
+};
+
+/// Which names the server answers to, and whose pages may use it. A page of another site that a browser shows can make
+/// the browser send requests here, and a name of that site can be made to lead to our address (DNS rebinding).
+struct OriginRules {
+  std::vector<std::string> hosts;    ///< names besides IP addresses and `localhost`
+  std::vector<std::string> origins;  ///< `https://hall.lan`: other pages, and the page behind a proxy
+
+  /// Whether Host names an IP address, `localhost`, or one of `hosts`; the port does not count.
+  bool is_own_host(std::string_view host) const;
+  /// Whether a page of this origin (RFC 6454) is ours: it has our Host and scheme, or is one of `origins`.
+  bool is_own_origin(std::string_view origin, std::string_view host, bool secure) const;
+  /// Whether `origins` lists it.
+  bool is_listed(std::string_view origin) const;
+};
+
+/// Who logged in with a browser. Only the digest of the secret in a cookie is kept. An id is never taken from a client:
+/// each login makes a new one.
+class Sessions {
+ public:
+  static constexpr std::size_t kMaxCount = 256;
+  static constexpr Duration kIdle = std::chrono::hours(12);      ///< since the last request
+  static constexpr Duration kMaxTime = std::chrono::hours(168);  ///< since the login
+
+  struct Session {
+    std::uint64_t id = 0;  ///< above 0; never used again
+    Digest token{};        ///< the hash of the token that opened it: another token of the same name does not renew it
+    SteadyTime opened, used;
+  };
+
+  /// The secret for the cookie. Beyond kMaxCount sessions the one that was idle longest ends.
+  std::string open(const Digest& token, SteadyTime now);
+  /// The session of a cookie; renews it. nullptr: there is none, or it has ended.
+  const Session* find(std::string_view secret, SteadyTime now);
+  /// Renews the session with this id. False: it has ended.
+  bool renew(std::uint64_t id, SteadyTime now);
+  void close(std::string_view secret);
+  /// Ends the sessions whose token is not among `known`.
+  void keep_only(const std::vector<Digest>& known);
+  std::size_t size() const { return sessions_.size(); }
+
+ private:
+  using Place = std::map<Digest, Session>::iterator;
+  const Session* renew(Place place, SteadyTime now);
+
+  std::map<Digest, Session> sessions_;
+  std::uint64_t last_id_ = 0;
+};
 
 struct AccessRules {
   bool needs_token = false;

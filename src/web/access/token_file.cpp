@@ -2,28 +2,54 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <openssl/rand.h>
+#include <openssl/sha.h>
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
+#include "base/assert.h"
 #include "base/own_file.h"
 #include "base/text.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::web::access {
 
+Digest sha256(std::string_view bytes) {
+  Digest digest{};
+  ::SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  return digest;
+}
+
+bool same(const Digest& a, const Digest& b) {
+  return ::CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+std::string hex(const std::uint8_t* bytes, std::size_t size) {
+  std::string text;
+  for (std::size_t i = 0; i < size; ++i) text += fmt::format("{:02x}", bytes[i]);
+  return text;
+}
+
+std::string random_secret() {
+  std::array<std::uint8_t, 16> bytes{};
+  RUBICON_ASSERT(::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) == 1);
+  return hex(bytes.data(), bytes.size());
+}
+
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-constexpr std::size_t kLongestName = 64;
-constexpr std::size_t kMostRoles = 16;
+constexpr std::size_t kMaxByteCount = std::size_t{1} << 20;
+constexpr std::size_t kMaxNameText = 64;
+constexpr std::size_t kMaxRoleCount = 16;
 
 constexpr std::array<std::pair<std::string_view, Role>, 3> kRoles{
     {{"view", Role::kView}, {"command", Role::kCommand}, {"admin", Role::kAdmin}}};
 
 bool is_name(std::string_view text) {
-  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), [](char c) {
+  return !text.empty() && text.size() <= kMaxNameText && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
            c == '.';
   });
@@ -39,7 +65,7 @@ Result<void> check_name(std::string_view name) {
   if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
   if (!means_others(name)) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("'{}' is no name of a token: it means something else in rights, expected another", name));
+              fmt::format("'{}' is not a name of a token: it means something else in rights, expected another", name));
 }
 
 std::optional<Digest> parse_digest(std::string_view text) {
@@ -54,13 +80,13 @@ std::optional<Digest> parse_digest(std::string_view text) {
   return digest;
 }
 
-/// What follows the first comma; nullopt: one of them is no name, or there are too many.
+/// What follows the first comma; nullopt: one of them is not a name, or there are too many.
 std::optional<std::vector<std::string>> more_roles(std::string_view text) {
   std::vector<std::string> roles;
   for (auto comma = text.find(','); comma != text.npos; comma = text.find(',')) {
     text.remove_prefix(comma + 1);
     const auto role = base::trimmed(text.substr(0, text.find(',')));
-    if (!is_name(role) || means_others(role) || roles.size() >= kMostRoles) return std::nullopt;
+    if (!is_name(role) || means_others(role) || roles.size() >= kMaxRoleCount) return std::nullopt;
     roles.emplace_back(role);
   }
   return roles;
@@ -126,7 +152,7 @@ Result<std::vector<Token>> parse_file(std::string_view text, const std::string& 
 }  // namespace
 
 Result<std::vector<Token>> read_tokens(transport::Transports& transports, const std::string& path) {
-  const auto text = transport::read_text(transports, path, kMostBytes);
+  const auto text = transport::read_text(transports, path, kMaxByteCount);
   if (!text) return fail(text.error());
   return parse_file(*text, path);
 }
@@ -146,7 +172,7 @@ Result<std::string> add_token(transport::Transports& transports, const std::stri
   if (auto good = check_name(name); !good) return fail(good.error());
   auto file = base::OwnFile::open(path, O_WRONLY | O_APPEND);
   if (!file) return fail(file.error());
-  const auto text = transport::read_text(transports, path, kMostBytes);
+  const auto text = transport::read_text(transports, path, kMaxByteCount);
   if (!text) return fail(text.error());
   const auto known = parse_file(*text, path);
   if (!known) return fail(known.error());

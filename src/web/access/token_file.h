@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -7,13 +9,23 @@
 
 #include "rubicon/result.hpp"
 #include "transport/transports.h"
-#include "web/access/sha256.h"
-#include "web/caller.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::access {
 
+using Digest = std::array<std::uint8_t, 32>;
+
+/// FIPS 180-4.
+Digest sha256(std::string_view bytes);
+/// Takes the same time for all inputs.
+bool same(const Digest& a, const Digest& b);
+std::string hex(const std::uint8_t* bytes, std::size_t size);
+/// 128 random bits in 32 hexadecimal digits, from the system's source.
+std::string random_secret();
+
 /// One line of a token file: `name:role:hash`, or with names of roles for rules (docs/rights.md) behind the role:
-/// `name:command,panel:hash`. The token itself is nowhere but with its user.
+/// `name:command,panel:hash`. The file has only a hash of the token: the token
+/// itself is with its user.
 struct Token {
   std::string name;
   Role role = Role::kView;

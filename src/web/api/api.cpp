@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "web/api/route.h"
 #include "web/api/socket.h"
-#include "web/error_response.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
 
@@ -46,7 +47,7 @@ std::unique_ptr<Exchange> Api::handle(const Request& request, Respond respond) {
     if (!parts) continue;
     methods.emplace_back(route.method);
     if (request.method != route.method) continue;
-    Call call{*context_, request, std::move(*parts), Query(request), counted};
+    Call call{*context_, request, std::move(*parts), verbs::Members(request.query), counted};
     if (request.caller.role == Role::kNone && !route.is_open)
       return call.answer(refusal_of({ErrorCode::kRefused, "this needs a token: `Authorization: Bearer TOKEN`"}));
     return route.handle(call);
@@ -55,7 +56,13 @@ std::unique_ptr<Exchange> Api::handle(const Request& request, Respond respond) {
   return nullptr;
 }
 
-std::unique_ptr<Conversation> Api::open(const Caller& caller, ConversationCalls calls) {
+bool Api::takes_file(const Request& request) const {
+  return request.caller.role >= Role::kAdmin && std::any_of(routes().begin(), routes().end(), [&](const Route& route) {
+           return route.takes_files && request.method == route.method && request.path == route.path;
+         });
+}
+
+std::unique_ptr<Conversation> Api::open(const Caller& caller, ConversationCallbacks calls) {
   return std::make_unique<Socket>(*context_, caller, std::move(calls));
 }
 

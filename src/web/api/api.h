@@ -16,7 +16,8 @@ class Api final : public Site {
   ~Api() override;
 
   std::unique_ptr<Exchange> handle(const Request& request, Respond respond) override;
-  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override;
+  bool takes_file(const Request& request) const override;
+  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCallbacks calls) override;
 
  private:
   std::unique_ptr<Context> context_;

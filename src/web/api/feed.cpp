@@ -1,20 +1,112 @@
 #include "web/api/feed.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
+#include "base/text.h"
+#include "model/json_members.h"
+#include "verbs/answers.h"
+#include "web/api/forms.h"
+
 namespace rubicon::web::api {
 
-Feed::Feed(Context& context, Caller caller, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer,
-           Calls calls)
+std::string SocketWriter::update(const TupleView& tuple) const {
+  std::string text;
+  append_update(tuple, full_, text);
+  return text;
+}
+
+void SocketWriter::presence(const std::vector<OwnerId>& owners, bool absent) {
+  std::string ids;
+  for (const auto owner : owners) base::append(ids, "{}{}", ids.empty() ? "" : ",", number(owner));
+  base::append(head_, ",\"{}\":[{}]", absent ? "absent" : "present", ids);
+}
+
+void SocketWriter::set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce,
+                       std::string_view update) {
+  if (introduce) {
+    base::append(keys_, "{}\"{}\":\"{}:{}\"", keys_.empty() ? "" : ",", number, model::number(owner), key);
+  }
+  base::append(sets_, "{}[{},{}]", sets_.empty() ? "" : ",", number, update);
+}
+
+void SocketWriter::gone(OwnerId, std::string_view, std::uint32_t number, EventKind how) {
+  base::append(gone_, "{}[{},\"{}\"]", gone_.empty() ? "" : ",", number, to_string(how));
+}
+
+void SocketWriter::snapshot(OwnerId owner) {
+  base::append(tail_, ",\"snapshot\":{}", number(owner));
+}
+
+std::string SocketWriter::finish() {
+  if (size() + tail_.size() == 0) return {};
+  auto text = fmt::format("{{\"s\":{}{}", subscription_, std::exchange(head_, {}));
+  const auto put = [&text](std::string_view name, char open, std::string&& content, char close) {
+    if (!content.empty()) base::append(text, ",\"{}\":{}{}{}", name, open, content, close);
+    content.clear();
+  };
+  put("k", '{', std::move(keys_), '}');
+  put("set", '[', std::move(sets_), ']');
+  put("gone", '[', std::move(gone_), ']');
+  text += std::exchange(tail_, {});
+  return text + '}';
+}
+
+std::string SocketWriter::lost(std::uint64_t events) {
+  return fmt::format(R"({{"lost":{{"s":{},"events":{}}}}})", subscription_, events);
+}
+
+std::string StreamWriter::update(const TupleView& tuple) const {
+  if (tuple.value.size() <= kMaxSentValue) return model::dump(verbs::tuple_json(tuple));
+  auto short_tuple = tuple;
+  short_tuple.value = {};
+  auto tree = verbs::tuple_json(short_tuple);
+  tree["value"] = nullptr;
+  tree["size"] = tuple.value.size();
+  return model::dump(tree);
+}
+
+void StreamWriter::add(std::string_view event, std::string_view data) {
+  base::append(text_, "event: {}\nid: {}\ndata: {}\n\n", event, ++events_, data);
+}
+
+void StreamWriter::presence(const std::vector<OwnerId>& owners, bool absent) {
+  for (const auto owner : owners) add(absent ? "absent" : "present", fmt::format("{{\"owner\":{}}}", number(owner)));
+}
+
+void StreamWriter::set(OwnerId, std::string_view, std::uint32_t, bool, std::string_view update) {
+  add("set", update);
+}
+
+void StreamWriter::gone(OwnerId owner, std::string_view key, std::uint32_t, EventKind how) {
+  add(to_string(how), fmt::format("{{\"owner\":{},\"key\":\"{}\"}}", number(owner), key));
+}
+
+void StreamWriter::snapshot(OwnerId owner) {
+  add("snapshot", fmt::format("{{\"owner\":{}}}", number(owner)));
+}
+
+std::string StreamWriter::finish() {
+  return std::exchange(text_, {});
+}
+
+std::string StreamWriter::lost(std::uint64_t events) {
+  add("lost", fmt::format("{{\"events\":{}}}", events));
+  return finish();
+}
+
+Feed::Feed(Context& context, Caller caller, EventStock& stock, verbs::Subscription options,
+           std::unique_ptr<FeedWriter> writer, Callbacks calls)
     : context_(context),
       caller_(std::move(caller)),
       judged_(!context.permission.sees_all(caller_)),
       stock_(stock),
       options_(std::move(options)),
       writer_(std::move(writer)),
-      calls_(std::move(calls)),
-      pause_(context.scheduler, [this] { calls_.wake(); }) {
+      callbacks_(std::move(calls)),
+      pause_(context.scheduler, [this] { callbacks_.wake(); }) {
   ++context_.counters.subscriptions;
   auto& space = context_.space;
   // Without a minimum interval, which would merge events; next() keeps the pace of states.
@@ -40,7 +132,7 @@ void Feed::leave_stock(const Item& item) {
 
 /// What creates demand; rights may allow slower demand only.
 Flow Feed::wanted(Duration fastest) const {
-  return {std::max(options_.minimum, fastest), options_.maximum, options_.dead_band, false};
+  return {std::max(options_.minimum.value_or(kUsualMinimum), fastest), options_.maximum, options_.dead_band, false};
 }
 
 tuples::Access Feed::access(const TupleView& tuple) {
@@ -65,7 +157,7 @@ void Feed::want(Node& node, const tuples::Access& access) {
 }
 
 void Feed::report_full(const char* why) {
-  if (!std::exchange(stock_.full, true)) calls_.full(why);
+  if (!std::exchange(stock_.full, true)) callbacks_.full(why);
 }
 
 void Feed::forget(Entries::iterator entry) {
@@ -125,7 +217,7 @@ void Feed::set(const TupleView& tuple) {
   entry.written = tuple.write_time;
   if (entry.sets == Sets::kUnknown) entry.sets = context_.event_types.sets_of(tuple.owner, tuple.key);
   if (entry.sets == Sets::kEvents) return keep_event(node, tuple);
-  if (entry.waits) return calls_.merged();
+  if (entry.waits) return callbacks_.merged();
   entry.waits = true;
   push(items_, {&node, tuple.owner});
 }
@@ -136,7 +228,7 @@ void Feed::ended(Node& node, EventKind kind) {
 }
 
 /// The first event is what was there before; it takes no room in the stock, so that a snapshot loses nothing. That an
-/// event is over (its value is empty then) is no event.
+/// event is over (its value is empty then) is not an event.
 void Feed::keep_event(Node& node, const TupleView& tuple) {
   if (tuple.value.empty() && (node.second.introduced || node.second.items > 0)) return;
   Item item{&node, tuple.owner, writer_->update(tuple)};
@@ -193,7 +285,7 @@ bool Feed::due() const {
 }
 
 void Feed::wake() {
-  if (due()) return calls_.wake();
+  if (due()) return callbacks_.wake();
   if (!pause_.is_set()) pause_.set_at(not_before_);
 }
 
@@ -201,7 +293,7 @@ std::optional<std::string> Feed::next() {
   if (!due()) return std::nullopt;
   if (lost_events_ > 0) return writer_->lost(std::exchange(lost_events_, 0));
   fill();
-  not_before_ = context_.scheduler.now() + options_.minimum;
+  not_before_ = context_.scheduler.now() + options_.minimum.value_or(kUsualMinimum);
   if (has_items()) wake();
   free_numbers_.insert(free_numbers_.end(), freed_numbers_.begin(), freed_numbers_.end());
   freed_numbers_.clear();

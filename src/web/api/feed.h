@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
@@ -11,20 +12,76 @@
 #include <unordered_set>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
+#include "rubicon/tuple.hpp"
 #include "rubicon/tuple_space.hpp"
+#include "verbs/requests.h"
 #include "web/api/context.h"
-#include "web/api/feed_writer.h"
 
 namespace rubicon::web::api {
 
-/// What a client subscribes to.
-struct FeedOptions {
-  Pattern pattern;
-  Duration minimum = std::chrono::milliseconds(50);  ///< between two frames, after the snapshot
-  Duration maximum{0};                               ///< present values are sent again after this time; zero = never
-  double dead_band = 0;                              ///< changes of numbers by less than this are not sent
-  bool active = false;                               ///< creates demand, at the pace of `minimum`
+/// Writes what a Feed has to send as one frame after another.
+class FeedWriter {
+ public:
+  virtual ~FeedWriter() = default;
+
+  /// The form of a set; the tuple is only valid during the call.
+  virtual std::string update(const TupleView& tuple) const = 0;
+
+  // -- the parts of a frame, in this order
+  virtual void presence(const std::vector<OwnerId>& owners, bool absent) = 0;
+  /// `update` is what update() returned; `introduce` = the client does not know the number of the key yet.
+  virtual void set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce,
+                   std::string_view update) = 0;
+  virtual void gone(OwnerId owner, std::string_view key, std::uint32_t number, EventKind how) = 0;
+  /// The snapshot of this owner is complete. This is the last part of a frame.
+  virtual void snapshot(OwnerId owner) = 0;
+  /// Bytes of the frame so far.
+  virtual std::size_t size() const = 0;
+  /// The frame; the next one begins. Empty if it had no parts.
+  virtual std::string finish() = 0;
+
+  /// A frame of its own: so many events were dropped.
+  virtual std::string lost(std::uint64_t events) = 0;
+};
+
+/// Frames of a WebSocket (docs/api.md): JSON, with numbers for keys.
+class SocketWriter final : public FeedWriter {
+ public:
+  SocketWriter(unsigned subscription, bool full) : subscription_(subscription), full_(full) {}
+
+  std::string update(const TupleView& tuple) const override;
+  void presence(const std::vector<OwnerId>& owners, bool absent) override;
+  void set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce, std::string_view update) override;
+  void gone(OwnerId owner, std::string_view key, std::uint32_t number, EventKind how) override;
+  void snapshot(OwnerId owner) override;
+  std::size_t size() const override { return head_.size() + keys_.size() + sets_.size() + gone_.size(); }
+  std::string finish() override;
+  std::string lost(std::uint64_t events) override;
+
+ private:
+  unsigned subscription_;
+  bool full_;
+  std::string head_, keys_, sets_, gone_, tail_;
+};
+
+/// Server-sent events (HTML standard, section 9.2): one for each tuple, with the names of the command line.
+class StreamWriter final : public FeedWriter {
+ public:
+  std::string update(const TupleView& tuple) const override;
+  void presence(const std::vector<OwnerId>& owners, bool absent) override;
+  void set(OwnerId owner, std::string_view key, std::uint32_t number, bool introduce, std::string_view update) override;
+  void gone(OwnerId owner, std::string_view key, std::uint32_t number, EventKind how) override;
+  void snapshot(OwnerId owner) override;
+  std::size_t size() const override { return text_.size(); }
+  std::string finish() override;
+  std::string lost(std::uint64_t events) override;
+
+ private:
+  void add(std::string_view event, std::string_view data);
+
+  std::uint64_t events_ = 0;  ///< since the start: their ids
+  std::string text_;
 };
 
 /// What all subscriptions of a connection keep: the events that wait to be sent, and what is known of each tuple.
@@ -59,14 +116,16 @@ inline constexpr const char* kTooManySharedDemands =
 class Feed {
  public:
   static constexpr std::size_t kMaxFrame = 64UL * 1024;
+  /// Between two frames after the snapshot, where a client gives no minimum.
+  static constexpr Duration kUsualMinimum = std::chrono::milliseconds(50);
 
-  struct Calls {
+  struct Callbacks {
     std::function<void()> wake;                 ///< there may be a frame
     std::function<void()> merged;               ///< a change replaced one that was not sent yet
     std::function<void(const char* why)> full;  ///< there is no room for a tuple; once for each stock
   };
-  Feed(Context& context, Caller caller, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer,
-       Calls calls);
+  Feed(Context& context, Caller caller, EventStock& stock, verbs::Subscription options,
+       std::unique_ptr<FeedWriter> writer, Callbacks calls);
   ~Feed();
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
@@ -149,19 +208,19 @@ class Feed {
   Caller caller_;
   bool judged_;  ///< rights decide about each tuple
   EventStock& stock_;
-  FeedOptions options_;
+  verbs::Subscription options_;
   std::unique_ptr<FeedWriter> writer_;
-  Calls calls_;
+  Callbacks callbacks_;
   Entries entries_;
   Names hidden_;  ///< the caller may not read them
   std::vector<std::uint32_t> free_numbers_;
-  std::vector<std::uint32_t> freed_numbers_;  ///< they end with the present frame
-  bool frame_closed_ = false;                 ///< nothing may follow in it
+  std::vector<std::uint32_t> freed_numbers_;  ///< numbers that become free with the present frame
+  bool frame_closed_ = false;                 ///< nothing may be added to the present frame
   std::uint32_t next_number_ = 0;
   std::deque<Item> items_;            ///< states, ends of tuples and of snapshots, the first event of a tuple
   std::deque<Item> events_;           ///< all other events; they count in the stock
   std::size_t snapshots_ = 0;         ///< ends of snapshots among the items
-  std::map<OwnerId, bool> owners_;    ///< of which something was delivered; true = absent
+  std::map<OwnerId, bool> owners_;    ///< owners of delivered tuples; true = absent
   std::map<OwnerId, bool> presence_;  ///< what the client does not know yet; true = absent
   std::uint64_t lost_events_ = 0;     ///< not reported yet
   SteadyTime not_before_{};

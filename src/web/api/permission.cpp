@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "gateway/message_rights.h"
+#include "model/json_members.h"
 #include "rubicon/key.hpp"
+#include "transport/host_names.h"
 #include "web/access/token_file.h"
 #include "web/api/tracked_set.h"
 
@@ -61,6 +63,20 @@ Result<void> check_address(const Address& to) {
                                                model::quoted(to.device)));
 }
 
+/// What people call points is kept with what they arrange on the page (docs/tuple-keys.md), and needs what the name of
+/// a device needs.
+bool gives_names(const SetRequest& request) {
+  const auto dot = request.key.find('.');
+  return dot != std::string::npos && request.key.substr(dot) == ".overview" &&
+         model::object_of(request.value).contains("names");
+}
+
+Result<void> check_names(const Caller& caller, const SetRequest& request) {
+  if (caller.role >= Role::kAdmin || !gives_names(request)) return {};
+  return fail(ErrorCode::kRefused, fmt::format("{} has the role {}, which may not set the names of points",
+                                               model::quoted(caller.name), access::to_string(caller.role)));
+}
+
 Error lacks(const Caller& caller, std::string_view right, std::string_view key) {
   return {ErrorCode::kRefused, fmt::format("{} may not {} {}: no rule allows it", caller.name, right, key)};
 }
@@ -104,8 +120,19 @@ Result<void> Permission::check_decisions(const Caller& caller, std::string_view 
   return answer;
 }
 
+/// Whoever reaches the port is the caller where there are no tokens: what changes the file of the configuration, which
+/// names files and lines, is for this host.
+Result<void> Permission::check_place(const Caller& caller, std::string_view key, std::string_view value) const {
+  const bool changes_file = key.ends_with(".settings.command") && value != "try" && value != "reload";
+  if (knows_callers_ || !changes_file || transport::is_loopback_address(caller.peer)) return {};
+  return fail(ErrorCode::kRefused,
+              "without tokens the file of the configuration is changed from its own host only (web: {tokens: ...})");
+}
+
 Result<void> Permission::check_set(const Caller& caller, const SetRequest& request, const Result<void>& can) const {
   auto answer = check_role(caller, Verb::kSet, request.owner, request.key);
+  if (answer) answer = check_names(caller, request);
+  if (answer) answer = check_place(caller, request.key, request.value);
   if (answer) answer = can;
   if (!judge_) return answer;
   const auto member = member_of(caller);

@@ -6,13 +6,33 @@
 #include "client/json_forms.h"
 #include "client/points.h"
 #include "model/point_keys.h"
-#include "web/api/components.h"
-#include "web/api/page_of.h"
+#include "rubicon/key.hpp"
+#include "web/access/token_file.h"
+#include "web/api/forms.h"
 #include "web/api/route.h"
-#include "web/api/tuple_read.h"
-#include "web/error_response.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
+
+std::unique_ptr<Exchange> describe_site(Call& call) {
+  const auto& context = call.context;
+  const auto& caller = call.request.caller;
+  nlohmann::ordered_json tree;
+  tree["version"] = "1";
+  tree["name"] = context.options.name;
+  tree["id"] = number(context.space.self());
+  tree["history"] = context.options.history != nullptr;
+  tree["tokens"] = context.access.rules().needs_token;
+  tree["caller"] = {{"name", caller.name}, {"role", access::to_string(caller.role)}};
+  tree["release"] = RUBICON_VERSION;
+  if (!context.options.place.empty())
+    tree["place"] = {{"text", context.options.place}, {"options", context.options.place_options}};
+  return call.answer(json_response(tree));
+}
+
+std::unique_ptr<Exchange> health(Call& call) {
+  return call.answer({.status = 200, .content_type = "text/plain", .body = "ok\n", .headers = {}, .stream = {}});
+}
 
 namespace {
 
@@ -20,14 +40,14 @@ std::string name_of_device(const client::Device& device) {
   return fmt::format("{}:{}", number(device.island), device.key());
 }
 
-client::DeviceQuery device_query(Query& query) {
+client::DeviceQuery device_query(verbs::Members& query) {
   client::DeviceQuery wanted;
-  const auto island = query.count("island", 0, 1, model::kMaxIslandId);
-  if (island != 0) wanted.island = OwnerId(static_cast<std::uint32_t>(island));
-  wanted.network = query.text("network");
-  wanted.type = query.text("type");
-  wanted.name = query.text("name");
-  wanted.area = query.text("area");
+  if (const auto island = query.count("island", 1, model::kMaxIslandId))
+    wanted.island = OwnerId(static_cast<std::uint32_t>(*island));
+  wanted.network = query.text_or("network", "");
+  wanted.type = query.text_or("type", "");
+  wanted.name = query.text_or("name", "");
+  wanted.area = query.text_or("area", "");
   return wanted;
 }
 

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "history/answer_text.h"
+#include "history/history_source.h"
 #include "model/json_text.h"
-#include "web/api/page_of.h"
+#include "web/api/naming.h"
 #include "web/api/route.h"
-#include "web/error_response.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
 
@@ -34,9 +34,7 @@ Result<void> take_read(Call& call) {
 }
 
 Result<std::vector<history::SeriesName>> read_keys(const std::vector<std::string>& texts) {
-  if (texts.empty() || texts.size() > history::kMaxAsked)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("key: {} given; expected 1 to {}, each OWNER:KEY", texts.size(), history::kMaxAsked));
+  if (texts.empty()) return fail(ErrorCode::kInvalid, "key is missing; expected OWNER:KEY");
   std::vector<history::SeriesName> names;
   for (const auto& text : texts) {
     auto name = history::parse_series(text);
@@ -49,14 +47,15 @@ Result<std::vector<history::SeriesName>> read_keys(const std::vector<std::string
 Result<history::Question> read_question(Call& call) {
   const auto now = call.context.scheduler.wall_now();
   history::Question question;
-  question.to = call.query.time("to", now, now);
-  question.from = call.query.time("from", question.to - std::chrono::hours(1), now);
-  question.buckets = call.query.count("buckets", question.buckets, 1, history::kMaxBuckets);
+  question.to = call.query.time_or("to", now, now);
+  question.from = call.query.time_or("from", question.to - std::chrono::hours(1), now);
+  question.buckets = call.query.count("buckets", 1, history::kMaxBuckets).value_or(question.buckets);
   if (question.from >= question.to) call.query.fault("from: expected a time before `to`");
-  auto names = read_keys(call.query.texts("key"));
+  const auto keys = call.query.texts("key", "OWNER:KEY", history::kMaxAsked);
+  if (auto good = call.query.end(); !good) return fail(good.error());
+  auto names = read_keys(keys);
   if (!names) return fail(names.error());
   question.series = std::move(*names);
-  if (auto good = call.query.end(); !good) return fail(good.error());
   for (const auto& name : question.series) {
     const auto good = call.context.permission.check_read(call.request.caller, Verb::kRead, name.owner, name.key);
     if (!good) return fail(good.error());
@@ -93,7 +92,7 @@ class ReadableSeries final : public Exchange {
         pattern_(std::move(pattern)),
         limit_(range.limit),
         respond_(call.respond) {
-    ask({std::move(range.after), PageRange::kMost});
+    ask({std::move(range.after), PageRange::kMaxCount});
   }
 
  private:
@@ -117,7 +116,7 @@ class ReadableSeries final : public Exchange {
       found_.push_back(std::move(one));
     }
     if (!page.contains("next")) return answer({});
-    lifetime_.post(context_.scheduler, [this, last] { ask({last, PageRange::kMost}); });
+    lifetime_.post(context_.scheduler, [this, last] { ask({last, PageRange::kMaxCount}); });
   }
 
   void answer(const std::string& next) {
@@ -142,6 +141,7 @@ class ReadableSeries final : public Exchange {
 }  // namespace
 
 std::unique_ptr<Exchange> read_history(Call& call) {
+  if (auto later = with_key_in_query(call, "key", read_history)) return std::move(*later);
   auto question = read_question(call);
   if (!question) return call.refuse(question.error());
   if (auto good = take_read(call); !good) return call.refuse(good.error());

@@ -6,17 +6,15 @@
 #include <set>
 #include <utility>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "client/tuple_query.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
-#include "web/api/components.h"
-#include "web/api/members.h"
-#include "web/api/page_of.h"
-#include "web/api/put_exchange.h"
+#include "verbs/answers.h"
+#include "web/api/forms.h"
 #include "web/api/route.h"
-#include "web/api/tuple_read.h"
-#include "web/error_response.h"
+#include "web/api/tracked_set.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
 
@@ -80,13 +78,13 @@ class Inboxes {
   }
 };
 
-/// What a client decided about one device, or about those of a pattern.
+/// What a client decided about one device, or about the devices of a pattern.
 struct Decision {
   std::string word, which;
 };
 
 struct Order {
-  static constexpr std::size_t kMost = 1000;  ///< names of a list
+  static constexpr std::size_t kMaxCount = 1000;  ///< names of a list
 
   std::vector<Decision> decisions;
   bool is_list = false;
@@ -102,24 +100,24 @@ struct Order {
 };
 
 Result<Order> read_order(std::string_view body) {
-  const auto tree = parse_object(body);
+  const auto tree = verbs::parse_object(body);
   if (!tree) return fail(tree.error());
-  Members members(*tree, "inbox");
+  verbs::Members members(*tree);
   Order order;
   for (const auto* word : {"approve", "ignore"}) {
-    for (auto& name : members.texts(word, kExpectedName, Order::kMost))
+    for (auto& name : members.texts(word, kExpectedName, Order::kMaxCount))
       order.decisions.push_back({word, std::move(name)});
     order.is_list |= tree->contains(word) && tree->at(word).is_array();
   }
   order.is_list |= order.decisions.size() > 1;
-  if (const auto island = members.count("island", model::kMaxIslandId))
+  if (const auto island = members.count("island", 0, model::kMaxIslandId))
     order.island = OwnerId(static_cast<std::uint32_t>(*island));
   if (auto good = members.end(); !good) return fail(good.error());
   if (!order.decisions.empty()) return order;
-  return fail(ErrorCode::kInvalid, fmt::format("inbox: approve is missing; expected {}", kExpectedName));
+  return fail(ErrorCode::kInvalid, fmt::format("approve is missing; expected {}", kExpectedName));
 }
 
-/// What became of a decision.
+/// The outcome of a decision.
 struct Decided {
   std::string state, reason;
   std::optional<Error> error;
@@ -135,7 +133,7 @@ void add_json(const Decision& decision, const Decided& decided, Tree& tree) {
   tree["device"] = decision.which;
   tree["state"] = decided.state;
   tree["reason"] = decided.reason;
-  if (decided.error) tree["error"] = {{"code", to_string(decided.error->code)}, {"text", decided.error->text}};
+  if (decided.error) tree["error"] = verbs::error_json(*decided.error);
 }
 
 /// Finds the inbox that is meant, sets it once for each decision, and answers with what became of them.
@@ -159,7 +157,7 @@ class InboxOrder final : public Exchange {
     std::set<std::uint32_t> islands;
     for (const auto& inbox : inboxes) islands.insert(number(inbox.owner));
     end(error_response(
-        {ErrorCode::kInvalid, fmt::format("inbox: island is missing; expected one of {}", fmt::join(islands, ", "))}));
+        {ErrorCode::kInvalid, fmt::format("island is missing; expected one of {}", fmt::join(islands, ", "))}));
   }
 
   void decide(const client::Tuple& inbox) {
@@ -178,14 +176,14 @@ class InboxOrder final : public Exchange {
         continue;
       }
       const auto on_reply = [this, i](const tuples::Reply& reply) { replied(i, reply); };
-      sets_.push_back(std::make_unique<TrackedSet>(context_, request, TrackedSet::Calls{on_reply, {}}));
+      sets_.push_back(std::make_unique<TrackedSet>(context_, request, TrackedSet::Callbacks{on_reply, {}}));
     }
   }
 
   void replied(std::size_t index, const tuples::Reply& reply) {
     auto& decided = decided_[index];
     decided.reason = reply.text;
-    if (const auto verdict = verdict_of(reply, island_)) {
+    if (const auto verdict = verbs::verdict_of(reply, island_)) {
       decided.state = "applied";
     } else {
       decided.state = to_string(reply.verdict);

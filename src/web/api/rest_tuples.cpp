@@ -1,19 +1,68 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "base/bytes.h"
-#include "client/json_forms.h"
-#include "web/api/event_stream.h"
-#include "web/api/media_type.h"
-#include "web/api/page_of.h"
+#include "base/scheduler.h"
+#include "verbs/answers.h"
+#include "web/api/context.h"
+#include "web/api/feed.h"
+#include "web/api/forms.h"
+#include "web/api/naming.h"
 #include "web/api/route.h"
-#include "web/api/tuple_read.h"
-#include "web/error_response.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
 
-namespace {
+/// A subscription as server-sent events. After kSilence without an event it sends a comment.
+class EventStream final : public Conversation {
+ public:
+  static constexpr Duration kSilence = std::chrono::seconds(5);
 
-constexpr Duration kLongestInterval = std::chrono::hours(24);
+  EventStream(Context& context, const Caller& caller, verbs::Subscription options, ConversationCallbacks calls);
+  ~EventStream() override;
+
+  void received(std::string_view) override {}
+  std::optional<std::string> next() override;
+
+ private:
+  Context& context_;
+  ConversationCallbacks callbacks_;
+  EventStock stock_;
+  bool comment_due_ = false;
+  base::Deadline silence_;
+  Feed feed_;
+};
+
+EventStream::EventStream(Context& context, const Caller& caller, verbs::Subscription options,
+                         ConversationCallbacks calls)
+    : context_(context),
+      callbacks_(std::move(calls)),
+      silence_(context.scheduler,
+               [this] {
+                 comment_due_ = true;
+                 callbacks_.wake();
+               }),
+      feed_(context, caller, stock_, std::move(options), std::make_unique<StreamWriter>(),
+            Feed::Callbacks{[this] { callbacks_.wake(); }, [] {}, [this](const char* why) { callbacks_.close(why); }}) {
+  ++context_.counters.streams;
+  silence_.set(kSilence);
+}
+
+EventStream::~EventStream() {
+  --context_.counters.streams;
+}
+
+std::optional<std::string> EventStream::next() {
+  auto frame = feed_.next();
+  if (!frame && std::exchange(comment_due_, false)) frame = ":\n\n";
+  if (!frame) return frame;
+  silence_.set(kSilence);
+  context_.counters.bytes_out += frame->size();
+  return frame;
+}
+
+namespace {
 
 std::string name_of_tuple(const client::Tuple& tuple) {
   return fmt::format("{}:{}", number(tuple.owner), tuple.key);
@@ -47,27 +96,17 @@ Response tuple_response(const client::Tuple& tuple, Form form, std::string_view 
   if (form == Form::kRaw || wants_bytes(accept, tuple.media_type)) return raw_response(tuple);
   if (form == Form::kText)
     return {.status = 200, .content_type = "text/plain", .body = tuple.value, .headers = {}, .stream = {}};
-  return json_response(client::whole_tuple_json(tuple));
+  return json_response(tuple_json(tuple));
 }
 
-FeedOptions read_feed_options(Query& query) {
-  FeedOptions options;
-  options.pattern = query.pattern("pattern");
-  options.minimum = query.duration("min", options.minimum, kLongestInterval);
-  options.maximum = query.duration("max", options.maximum, kLongestInterval);
-  options.dead_band = query.number("deadband", 0, 0, 1e300);
-  options.active = query.flag("active");
-  return options;
-}
-
-std::unique_ptr<Exchange> stream_tuples(Call& call, const FeedOptions& options) {
+std::unique_ptr<Exchange> stream_tuples(Call& call, const verbs::Subscription& options) {
   if (options.active) {
     const auto owner = options.pattern.owner.value_or(model::kNoOwner);
     const auto good = call.context.permission.check_read(call.request.caller, Verb::kWake, owner, options.pattern.key);
     if (!good) return call.refuse(good.error());
   }
   Response response{.status = 200, .content_type = "text/event-stream", .body = {}, .headers = {}, .stream = {}};
-  response.stream = [&context = call.context, options, caller = call.request.caller](ConversationCalls calls) {
+  response.stream = [&context = call.context, options, caller = call.request.caller](ConversationCallbacks calls) {
     return std::make_unique<EventStream>(context, caller, options, std::move(calls));
   };
   return call.answer(std::move(response));
@@ -76,28 +115,31 @@ std::unique_ptr<Exchange> stream_tuples(Call& call, const FeedOptions& options) 
 }  // namespace
 
 std::unique_ptr<Exchange> list_tuples(Call& call) {
-  const auto options = read_feed_options(call.query);
+  if (auto later = with_key_in_query(call, "pattern", list_tuples)) return std::move(*later);
   const auto range = read_range(call.query);
-  if (auto good = call.may_read(options.pattern); !good) return call.refuse(good.error());
-  if (call.accepts("text/event-stream")) return stream_tuples(call, options);
-  return call.read(std::vector{options.pattern}, [range, request = call.request](std::vector<client::Tuple> tuples) {
-    return json_response(page_of("tuples", std::move(tuples), request, range, name_of_tuple, client::whole_tuple_json));
+  const auto options = verbs::read_subscription(call.query);
+  if (!options) return call.refuse(options.error());
+  if (auto good = call.may_read(options->pattern); !good) return call.refuse(good.error());
+  if (call.accepts("text/event-stream")) return stream_tuples(call, *options);
+  return call.read(std::vector{options->pattern}, [range, request = call.request](std::vector<client::Tuple> tuples) {
+    return json_response(page_of("tuples", std::move(tuples), request, range, name_of_tuple, tuple_json));
   });
 }
 
 std::unique_ptr<Exchange> get_tuple(Call& call) {
-  const auto owner = owner_of(call.parts[0]);
-  if (!owner) return call.refuse(owner.error());
-  if (auto good = model::check_key(call.parts[1]); !good) return call.refuse(good.error());
+  if (auto later = with_key_in_path(call, "value", get_tuple)) return std::move(*later);
   const auto form = form_of(call);
-  call.query.text("sequence");  // makes the address of each value another one, for caches
-  const Pattern one{*owner, call.parts[1]};
-  if (auto good = call.may_read(one); !good) return call.refuse(good.error());
-  return call.read(std::vector{one}, [one, form, accept = std::string(call.request.header("accept"))](
-                                         const std::vector<client::Tuple>& tuples) {
-    if (tuples.empty()) return error_response({ErrorCode::kNotFound, fmt::format("no tuple {}", to_string(one))});
-    return tuple_response(tuples.front(), form, accept);
-  });
+  call.query.has("sequence");  // makes the address of each value another one, for caches
+  call.query.add("key", call.parts[0] + ":" + call.parts[1]);
+  const auto one = verbs::read_get(call.query);
+  if (!one) return call.refuse(one.error());
+  if (auto good = call.may_read(*one); !good) return call.refuse(good.error());
+  return call.read(std::vector{*one},
+                   [&space = call.context.space, one = *one, form,
+                    accept = std::string(call.request.header("accept"))](const std::vector<client::Tuple>& tuples) {
+                     if (tuples.empty()) return error_response(verbs::no_tuple(space, one));
+                     return tuple_response(tuples.front(), form, accept);
+                   });
 }
 
 }  // namespace rubicon::web::api

@@ -3,14 +3,47 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <tuple>
+#include <utility>
 
-#include "base/append.h"
 #include "base/text.h"
 #include "model/json_members.h"
-#include "web/error_response.h"
-#include "web/server/target.h"
+#include "web/exchange.h"
+#include "web/server/http_text.h"
 
 namespace rubicon::web::api {
+
+namespace {
+
+constexpr Duration kPatience = std::chrono::seconds(3);
+
+}  // namespace
+
+TupleRead::TupleRead(Context& context, const std::vector<Pattern>& patterns, Make make, Respond respond)
+    : open_(patterns.size()), make_(std::move(make)), respond_(std::move(respond)) {
+  for (const auto& pattern : patterns) {
+    queries_.push_back(std::make_unique<client::TupleQuery>(
+        context.scheduler, context.space, context.peers, pattern,
+        [this](std::vector<client::Tuple> some) { add(std::move(some)); }, kPatience));
+  }
+}
+
+void TupleRead::add(std::vector<client::Tuple> some) {
+  std::move(some.begin(), some.end(), std::back_inserter(tuples_));
+  if (--open_ > 0) return;
+  if (queries_.size() > 1) merge();
+  const auto respond = std::move(respond_);
+  respond(make_(std::move(tuples_)));  // may destroy this
+}
+
+/// A tuple may match several patterns.
+void TupleRead::merge() {
+  const auto place = [](const client::Tuple& tuple) { return std::tie(tuple.owner, tuple.key); };
+  std::sort(tuples_.begin(), tuples_.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  const auto same = [&](const auto& a, const auto& b) { return place(a) == place(b); };
+  tuples_.erase(std::unique(tuples_.begin(), tuples_.end(), same), tuples_.end());
+}
 
 namespace {
 
@@ -66,8 +99,8 @@ Result<void> Call::take_command() const {
   return fail(ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond));
 }
 
-std::string Call::caller_name() const {
-  return request.caller.name + "@" + request.caller.peer;
+std::string caller_name_of(const Caller& caller) {
+  return caller.name + "@" + caller.peer;
 }
 
 bool Call::accepts(std::string_view media_type) const {
@@ -113,6 +146,18 @@ std::string percent_encoded(std::string_view text) {
     }
   }
   return encoded;
+}
+
+PageRange read_range(verbs::Members& query) {
+  return {query.text_or("after", ""), query.count("limit", 1, PageRange::kMaxCount).value_or(PageRange::kMaxCount)};
+}
+
+std::string next_page(const Request& request, std::string_view after) {
+  auto target = request.path + "?";
+  for (const auto& [name, value] : request.query) {
+    if (name != "after") target += percent_encoded(name) + "=" + percent_encoded(value) + "&";
+  }
+  return target + "after=" + percent_encoded(after);
 }
 
 }  // namespace rubicon::web::api

@@ -1,5 +1,10 @@
 #include "web/api/route.h"
 
+#include <array>
+#include <string>
+
+#include "model/json_members.h"
+
 namespace rubicon::web::api {
 
 namespace {
@@ -73,6 +78,18 @@ std::vector<Route> device_routes() {
         kBusy,
         {504, kJson, "the island did not answer"}},
        kJson},
+      {"POST",
+       "/api/v1/import",
+       "What a KNX project (.knxproj) or export (CSV, XML, ESF) becomes: the points, the report, and a group file. "
+       "Changes nothing",
+       preview_import,
+       {{"name", "string", "of the file", "flat.csv"},
+        {"network", "string", "id of the network that gets it", "knx-hall"},
+        {"no-guess", "boolean", "names decide nothing"}},
+       {{200, kJson, "the preview"}, kInvalid, kRefused, kBusy, {501, kJson, "this server belongs to no island"}},
+       "application/octet-stream",
+       false,
+       true},
       {"GET",
        "/api/v1/things",
        "Devices as W3C Thing Descriptions 1.1",
@@ -97,10 +114,12 @@ std::vector<Route> tuple_routes() {
        {{"pattern", "string", "OWNER:KEY or *:KEY, with * and **", "6541:proxy.*", true},
         kAfter,
         kLimit,
-        {"min", "string", "stream: time between two deliveries of a tuple", "100ms"},
+        {"min", "string", "stream: least time between two deliveries of a tuple", "100ms"},
         {"max", "string", "stream: deliver present values again after this time"},
         {"deadband", "number", "stream: leave out smaller changes of numbers"},
-        {"active", "boolean", "stream: wake the sensors that match"}},
+        {"active", "boolean", "stream: wake the sensors that match"},
+        {"passive", "boolean", "stream: wake none, as if `active` were not given"},
+        {"full", "boolean", "no difference here: each tuple comes with all that is known of it"}},
        {{200, kJson, "a page of tuples"}, {200, "text/event-stream", "changes"}, kInvalid, kRefused, kBusy}},
       {"GET",
        "/api/v1/tuples/{owner}/{key}",
@@ -117,12 +136,12 @@ std::vector<Route> tuple_routes() {
        put_tuple,
        {kPathOwner,
         kPathKey,
+        {"do", "string", "set or append: set if not given"},
         {"ttl", "string", "time to live of the request: 5s if not given"},
         {"wait", "string", "wait for the outcome of a command: 15s if not given"},
         {"sequence", "integer", "refuse unless the tuple has this sequence; 0 = unless there is none"},
-        {"user", "number", "time of the measurement, in seconds since 1970"},
-        {"lifetime", "string", "the tuple expires after this time"},
-        {"append", "boolean", "append to the value"}},
+        {"user", "string", "time of the measurement, in seconds since 1970, or a time from now: -2min"},
+        {"expire", "string", "when the tuple expires, likewise: 1h"}},
        {{200, kJson, "confirmed, assumed or applied"},
         {202, kJson, "queued or sent"},
         kInvalid,
@@ -167,6 +186,90 @@ std::span<const Route> routes() {
     return all;
   }();
   return kAll;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool is_in_path(const Route& route, const Parameter& parameter) {
+  return std::string_view(route.path).find("{" + std::string(parameter.name) + "}") != std::string_view::npos;
+}
+
+Json parameter_json(const Route& route, const Parameter& parameter) {
+  Json tree;
+  tree["name"] = parameter.name;
+  tree["in"] = is_in_path(route, parameter) ? "path" : "query";
+  tree["required"] = parameter.required;
+  tree["description"] = parameter.about;
+  tree["schema"] = {{"type", parameter.type}};
+  if (*parameter.example != '\0') tree["example"] = parameter.example;
+  return tree;
+}
+
+Json responses_json(const Route& route) {
+  Json responses;
+  for (const auto& answer : route.answers) {
+    auto& response = responses[std::to_string(answer.status)];
+    if (!response.contains("description")) response["description"] = answer.about;
+    const bool is_error = answer.status >= 400;
+    const Json schema = is_error ? Json{{"$ref", "#/components/schemas/Error"}} : Json::object();
+    response["content"][answer.media_type] = {{"schema", schema}};
+  }
+  if (!route.is_open) responses["401"] = {{"$ref", "#/components/responses/NoToken"}};
+  return responses;
+}
+
+Json operation_json(const Route& route) {
+  Json operation;
+  operation["summary"] = route.summary;
+  for (const auto& parameter : route.parameters) operation["parameters"].push_back(parameter_json(route, parameter));
+  if (*route.body != '\0')
+    operation["requestBody"] = {{"required", true}, {"content", {{route.body, {{"schema", Json::object()}}}}}};
+  operation["responses"] = responses_json(route);
+  if (route.is_open) operation["security"] = Json::array();
+  return operation;
+}
+
+Json components_json() {
+  Json error;
+  error["type"] = "object";
+  error["required"] = {"error"};
+  error["properties"]["error"] = {{"type", "object"},
+                                  {"required", {"code", "text"}},
+                                  {"properties", {{"code", {{"type", "string"}}}, {"text", {{"type", "string"}}}}}};
+  Json components;
+  components["schemas"]["Error"] = error;
+  components["responses"]["NoToken"] = {
+      {"description", "a token is needed"},
+      {"content", {{"application/json", {{"schema", {{"$ref", "#/components/schemas/Error"}}}}}}}};
+  components["securitySchemes"]["bearer"] = {{"type", "http"}, {"scheme", "bearer"}};
+  return components;
+}
+
+std::string document(bool needs_token) {
+  Json tree;
+  tree["openapi"] = "3.1.0";
+  tree["info"] = {{"title", "Rubicon"}, {"version", "1"}};
+  tree["servers"] = {{{"url", "/"}}};
+  for (const auto& route : routes()) {
+    std::string method = route.method;
+    for (auto& c : method) c = static_cast<char>(c - 'A' + 'a');
+    tree["paths"][route.path][method] = operation_json(route);
+  }
+  tree["components"] = components_json();
+  if (needs_token) tree["security"] = {{{"bearer", Json::array()}}};
+  return model::dump(tree);
+}
+
+}  // namespace
+
+/// It is the same as long as the program runs.
+std::unique_ptr<Exchange> openapi(Call& call) {
+  static const std::array<std::string, 2> kDocuments{document(false), document(true)};
+  return call.answer({.status = 200,
+                      .content_type = "application/json",
+                      .body = kDocuments[call.context.access.rules().needs_token ? 1 : 0]});
 }
 
 }  // namespace rubicon::web::api

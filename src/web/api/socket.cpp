@@ -4,11 +4,10 @@
 
 #include <utility>
 
-#include "base/base64.h"
-#include "base/printable.h"
+#include "base/bytes.h"
+#include "base/text.h"
 #include "model/json_members.h"
-#include "web/api/components.h"
-#include "web/api/error_json.h"
+#include "web/api/forms.h"
 
 namespace rubicon::web::api {
 
@@ -20,17 +19,17 @@ constexpr Duration kSlowPause = std::chrono::minutes(1);
 
 }  // namespace
 
-Socket::Socket(Context& context, Caller caller, ConversationCalls calls)
+Socket::Socket(Context& context, Caller caller, ConversationCallbacks calls)
     : context_(context),
       caller_(std::move(caller)),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       told_slow_(context.scheduler.now() - kSlowPause),
       silence_(context.scheduler,
                [this] {
                  tell_alive_ = true;
                  wake();
                }),
-      hello_time_(context.scheduler, [this] { calls_.close("no hello with a token within 10 s"); }) {
+      hello_time_(context.scheduler, [this] { callbacks_.close("no hello with a token within 10 s"); }) {
   ++context_.counters.conversations;
   if (caller_.role == Role::kNone) hello_time_.set(kHelloTime);
   silence_.set(kSilence);
@@ -42,39 +41,31 @@ Socket::~Socket() {
 
 void Socket::received(std::string_view text) {
   ++context_.counters.frames_in;
-  const auto tree = parse_object(text);
+  auto tree = verbs::parse_object(text);
   if (!tree) return refuse(nullptr, tree.error());
-  Members members(*tree, "request");
-  const auto id = members.count("id", kMaxId);
+  verbs::Members members(std::move(*tree));
+  const auto id = members.count("id", 0, kMaxId);
   const auto verb = members.text("do", "a verb, such as subscribe");
   if (!id || *id <= last_id_) {
-    members.fault({ErrorCode::kInvalid, fmt::format("id: expected a whole number above {}, the last one", last_id_)});
+    members.fault(fmt::format("id: expected a whole number above {}, the last one", last_id_));
     return refuse(id ? Json(*id) : Json(), members.end().error());
   }
   last_id_ = *id;
   if (const auto done = request(*id, verb, members); !done) refuse(*id, done.error());
 }
 
-void Socket::answer(Id id, Line line) {
-  Line whole;
-  whole["id"] = id;
-  whole["ok"] = true;
-  whole.update(line);
-  put(model::dump(whole));
+void Socket::answer(Id id, const Line& line) {
+  put(verbs::answer_line({{"id", id}}, {}, line));
 }
 
-void Socket::refuse(const Json& id, const Error& error) {
+void Socket::refuse(const Json& id, const Error& error, const Line& line) {
   if (error.code == ErrorCode::kBusy) ++context_.counters.busy;
-  Line line;
-  line["id"] = id;
-  line["ok"] = false;
-  line["error"] = error_json(error);
-  put(model::dump(line));
+  put(verbs::answer_line({{"id", id}}, fail(error), line));
 }
 
 /// One answer alone may be longer than the bound: a tuple of 1 MiB.
 void Socket::put(std::string frame) {
-  if (answer_bytes_ > kMaxPending) return calls_.close("more than 1 MiB of answers wait: the client does not read");
+  if (answer_bytes_ > kMaxPending) return callbacks_.close("more than 1 MiB of answers wait: the client does not read");
   answer_bytes_ += frame.size();
   answers_.push_back(std::move(frame));
   wake();

@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "client/tuple_query.h"
-#include "web/api/allowance.h"
+#include "verbs/answers.h"
+#include "verbs/members.h"
 #include "web/api/context.h"
 #include "web/api/feed.h"
-#include "web/api/members.h"
+#include "web/api/naming.h"
 #include "web/api/permission.h"
 #include "web/api/tracked_set.h"
 #include "web/exchange.h"
@@ -34,7 +34,7 @@ class Socket final : public Conversation {
   static constexpr Duration kHelloTime = std::chrono::seconds(10);  ///< until the first frame names a token
   static constexpr Duration kSlow = std::chrono::seconds(1);        ///< a frame takes longer: the reader is slow
 
-  Socket(Context& context, Caller caller, ConversationCalls calls);
+  Socket(Context& context, Caller caller, ConversationCallbacks calls);
   ~Socket() override;
 
   void received(std::string_view text) override;
@@ -44,8 +44,8 @@ class Socket final : public Conversation {
  private:
   using Id = std::uint64_t;
   using Json = nlohmann::json;
-  using Line = nlohmann::ordered_json;
-  using Verb = Result<void> (Socket::*)(Id id, Members& members);
+  using Line = verbs::Line;
+  using Verb = Result<void> (Socket::*)(Id id, verbs::Members& members);
   struct VerbName {
     const char* name;
     Verb verb;
@@ -53,29 +53,30 @@ class Socket final : public Conversation {
   static const std::vector<VerbName>& verbs();
 
   // -- requests
-  Result<void> request(Id id, const std::string& verb, Members& members);
-  Result<void> hello(Id id, Members& members);
-  Result<void> subscribe(Id id, Members& members);
-  Result<void> unsubscribe(Id id, Members& members);
-  Result<void> get(Id id, Members& members);
-  Result<void> set(Id id, Members& members);
-  Result<void> append(Id id, Members& members);
-  Result<void> send(Id id, Members& members);
-  Result<void> listen(Id id, Members& members);
-  Result<void> unlisten(Id id, Members& members);
-  Result<void> list_islands(Id id, Members& members);
-  Result<void> list_components(Id id, Members& members);
+  Result<void> request(Id id, const std::string& verb, verbs::Members& members);
+  /// Whether the request waits for the key of its tuple, because it has what people call it.
+  Result<bool> look_up(Id id, const std::string& verb, const verbs::Members& members);
+  Result<void> hello(Id id, verbs::Members& members);
+  Result<void> subscribe(Id id, verbs::Members& members);
+  Result<void> unsubscribe(Id id, verbs::Members& members);
+  Result<void> get(Id id, verbs::Members& members);
+  Result<void> write(Id id, verbs::Members& members);
+  Result<void> send(Id id, verbs::Members& members);
+  Result<void> listen(Id id, verbs::Members& members);
+  Result<void> unlisten(Id id, verbs::Members& members);
+  Result<void> list_islands(Id id, verbs::Members& members);
+  Result<void> list_components(Id id, verbs::Members& members);
 
   Result<void> take_command();
-  Result<void> write(Id id, Members& members, bool is_append);
+  std::size_t under_way() const { return sets_.size() + waiting_.size() + sending_; }
   void replied(Id id, const SetRequest& request, const tuples::Reply& reply);
   void state_changed(Id id, const client::Outcome& outcome, bool is_final);
   template <class Map>
   void forget(Map& map, Id id);
 
   // -- frames
-  void answer(Id id, Line line = Line::object());
-  void refuse(const Json& id, const Error& error);
+  void answer(Id id, const Line& line = Line::object());
+  void refuse(const Json& id, const Error& error, const Line& line = Line::object());
   void put(std::string frame);
   void message_arrived(const client::UserMessage& message);
   std::optional<std::string> next_frame();
@@ -85,11 +86,11 @@ class Socket final : public Conversation {
   std::optional<std::string> next_of_feeds();
   void watch_components();
   void merged();
-  void wake() { calls_.wake(); }
+  void wake() { callbacks_.wake(); }
 
   Context& context_;
   Caller caller_;
-  ConversationCalls calls_;
+  ConversationCallbacks callbacks_;
   Id last_id_ = 0;
   Allowance commands_{Context::kCommandsPerSecond};
 
@@ -104,7 +105,7 @@ class Socket final : public Conversation {
   unsigned last_subscription_ = 0;
   unsigned served_ = 0;  ///< the subscription whose frame was sent last
   std::map<Id, std::unique_ptr<TrackedSet>> sets_;
-  std::map<Id, std::unique_ptr<client::TupleQuery>> readings_;
+  std::map<Id, std::shared_ptr<void>> waiting_;  ///< what reads tuples for a request
   std::size_t sending_ = 0;
   std::map<std::string, tuples::Handle> listened_;
   tuples::Handle peers_, summaries_;

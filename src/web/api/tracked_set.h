@@ -1,33 +1,22 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "client/remote_set_tracker.h"
+#include "verbs/requests.h"
 #include "web/api/context.h"
+#include "web/exchange.h"
 
 namespace rubicon::web::api {
 
 /// A set or an append that a client asks for.
-struct SetRequest {
-  OwnerId owner{};
-  std::string key, value;
-  std::string media_type{};                      ///< of an append empty = that of the tuple
-  WallTime user_time{};                          ///< zero = not given
-  Duration lifetime{0};                          ///< of the value; zero = it does not expire
-  Duration time_to_live{0};                      ///< of the request; zero = 5 s
-  Duration patience = std::chrono::seconds(15);  ///< how long to wait for the outcome of a command that must have ended
-  std::optional<std::uint64_t> sequence{};       ///< expected
-  bool append = false;
-  Caller caller{};  ///< who asks
+struct SetRequest : verbs::Set {
+  Caller caller{};        ///< who asks
+  bool is_named = false;  ///< by a name of people, so that the answer says the key
 };
-
-/// Longest time to live, and longest lifetime of a value, that a client may ask for.
-inline constexpr Duration kLongestRequest = std::chrono::hours(24 * 366);
-
-/// What a reply says to the client: empty if the owner accepted.
-Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner);
 
 /// Carries out a request that the caller may ask for and follows it: the owner's reply, then the states of a
 /// `.command`, at least the final one
@@ -35,11 +24,11 @@ Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner);
 /// owner's reply in any case.
 class TrackedSet {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(const tuples::Reply& reply)> replied;                           ///< exactly once, first
     std::function<void(const client::Outcome& outcome, bool is_final)> state_changed;  ///< of an accepted command
   };
-  TrackedSet(Context& context, const SetRequest& request, Calls calls);
+  TrackedSet(Context& context, const SetRequest& request, Callbacks calls);
 
  private:
   TrackedSet(const TrackedSet&) = delete;
@@ -47,7 +36,7 @@ class TrackedSet {
   void reply(const tuples::Reply& reply);
   void change_state(const client::Outcome& outcome, bool is_final);
 
-  Calls calls_;
+  Callbacks callbacks_;
   bool replied_ = false, accepted_ = false, is_command_;
   std::unique_ptr<client::RemoteSetTracker> tracker_;
   base::Lifetime lifetime_;
@@ -55,5 +44,29 @@ class TrackedSet {
 
 /// Whether a set of the tuple may have states: it is called `.command`.
 bool may_have_states(std::string_view key);
+
+/// Answers a PUT with the outcome of the set. A command whose state is not final after `wait` is answered with that
+/// state, and goes on; so is a request that the owner has not replied to, after 5 s at the earliest.
+class PutExchange final : public Exchange {
+ public:
+  PutExchange(Context& context, SetRequest request, Duration wait, Respond respond);
+
+ private:
+  void replied(const tuples::Reply& reply);
+  void finish(std::optional<Error> error = {});
+
+  Context& context_;
+  SetRequest request_;
+  Duration wait_;
+  Respond respond_;
+  SteadyTime start_;
+  client::Outcome outcome_;
+  Timer patience_;
+  std::unique_ptr<TrackedSet> set_;
+  base::Lifetime lifetime_;
+};
+
+/// The status of an answer that reports the outcome of a set.
+unsigned status_of_outcome(std::string_view state);
 
 }  // namespace rubicon::web::api

@@ -9,7 +9,7 @@
 
 #include "base/scheduler.h"
 #include "web/exchange.h"
-#include "web/server/limits.h"
+#include "web/server/server.h"
 
 namespace rubicon::web::server {
 
@@ -19,7 +19,7 @@ class PeerStream;
 class Connection {
  public:
   virtual ~Connection() = default;
-  /// Nothing is asked or answered, or it is not known yet who asks: it may be closed to make room.
+  /// No request is in progress, or the client is not known yet: the connection may be closed to make room.
   virtual bool idle() const = 0;
   /// Closes it at once, without a call of `closed`.
   virtual void abort() = 0;
@@ -42,8 +42,12 @@ class ConnectionHost {
   virtual std::optional<Response> admit(Request& head, bool secure) = 0;
   /// As Site::handle.
   virtual std::unique_ptr<Exchange> answer(const Request& request, Respond respond) = 0;
+  /// As Site::takes_file.
+  virtual bool takes_file(const Request& head) const = 0;
+  /// One file is uploaded at a time: what the connection keeps meanwhile; nullptr: another one is.
+  virtual std::shared_ptr<void> begin_upload() = 0;
   /// As Site::open.
-  virtual std::unique_ptr<Conversation> open(const Request& request, ConversationCalls calls) = 0;
+  virtual std::unique_ptr<Conversation> open(const Request& request, ConversationCallbacks calls) = 0;
   /// The connection ended by itself; the last thing that it does.
   virtual void closed(Connection& connection) = 0;
   virtual const Limits& limits() const = 0;
@@ -67,7 +71,7 @@ std::shared_ptr<AcceptedConnection> refuse_http(ConnectionHost& host, std::uniqu
 std::shared_ptr<Connection> serve_socket(ConnectionHost& host, std::unique_ptr<PeerStream> stream, Request request,
                                          std::function<void()> ended);
 
-using OpenConversation = std::function<std::unique_ptr<Conversation>(ConversationCalls)>;
+using OpenConversation = std::function<std::unique_ptr<Conversation>(ConversationCallbacks)>;
 
 /// Carries a stream of events whose head `head` has to be sent first. `ended` as above.
 std::shared_ptr<Connection> serve_events(ConnectionHost& host, std::unique_ptr<PeerStream> stream, std::string head,

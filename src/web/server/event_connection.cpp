@@ -4,10 +4,9 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/write.hpp>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "web/server/connection.h"
 #include "web/server/peer_stream.h"
-#include "web/server/stalled_send.h"
 
 namespace rubicon::web::server {
 
@@ -31,7 +30,7 @@ class EventConnection final : public Connection, public std::enable_shared_from_
   EventConnection& operator=(const EventConnection&) = delete;
 
   void start(const OpenConversation& open) {
-    ConversationCalls calls;
+    ConversationCallbacks calls;
     calls.wake = lifetime_.guard([this] { pump_.request(); });
     calls.close = [this, watch = lifetime_.watch()](std::string_view) {
       if (!watch.ended()) lifetime_.post(scheduler_, [this] { leave(); });

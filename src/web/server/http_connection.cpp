@@ -9,14 +9,11 @@
 #include <boost/beast/http/string_body.hpp>
 #include <cctype>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
-#include "web/error_response.h"
+#include "base/scheduler.h"
+#include "web/exchange.h"
 #include "web/server/connection.h"
+#include "web/server/http_text.h"
 #include "web/server/peer_stream.h"
-#include "web/server/response_text.h"
-#include "web/server/stalled_send.h"
-#include "web/server/target.h"
 
 namespace rubicon::web::server {
 
@@ -161,7 +158,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     deadline_.set(limits_.head_time);
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(limits_.head));
-    parser_->body_limit(limits_.body);
+    parser_->body_limit(limits_.upload);  // until the head says what it is
     reading_ = true;
     http::async_read_header(*stream_, buffer_, *parser_,
                             [self = shared_from_this()](const error_code& error, std::size_t) {
@@ -176,10 +173,24 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
     if (auto refused = host_.admit(request_, stream_->secure())) return refuse(std::move(*refused));
     if (asks_for_socket()) return open_socket();
     if (parser_->is_done()) return answer();
+    if (auto refused = bound_body()) return refuse(std::move(*refused));
     stage_ = Stage::kBody;
-    deadline_.set(limits_.body_time);
+    deadline_.set(upload_ ? limits_.upload_time : limits_.body_time);
     if (lower_case(request_.header("expect")) == "100-continue") return let_continue();
     read_body();
+  }
+
+  /// How long the body may be. Long ones are uploads, one at a time.
+  std::optional<Response> bound_body() {
+    const auto length = parser_->content_length();
+    const bool takes_file = host_.takes_file(request_);
+    if (takes_file) upload_ = host_.begin_upload();
+    if (takes_file && !upload_)
+      return error_response({ErrorCode::kBusy, "another file is being uploaded: try again later"});
+    if (!upload_) parser_->body_limit(limits_.body);
+    if (!upload_ && length && *length > limits_.body)
+      return error_response(413, ErrorCode::kOutOfRange, "the body of the request is too long");
+    return std::nullopt;
   }
 
   /// RFC 9110, section 10.1.1.
@@ -296,6 +307,8 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   void send(Response response) {
     if (ended_) return;
     exchange_.reset();
+    upload_.reset();
+    request_.body = {};
     stage_ = Stage::kSend;
     deadline_.clear();
     const bool known = parser_ && parser_->is_header_done();
@@ -357,6 +370,7 @@ class HttpConnection final : public AcceptedConnection, public std::enable_share
   Response response_;
   std::string head_, body_;
   std::unique_ptr<Exchange> exchange_;
+  std::shared_ptr<void> upload_;  ///< while a file comes and is answered
   std::shared_ptr<Connection> successor_;
   Stage stage_ = Stage::kIdle;
   bool keep_alive_ = false;

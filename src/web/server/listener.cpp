@@ -44,7 +44,7 @@ std::string text_of(boost::asio::ip::address address) {
 
 /// Lives until its last operation ended.
 struct WebPort : std::enable_shared_from_this<WebPort> {
-  WebPort(boost::asio::io_context& context, Scheduler& s, Listener::Calls c)
+  WebPort(boost::asio::io_context& context, Scheduler& s, Listener::Callbacks c)
       : acceptor(context), scheduler(s), calls(std::move(c)) {}
 
   Result<void> open(const transport::Endpoint& endpoint) {
@@ -92,7 +92,7 @@ struct WebPort : std::enable_shared_from_this<WebPort> {
 
   tcp::acceptor acceptor;
   Scheduler& scheduler;
-  Listener::Calls calls;
+  Listener::Callbacks calls;
   Listener::Context tls;
   transport::Endpoint local;
   Timer pause;
@@ -121,7 +121,7 @@ class WebListener final : public Listener {
 }  // namespace
 
 Result<std::unique_ptr<Listener>> Listener::open(boost::asio::io_context& context, Scheduler& scheduler,
-                                                 const transport::Endpoint& local, Calls calls) {
+                                                 const transport::Endpoint& local, Callbacks calls) {
   auto port = std::make_shared<WebPort>(context, scheduler, std::move(calls));
   if (auto opened = port->open(local); !opened) return fail(opened.error());
   return std::make_unique<WebListener>(std::move(port));

@@ -7,7 +7,7 @@
 
 #include "base/scheduler.h"
 #include "rubicon/result.hpp"
-#include "transport/udp.h"
+#include "transport/sockets.h"
 
 namespace boost::asio {
 class io_context;
@@ -24,7 +24,7 @@ class PeerStream;
 /// Accepts connections on a port until it is destroyed.
 class Listener {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(std::unique_ptr<PeerStream>)> accepted;
     std::function<void(Error)> failed;  ///< no connections are accepted any longer
   };
@@ -38,7 +38,7 @@ class Listener {
 
   /// Port 0 = any free one. kBusy: in use; kInvalid: no address of this machine; kIo: other errors of the system.
   static Result<std::unique_ptr<Listener>> open(boost::asio::io_context& context, Scheduler& scheduler,
-                                                const transport::Endpoint& local, Calls calls);
+                                                const transport::Endpoint& local, Callbacks calls);
 };
 
 }  // namespace rubicon::web::server

@@ -1,19 +1,74 @@
 #include "web/server/server.h"
 
 #include <fmt/format.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <openssl/x509.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <boost/asio/ssl/context.hpp>
+#include <cerrno>
+#include <ctime>
 #include <map>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
-#include "base/limited_log.h"
-#include "web/error_response.h"
+#include "base/log.h"
+#include "web/exchange.h"
 #include "web/server/connection.h"
 #include "web/server/listener.h"
 #include "web/server/peer_stream.h"
 
 namespace rubicon::web::server {
+
+namespace {
+
+/// What OpenSSL said last about a file, which is the least technical.
+tl::unexpected<Error> file_error(std::string_view option, const std::string& path) {
+  if (::access(path.c_str(), R_OK) != 0) {
+    const int error = errno;
+    return fail(error == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
+                fmt::format("{} {}: cannot read: {}", option, path, std::generic_category().message(error)));
+  }
+  const char* reason = ::ERR_reason_error_string(::ERR_peek_last_error());
+  ::ERR_clear_error();
+  return fail(ErrorCode::kInvalid, fmt::format("{} {}: {}", option, path, reason == nullptr ? "not usable" : reason));
+}
+
+/// OpenSSL's own callback asks at the terminal and blocks.
+int refuse_passphrase(char*, int, int, void*) {
+  return 0;
+}
+
+WallTime end_of(const X509* certificate) {
+  std::tm time{};
+  if (certificate == nullptr || ::ASN1_TIME_to_tm(::X509_get0_notAfter(certificate), &time) != 1) return {};
+  return std::chrono::floor<WallTime::duration>(std::chrono::system_clock::from_time_t(::timegm(&time)));
+}
+
+}  // namespace
+
+Result<TlsSetup> read_tls(const TlsFiles& files) {
+  // At the end of the process a thread may still be in the library.
+  [[maybe_unused]] static const int once = ::OPENSSL_init_ssl(OPENSSL_INIT_NO_ATEXIT, nullptr);
+  auto context = std::make_shared<boost::asio::ssl::context>(boost::asio::ssl::context::tls_server);
+  auto* native = context->native_handle();
+  SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION);
+  SSL_CTX_set_mode(native, SSL_MODE_RELEASE_BUFFERS);
+  ::SSL_CTX_set_options(native, SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
+  ::SSL_CTX_set_default_passwd_cb(native, refuse_passphrase);
+  ::ERR_clear_error();
+  if (::SSL_CTX_use_certificate_chain_file(native, files.certificate.c_str()) != 1)
+    return file_error("certificate", files.certificate);
+  if (::SSL_CTX_use_PrivateKey_file(native, files.key.c_str(), SSL_FILETYPE_PEM) != 1 ||
+      ::SSL_CTX_check_private_key(native) != 1)
+    return file_error("key", files.key);
+  const auto expires = end_of(::SSL_CTX_get0_certificate(native));
+  return TlsSetup{std::move(context), expires};
+}
 
 namespace {
 
@@ -45,7 +100,7 @@ class Server::Impl final : public ConnectionHost {
       if (!read) return fail(read.error());
       tls = std::move(*read);
     }
-    Listener::Calls calls;
+    Listener::Callbacks calls;
     calls.accepted = [this](std::unique_ptr<PeerStream> stream) { take(std::move(stream)); };
     calls.failed = [this](const Error& error) { parts_.log.error("no more connections are accepted: " + error.text); };
     auto listener = Listener::open(parts_.context, parts_.scheduler, options_.listen, std::move(calls));
@@ -98,7 +153,15 @@ class Server::Impl final : public ConnectionHost {
     return with_origin(file(request)), nullptr;
   }
 
-  std::unique_ptr<Conversation> open(const Request& request, ConversationCalls calls) override {
+  bool takes_file(const Request& head) const override { return parts_.site.takes_file(head); }
+  std::shared_ptr<void> begin_upload() override {
+    if (!upload_.expired()) return nullptr;
+    auto begun = std::make_shared<int>();
+    upload_ = begun;
+    return begun;
+  }
+
+  std::unique_ptr<Conversation> open(const Request& request, ConversationCallbacks calls) override {
     return parts_.site.open(request.caller, std::move(calls));
   }
 
@@ -219,6 +282,7 @@ class Server::Impl final : public ConnectionHost {
   ServerCounters counters_;
   std::vector<std::shared_ptr<AcceptedConnection>> connections_;  ///< the oldest first
   std::vector<std::shared_ptr<AcceptedConnection>> refused_;      ///< get an answer that there is no room
+  std::weak_ptr<void> upload_;
   std::unique_ptr<Listener> listener_;
   WallTime expires_{};
   Timer expiry_look_, session_look_;

@@ -5,12 +5,10 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
-#include "base/printable.h"
+#include "base/scheduler.h"
+#include "base/text.h"
 #include "web/server/connection.h"
 #include "web/server/peer_stream.h"
-#include "web/server/stalled_send.h"
 
 namespace rubicon::web::server {
 
@@ -37,10 +35,10 @@ namespace websocket = boost::beast::websocket;
 using websocket_error = boost::system::error_code;
 
 /// Bytes of the reason in a close frame (RFC 6455, section 5.5).
-constexpr std::size_t kLongestReason = 123;
+constexpr std::size_t kMaxReasonLength = 123;
 
 std::string cut_reason(std::string_view reason) {
-  return std::string(reason.substr(0, base::utf8_prefix(reason.substr(0, kLongestReason))));
+  return std::string(reason.substr(0, base::utf8_prefix(reason.substr(0, kMaxReasonLength))));
 }
 
 class SocketConnection final : public Connection, public std::enable_shared_from_this<SocketConnection> {
@@ -104,7 +102,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
     deadline_.clear();
     socket_.text(true);
     socket_.auto_fragment(false);  // a frame of 64 KiB would be sixteen writes
-    ConversationCalls calls;
+    ConversationCallbacks calls;
     calls.wake = lifetime_.guard([this] { pump_.request(); });
     calls.close = [this, watch = lifetime_.watch()](std::string_view reason) {
       if (watch.ended()) return;

@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "support/conversation.h"
 #include "support/private_network.h"
 #include "support/process.h"
 #include "support/programs.h"
@@ -61,11 +62,6 @@ class RealChaos : public testing::Test {
     salad_.reset();
     salad_.emplace(std::move(arguments));
     ASSERT_TRUE(salad_->line_with("listening"));
-  }
-  static json ask(Process& shell, const std::string& command) {
-    shell.write(command + "\n");
-    const auto line = shell.line_with("\"ok\"");
-    return line ? json::parse(*line, nullptr, false) : json();
   }
   static testing::AssertionResult becomes(Process& shell, const std::string& key, const json& wanted,
                                           const std::string& part = "") {

@@ -56,6 +56,27 @@ TEST_F(CheckOfAFile, OneSerialLineBelongsToOneNetwork) {
   EXPECT_EQ(two.code, 0) << two.errors;
 }
 
+TEST_F(CheckOfAFile, OnePortBelongsToOneOption) {
+  const auto twice = check(
+      "web: {listen: 127.0.0.1:9002}\nnetworks:\n  knx-1: {type: knx, host: a, local-port: 5000}\n"
+      "  knx-2: {type: knx, host: b, local-port: 5000}\n"
+      "  wsn-1: {type: wsn, source: \"sf@localhost:9001\", share: 9002}\n");
+  EXPECT_EQ(twice.code, 2) << twice.output;
+  const auto file = (folder_ / "island.yaml").string();
+  EXPECT_THAT(twice.errors, HasSubstr("island.yaml:5:43: networks.knx-2.local-port: 5000 is the UDP port of "
+                                      "networks.knx-1.local-port too (" +
+                                      file + ":4:43), expected a port of its own"));
+  EXPECT_THAT(twice.errors,
+              HasSubstr("networks.wsn-1.share: 9002 is the TCP port of web.listen too (" + file + ":2:15)"));
+  const auto free = check(
+      "web: {listen: 127.0.0.1:5000}\nnetworks:\n  knx-1: {type: knx, host: a, local-port: 5000}\n"
+      "  knx-2: {type: knx, host: b, local-port: 0}\n  knx-3: {type: knx, host: c, local-port: 0}\n"
+      "  knx-4: {type: knx, host: d, via: tunnel-tcp, local-port: 5000}\n"
+      "  wsn-1: {type: wsn, source: \"sf@localhost:9001\", share: 9002}\n"
+      "  wsn-2: {type: wsn, source: \"sf@localhost:9001\", share: \"192.0.2.1:9002\"}\n");
+  EXPECT_EQ(free.code, 0) << free.errors;
+}
+
 TEST_F(CheckOfAFile, APasswordThatOthersCanReadIsAWarning) {
   const auto secret = write("broker.password", "secret\n");
   const std::string networks =

@@ -10,8 +10,11 @@
 #include <set>
 #include <sstream>
 
+#include "support/conversation.h"
+#include "support/meeting_folder.h"
 #include "support/process.h"
 #include "support/programs.h"
+#include "support/terminal.h"
 
 namespace rubicon::daemon {
 
@@ -57,9 +60,6 @@ class Daemon : public testing::Test {
   }
   std::string room() const { return (directory_ / "room.yaml").string(); }
 
-  static json parsed(const std::optional<std::string>& line) {
-    return line ? json::parse(*line, nullptr, false) : json();
-  }
   /// Asks until the device has joined.
   static bool joined(Process& shell) {
     for (int i = 0; i < 1000; ++i) {
@@ -184,11 +184,11 @@ TEST_F(Daemon, CheckWarnsOfNamesThatFitNothing) {
 TEST_F(Daemon, TuplesOfTheCommandLineAreThereFromTheStart) {
   Process shell({kDaemon, "run", room(), "--shell", "--tuple", "house.motto=a=b c", "--tuple", "empty="});
   shell.write("get house.motto\nget empty\nset house.motto other\nget house.motto\n");
-  const auto motto = parsed(shell.line());
+  const auto motto = parsed(shell.line())["tuple"];
   EXPECT_EQ(motto["value"], "a=b c");
   EXPECT_EQ(motto["owner"], 6541);
-  EXPECT_EQ(motto["mimetype"], "text/plain");
-  EXPECT_EQ(parsed(shell.line())["value"], "");
+  EXPECT_EQ(motto["media"], "text/plain");
+  EXPECT_EQ(parsed(shell.line())["tuple"]["value"], "");
   EXPECT_EQ(parsed(shell.line_with("verdict"))["verdict"], "applied") << "others may set it, as in the original";
   shell.write("quit\n");
   EXPECT_EQ(shell.exit_code(), 0);
@@ -256,17 +256,17 @@ TEST_F(Daemon, TheShellSetsGetsAndSubscribes) {
   Process shell({kDaemon, "run", room(), "--shell"});
   ASSERT_TRUE(joined(shell)) << shell.errors();
   shell.write("subscribe " + kRoom + ".sensor.temperature-1.value\n");
-  EXPECT_EQ(parsed(shell.line_with("subscribed"))["ok"], true);
+  EXPECT_EQ(parsed(shell.line_with("subscription"))["ok"], true);
   const auto event = parsed(shell.line_with("21.5"));
   EXPECT_EQ(event["owner"], 6541);
   EXPECT_EQ(event["event"], "set");
   shell.write("unsubscribe " + kRoom + ".sensor.temperature-1.value\nset " + kRoom + ".actuator.lamp-1.command on\n");
-  EXPECT_EQ(parsed(shell.line_with("unsubscribed"))["ok"], true);
+  EXPECT_EQ(parsed(shell.line_with("\"ok\""))["ok"], true);
   EXPECT_EQ(parsed(shell.line_with("verdict"))["verdict"], "applied");
   json value;
   for (int i = 0; i < 1000 && value != "on"; ++i) {
     shell.write("get " + kRoom + ".actuator.lamp-1.value\n");
-    value = parsed(shell.line())["value"];
+    value = parsed(shell.line())["tuple"]["value"];
   }
   EXPECT_EQ(value, "on");
   shell.write("set " + kRoom + ".actuator.lamp-1.command purple\nget " + kRoom + ".nothing\n");
@@ -274,6 +274,17 @@ TEST_F(Daemon, TheShellSetsGetsAndSubscribes) {
   EXPECT_EQ(parsed(shell.line())["error"]["code"], "not-found");
   shell.close_input();
   EXPECT_EQ(shell.exit_code(), 0) << "the end of the input ends the shell";
+}
+
+TEST_F(Daemon, OnATerminalItShowsItsLogAndWhereTheValuesAre) {
+  Terminal terminal({kDaemon, "run", room(), "--set", "web={listen: \"127.0.0.1:0\"}"}, 24, 160);
+  EXPECT_TRUE(terminal.shows("values: http://127.0.0.1:")) << terminal.text();  // no tool sees an island in memory
+  EXPECT_TRUE(terminal.shows("island 6541 is up")) << terminal.text();
+  terminal.signal(SIGTERM);
+  EXPECT_EQ(terminal.exit_code(), 0);
+  const MeetingFolder folder;
+  Terminal other({kDaemon, "run", room(), "--set", "tuples={}"}, 24, 160);
+  EXPECT_TRUE(other.shows("values: `rubicon top`")) << other.text();
 }
 
 TEST_F(Daemon, WatchPrintsALineForEachSetEqualValuesToo) {
@@ -363,7 +374,7 @@ TEST_F(Daemon, GarbageOnTheInputIsAnsweredLineByLine) {
   const std::string garbage = std::string("\0\x01\xff\xfe\n", 5) + "{}\n" + std::string(200'000, 'x') + "\nget " +
                               std::string(10'000, 'k') + "\nset a\n\n\r\n";
   shell.write(garbage + "get proxy.island\n");
-  for (const auto* code : {"invalid", "invalid", "out-of-range", "invalid", "not-found"}) {
+  for (const auto* code : {"invalid", "invalid", "out-of-range", "not-found", "not-found"}) {
     const auto line = parsed(shell.line());
     EXPECT_EQ(line["ok"], false);
     EXPECT_EQ(line["error"]["code"], code) << line;
@@ -405,10 +416,8 @@ TEST_F(Daemon, AMissingRecordingIsNamedAndTheRestOfTheIslandLives) {
             "{temperature-1: {}}}}}\n  log: {type: log, file: nowhere.bin}\n");
   Process shell({kDaemon, "run", file, "--shell"});
   json line;
-  for (int i = 0; i < 1000 && line["value"].dump().find("nowhere.bin") == std::string::npos; ++i) {
-    shell.write("get proxy.log.status\n");
-    line = parsed(shell.line());
-  }
+  for (int i = 0; i < 1000 && line["value"].dump().find("nowhere.bin") == std::string::npos; ++i)
+    line = support::ask(shell, "get proxy.log.status");
   EXPECT_THAT(line["value"].dump(), HasSubstr("down"));
   EXPECT_THAT(line["value"].dump(), HasSubstr("nowhere.bin"));
   EXPECT_TRUE(joined(shell));

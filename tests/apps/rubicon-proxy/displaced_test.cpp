@@ -1,4 +1,4 @@
-#include "apps/rubicon-proxy/displaced.h"
+#include "apps/rubicon-proxy/duplicate_id.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

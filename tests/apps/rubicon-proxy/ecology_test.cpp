@@ -55,7 +55,7 @@ class TwoIslands : public testing::TestWithParam<const char*> {
     return support::until(shell, command, patience, holds);
   }
   static std::uint64_t sequence(Process& shell) {
-    return ask(shell, std::string("get ") + (kValue + 2)).value("seq", std::uint64_t{0});
+    return ask(shell, std::string("get ") + (kValue + 2)).value("sequence", std::uint64_t{0});
   }
 
   PrivateNetwork alone_;
@@ -83,8 +83,8 @@ TEST_P(TwoIslands, SamplingStopsForAKilledSubscriber) {
   {
     Process second({kDaemon, "run", island(2), "--shell", "--log-level", "error"});
     ASSERT_TRUE(ask(second, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
-    EXPECT_TRUE(
-        until(first, std::string("get ") + (kValue + 2), [](const json& tuple) { return tuple.value("seq", 0) > 10; }));
+    EXPECT_TRUE(until(first, std::string("get ") + (kValue + 2),
+                      [](const json& tuple) { return tuple.value("sequence", 0) > 10; }));
     second.signal(SIGKILL);
   }
   // After the lease of a second nothing moves for six periods; a busy machine may see the loss later.
@@ -156,11 +156,11 @@ TEST_P(TwoIslands, AnIslandThatStartsAgainIsFollowed) {
   ASSERT_TRUE(ask(second, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
   for (int start = 0; start < 3; ++start) {
     Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
-    EXPECT_TRUE(
-        until(first, std::string("get ") + (kValue + 2), [](const json& tuple) { return tuple.value("seq", 0) > 3; }));
+    EXPECT_TRUE(until(first, std::string("get ") + (kValue + 2),
+                      [](const json& tuple) { return tuple.value("sequence", 0) > 3; }));
     const auto now = sequence(first);
     EXPECT_TRUE(until(second, std::string("get ") + kValue,
-                      [&](const json& tuple) { return tuple.value("seq", std::uint64_t{0}) >= now; }));
+                      [&](const json& tuple) { return tuple.value("sequence", std::uint64_t{0}) >= now; }));
     first.signal(SIGKILL);
   }
 }

@@ -51,7 +51,7 @@ class IslandsOnEngines : public testing::Test {
     ASSERT_TRUE(ask(reader, "subscribe " + sensor + " min=100ms").value("ok", false));
     ASSERT_TRUE(ask(reader, "subscribe " + lamp).value("ok", false));
     EXPECT_TRUE(until(reader, "get " + sensor, 60s, [](const json& tuple) {
-      return tuple.value("seq", 0) > 5 && !tuple.value("value", "").empty();
+      return tuple.value("sequence", 0) > 5 && !tuple.value("value", "").empty();
     })) << "its demand reaches the owner, which measures";
     EXPECT_TRUE(until(reader, "set " + device + "actuator.switch-1.command on", 60s,
                       [](const json& answer) { return answer.value("verdict", "") == "applied"; }));

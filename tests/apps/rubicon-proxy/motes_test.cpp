@@ -73,7 +73,7 @@ class MotesDaemon : public testing::Test {
     });
   }
   static std::uint64_t sequence(Process& shell, const std::string& key) {
-    return ask(shell, "get " + key).value("seq", std::uint64_t{0});
+    return ask(shell, "get " + key).value("sequence", std::uint64_t{0});
   }
   /// The first line of a file that calls the simulator, without what stands before the call.
   static std::string documented_line(const std::string& file, const std::string& before) {
@@ -87,7 +87,7 @@ class MotesDaemon : public testing::Test {
   static testing::AssertionResult flows(Process& shell, const std::string& key, std::uint64_t values) {
     const auto wanted = sequence(shell, key) + values;
     return until(shell, "get " + key, 60s,
-                 [&](const json& answer) { return answer.value("seq", std::uint64_t{0}) >= wanted; });
+                 [&](const json& answer) { return answer.value("sequence", std::uint64_t{0}) >= wanted; });
   }
   static void end(Process& shell) {
     shell.write("quit\n");

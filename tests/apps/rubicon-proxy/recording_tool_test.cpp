@@ -8,8 +8,8 @@
 #include <fstream>
 
 #include "recording/block_builder.h"
-#include "recording/file_head.h"
-#include "recording/recording_text.h"
+#include "recording/file_format.h"
+#include "recording/record.h"
 #include "support/memory/memory_transports.h"
 
 namespace rubicon::daemon {

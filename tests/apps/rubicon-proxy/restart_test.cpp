@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "support/conversation.h"
 #include "support/process.h"
 #include "support/programs.h"
 
@@ -46,11 +47,7 @@ class DaemonWithMemory : public testing::Test {
   }
   std::string file() const { return (directory_ / "home.yaml").string(); }
 
-  static json answer(Process& shell, const std::string& command) {
-    shell.write(command + "\n");
-    const auto line = shell.line_with("\"ok\"");
-    return line ? json::parse(*line, nullptr, false) : json();
-  }
+  static json answer(Process& shell, const std::string& command) { return support::ask(shell, command); }
   /// Repeats a question until its answer says so much; false after a minute.
   static bool until(Process& shell, const std::string& command, const std::string& member, const json& expected) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);

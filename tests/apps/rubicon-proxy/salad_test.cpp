@@ -4,6 +4,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "support/conversation.h"
 #include "support/private_network.h"
 #include "support/process.h"
 #include "support/programs.h"
@@ -21,10 +22,6 @@ using Clock = std::chrono::steady_clock;
 
 const std::string kTelevision = "proxy.salad.28.actuator.status-tv_state";
 
-json parsed(const std::optional<std::string>& line) {
-  return line ? json::parse(*line, nullptr, false) : json();
-}
-
 /// How many devices the next `devices` lists, and how many of them have this status.
 std::pair<int, int> devices(Process& shell, const std::string& status) {
   shell.write("devices\n");
@@ -39,8 +36,7 @@ std::pair<int, int> devices(Process& shell, const std::string& status) {
 /// Asks until the value of a tuple is this; false after a minute.
 bool becomes(Process& shell, const std::string& key, const std::string& value) {
   for (const auto end = Clock::now() + 60s; Clock::now() < end;) {
-    shell.write("get " + key + "\n");
-    const auto line = parsed(shell.line());
+    const auto line = support::ask(shell, "get " + key);
     if (line.is_object() && line["value"].is_string() &&
         line["value"].get<std::string>().find(value) != std::string::npos)
       return true;

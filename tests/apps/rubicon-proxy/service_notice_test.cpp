@@ -125,7 +125,7 @@ TEST(ServiceSettingsOfTheEnvironment, AreTakenWhenTheyAreForThisProcess) {
   EXPECT_EQ(ServiceSettings::from_environment().watchdog, 0s);
 }
 
-TEST(ServiceSettingsOfTheEnvironment, NonsenseIsNoWish) {
+TEST(ServiceSettingsOfTheEnvironment, NonsenseAsksForNothing) {
   Variables variables;
   for (const auto* text : {"", "x", "-5", "12s", "99999999999999999999999"}) {
     variables.set("WATCHDOG_USEC", text);

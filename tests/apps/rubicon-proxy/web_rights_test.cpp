@@ -105,7 +105,7 @@ TEST_F(PageWithRights, ACallerOfThisHostNeedsATokenAndIsAuditedUnderItsName) {
 TEST_F(PageWithRights, WithoutTokensThereIsNoPage) {
   start("");
   const auto errors = program_->errors();
-  EXPECT_THAT(errors, AllOf(HasSubstr("with rights each caller needs a token"), HasSubstr("goes on without its page"),
+  EXPECT_THAT(errors, AllOf(HasSubstr("with rights each caller needs a token"), HasSubstr("runs without its page"),
                             Not(HasSubstr("open http"))));
 }
 
@@ -116,10 +116,10 @@ TEST_F(PageWithRights, ATokenWhoseNameMeansOthersIsRefusedInTheConfiguration) {
     const auto checked = run_to_end({kDaemon, "check", file});
     EXPECT_EQ(checked.code, 2) << name;
     EXPECT_THAT(checked.errors, AllOf(HasSubstr("home.yaml:2:"), HasSubstr("web.tokens"),
-                                      HasSubstr("line 1: '" + name + "' is no name of a token")));
+                                      HasSubstr("line 1: '" + name + "' is not a name of a token")));
     start(", tokens: {file: web.tokens}");
-    EXPECT_THAT(program_->errors(), AllOf(HasSubstr("'" + name + "' is no name of a token"),
-                                          HasSubstr("goes on without its page"), Not(HasSubstr("open http"))));
+    EXPECT_THAT(program_->errors(), AllOf(HasSubstr("'" + name + "' is not a name of a token"),
+                                          HasSubstr("runs without its page"), Not(HasSubstr("open http"))));
   }
 }
 

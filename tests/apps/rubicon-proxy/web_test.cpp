@@ -87,7 +87,7 @@ TEST_F(IslandPage, APortThatIsInUseIsOneWarningAndTheIslandGoesOn) {
   second.write("quit\n");
   EXPECT_EQ(second.exit_code(), 0);
   const auto errors = second.errors();
-  const auto said = errors.find("Address already in use; the island goes on without its page");
+  const auto said = errors.find("Address already in use; the island runs without its page");
   ASSERT_NE(said, errors.npos) << errors;
   EXPECT_EQ(errors.find("warning", errors.find("warning") + 1), errors.npos) << "one warning: " << errors;
 }

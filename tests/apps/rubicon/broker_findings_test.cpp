@@ -1,8 +1,10 @@
-#include "apps/rubicon/broker_findings.h"
+#include "apps/rubicon/doctor/broker_findings.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "model/findings.h"
 
 namespace rubicon::cli {
 namespace {
@@ -48,9 +50,9 @@ std::vector<std::string> ill(const Findings& all) {
   return lines;
 }
 
-std::string failure(const std::string& why) {
+std::string failure(std::string_view finding) {
   BrokerSeen broker;
-  broker.failure = Error{ErrorCode::kRefused, why};
+  broker.failure = Error{ErrorCode::kRefused, "a sentence", finding};
   const auto lines = ill(check_broker(broker, nullptr, kCheckedAt));
   EXPECT_THAT(lines, SizeIs(1));
   return lines.empty() ? "" : lines[0];
@@ -67,21 +69,16 @@ TEST(BrokerFindings, NothingIsSaidAgainstWhatIsWell) {
   EXPECT_EQ(all[1].what, "the rights of the broker broker.test:8883 protect others from desk");
 }
 
-TEST(BrokerFindings, WhyThereIsNoConnectionHasAnAdvice) {
-  EXPECT_THAT(failure("b:8883: host b cannot be found: Name or service not known"), HasSubstr("-> compare `host`"));
-  EXPECT_THAT(failure("b:8883: cannot connect: Connection refused"), HasSubstr("no broker listens there"));
-  EXPECT_THAT(failure("b:8883: the certificate of the broker is not accepted: hostname mismatch (expected b)"),
-              HasSubstr("certificate for another name"));
-  EXPECT_THAT(failure("b:8883: the certificate of the broker is not accepted: self-signed certificate (expected b)"),
-              HasSubstr("ca.pem of the realm"));
-  EXPECT_THAT(
-      failure("b:8883: the broker closed the connection before it answered (does it speak TLS, does it want our "
-              "certificate?)"),
-      HasSubstr("was revoked"));
-  EXPECT_THAT(failure("b:1883: the broker refuses the user or the password"), HasSubstr("its password is another one"));
-  EXPECT_THAT(failure("b:1883: the host cannot be found or does not answer within 3 s"),
-              HasSubstr("-> compare `host`"));
-  EXPECT_THAT(failure("something else"), HasSubstr("sites.md"));
+TEST(BrokerFindings, WhyThereIsNoConnectionHasARemedy) {
+  using namespace model::findings;
+  EXPECT_THAT(failure(kHostUnknown), HasSubstr("-> compare `host` with the name of the broker's host"));
+  EXPECT_THAT(failure(kConnectionRefused), HasSubstr("no broker listens there"));
+  EXPECT_THAT(failure(kCertificateName), HasSubstr("certificate for another name"));
+  EXPECT_THAT(failure(kCertificateAuthority), HasSubstr("ca.pem of the realm"));
+  EXPECT_THAT(failure(kTlsEnds), HasSubstr("was revoked"));
+  EXPECT_THAT(failure(kLoginRefused), HasSubstr("its password is another one"));
+  EXPECT_THAT(failure(kHostSilent), HasSubstr("the host is off"));
+  EXPECT_THAT(failure(""), HasSubstr("sites.md"));
 }
 
 TEST(BrokerFindings, WhatABrokerDoesNotDoIsAProblem) {
@@ -121,7 +118,8 @@ TEST(BrokerFindings, WhatIsOldOrEndsSoonIsNamed) {
   realm.authority_days_left = -1;
   const auto lines = ill(check_broker(good_broker(), &realm, kCheckedAt));
   ASSERT_THAT(lines, SizeIs(3));
-  EXPECT_THAT(lines[0], HasSubstr("note: the realm file in /etc/rubicon/realm has number 5, that of hall has 7"));
+  EXPECT_THAT(lines[0],
+              HasSubstr("note: the realm file in /etc/rubicon/realm has number 5, the one that hall shows has 7"));
   EXPECT_THAT(lines[1],
               AllOf(HasSubstr("note: the certificate of desk ends in 12 days"), HasSubstr("rubicon trust renew desk")));
   EXPECT_THAT(lines[2], HasSubstr("problem: the authority of the realm Rubicon 5f1c has ended"));
@@ -132,7 +130,7 @@ TEST(BrokerFindings, WhatIsOldOrEndsSoonIsNamed) {
                     HasSubstr("chmod 600 /etc/rubicon/realm/members/desk/key.pem")));
   realm = good_realm();
   realm.realm.members.erase("desk");
-  EXPECT_THAT(ill(check_broker(good_broker(), &realm, kCheckedAt)).at(0), HasSubstr("problem: desk is no member"));
+  EXPECT_THAT(ill(check_broker(good_broker(), &realm, kCheckedAt)).at(0), HasSubstr("problem: desk is not a member"));
   realm.realm.revoked = {"desk"};
   EXPECT_THAT(ill(check_broker(good_broker(), &realm, kCheckedAt)).at(0), HasSubstr("problem: desk was shut out"));
 }

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <vector>
 
-#include "apps/rubicon/island_look.h"
+#include "apps/rubicon/doctor/island_look.h"
 #include "apps/rubicon/live_island.h"
 #include "tuples/dds/rogue.h"
 
@@ -22,13 +22,19 @@ struct Told {
   std::vector<nlohmann::json> lines;
   std::string everything;
 
-  /// The first problem, `check: what (mend)`; empty = none.
-  std::string problem() const {
+  /// `check: what (mend)` of each.
+  std::vector<std::string> problems() const {
+    std::vector<std::string> all;
     for (const auto& line : lines) {
       if (line.value("grade", "") == "problem")
-        return line.value("check", "") + ": " + line.value("what", "") + " (" + line.value("mend", "") + ")";
+        all.push_back(line.value("check", "") + ": " + line.value("what", "") + " (" + line.value("mend", "") + ")");
     }
-    return {};
+    return all;
+  }
+  /// The first one; empty = none.
+  std::string problem() const {
+    const auto all = problems();
+    return all.empty() ? "" : all.front();
   }
 };
 
@@ -123,6 +129,16 @@ TEST_F(Doctor, OnAHostNamesWhoHangsAndWhoUsesDds) {
   hung->signal(SIGKILL);
   const auto lonely = ask_host();
   EXPECT_THAT(lonely.everything, HasSubstr("1 program of this host use DDS in domain 0"));
+}
+
+TEST_F(Doctor, NamesTheFolderToo_WhereTheBrokerIsNotReached) {
+  const auto open_to_all = folder_.file("meeting");
+  std::filesystem::create_directories(open_to_all);
+  std::filesystem::permissions(open_to_all, std::filesystem::perms::all);
+  const auto told = ask_host({"--broker", "127.0.0.1:1", "--folder", open_to_all});
+  EXPECT_EQ(told.code, 1);
+  EXPECT_THAT(told.problems(), testing::ElementsAre(HasSubstr("broker: "), HasSubstr("engine: " + open_to_all)))
+      << told.everything;
 }
 
 TEST_F(Doctor, NamesAnInterfaceWithoutMulticast) {

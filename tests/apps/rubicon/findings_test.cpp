@@ -1,9 +1,7 @@
-#include "apps/rubicon/findings.h"
+#include "apps/rubicon/doctor/findings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "tuples/host_policy.h"
 
 namespace rubicon::cli {
 namespace {
@@ -74,16 +72,18 @@ TEST(Findings, AnIdThatIsTakenTwiceIsNamedWithItsPlaces) {
 }
 
 TEST(Findings, AComponentWhoseHostHadNoTimeIsAProblemWithTheClockAsItsRemedy) {
-  const auto refused = tuples::HostPolicy::check_start(OwnerId(6541), 77'147'364'090);
-  ASSERT_FALSE(refused);
-  const auto found = check_complaint(refused.error().text + ": ignored");
-  EXPECT_EQ(found.grade, Finding::Grade::kProblem);
-  EXPECT_THAT(found.what, HasSubstr("component 6541 says that it started on 1970-01-01 21:25 UTC, before the clock"));
-  EXPECT_THAT(found.fix, HasSubstr("timedatectl"));
-  const auto own = tuples::HostPolicy::check_clock(WallTime(std::chrono::hours(1)));
-  ASSERT_FALSE(own);
-  EXPECT_EQ(check_complaint(own.error().text).check, "clock");
-  EXPECT_TRUE(tuples::HostPolicy::check_clock(WallTime(std::chrono::hours(24 * 365 * 31))));
+  constexpr std::uint64_t kNoTime = 77'147'364'090, kTime = 1'795'000'000'000'000;
+  const WallTime now{std::chrono::microseconds(kTime)};
+  const auto found = check_clocks({start(6541, kNoTime, true), start(7, kNoTime, false), start(8, kTime, true)}, now);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].check, "clock");
+  EXPECT_EQ(found[0].grade, Finding::Grade::kProblem);
+  EXPECT_THAT(found[0].what,
+              HasSubstr("component 6541 says that it started on 1970-01-01 21:25 UTC, before the clock"));
+  EXPECT_THAT(found[0].fix, HasSubstr("timedatectl"));
+  const auto own = check_clocks({}, WallTime(std::chrono::hours(1)));
+  ASSERT_EQ(own.size(), 1U);
+  EXPECT_THAT(own[0].what, HasSubstr("the clock of this host says 1970"));
   EXPECT_EQ(check_complaint("a peer is odd").grade, Finding::Grade::kNote);
 }
 

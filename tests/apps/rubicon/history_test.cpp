@@ -80,8 +80,10 @@ TEST(HistoryCommand, ReadsTheHistoryOfARunningIsland) {
   Folder folder;
   const auto island = started(folder.write("home.yaml", small_island(6541) + "history: {file: own.history}\n"));
   for (const auto* word : {"small", "6541"}) {
-    const auto info = rubicon({"history", word, "info", "--json"});
-    EXPECT_EQ(info.code, 0) << info.errors;
+    auto info = rubicon({"history", word, "info", "--json"});
+    for (int i = 0; i < 200 && info.code != 0; ++i)  // the file is made with the first values
+      info = rubicon({"history", word, "info", "--json"});
+    ASSERT_EQ(info.code, 0) << info.errors;
     EXPECT_EQ(lines_of(info).at(0)["file"], std::filesystem::canonical(folder.file("own.history")).string());
   }
   const auto nobody = rubicon({"history", "attic", "info"});

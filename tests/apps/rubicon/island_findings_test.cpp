@@ -1,5 +1,6 @@
-#include "apps/rubicon/island_findings.h"
+#include "apps/rubicon/doctor/island_findings.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +11,8 @@
 #include <regex>
 #include <set>
 #include <sstream>
+
+#include "model/findings.h"
 
 namespace rubicon::cli {
 namespace {
@@ -55,12 +58,18 @@ TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
   EXPECT_THAT(found.fix, HasSubstr("networks: knx-hall:"));
 }
 
-TEST(IslandFindings, TheRemedyOfALineFitsItsReason) {
-  const auto fix = [](const char* reason) { return check_lines(with(network("down", reason)), kNow).at(0).fix; };
-  EXPECT_THAT(fix("TLS: certificate has expired"), HasSubstr("renew the certificate of the server"));
-  EXPECT_THAT(fix("TLS: certificate is not yet valid"), HasSubstr("check the clock of the island's host"));
-  EXPECT_THAT(fix("TLS: hostname mismatch"), HasSubstr("name the server as its certificate does"));
-  EXPECT_THAT(fix("connection refused"), HasSubstr("check cable, power and network"));
+TEST(IslandFindings, TheRemedyOfALineIsThatOfItsFinding) {
+  using namespace model::findings;
+  const auto fix = [](std::string_view finding) {
+    auto one = network("down", "a sentence");
+    one.line.finding = finding;
+    return check_lines(with(one), kNow).at(0).fix;
+  };
+  EXPECT_THAT(fix(kCertificateExpired), HasSubstr("renew the certificate of the server"));
+  EXPECT_THAT(fix(kCertificateEarly), HasSubstr("check the clock of the island's host"));
+  EXPECT_THAT(fix(kCertificateName),
+              AllOf(HasSubstr("name the server as its certificate does"), HasSubstr("next attempt")));
+  EXPECT_THAT(fix(""), HasSubstr("check cable, power and network"));
 }
 
 TEST(IslandFindings, AHistoryThatIsNotWrittenIsAProblem) {
@@ -96,6 +105,31 @@ TEST(IslandFindings, ABridgeThatIsNotConnectedIsAProblemAndWhatItsBrokerRefusesA
   EXPECT_THAT(refused.fix, HasSubstr("mqtt.md#troubles"));
   EXPECT_EQ(found(R"({"state":"up","reason":"the broker refuses x"})").grade, Grade::kNote);
   EXPECT_EQ(found(R"({"state":"up","reason":"","devices":1,"points":5})").grade, Grade::kGood);
+}
+
+TEST(IslandFindings, EachReasonOfARosBridgeIsANoteWithItsRemedy) {
+  const struct {
+    std::string_view finding;
+    const char* remedy;
+  } all[] = {{model::findings::kRosDomainEmpty, "ROS_DOMAIN_ID"},
+             {model::findings::kRosGidsMixed, "a domain each"},
+             {model::findings::kRosNamesClash, "rename one of the points"},
+             {"unheard-of", "ros2.md#troubles"}};
+  nlohmann::json status{{"state", "up"}, {"peer", "ROS domain 7"}, {"reason", "several"}};
+  for (const auto& one : all) status["findings"].push_back({{"finding", one.finding}, {"text", "why"}});
+  auto seen = island();
+  seen.bridges["robots"] = status.dump();
+  const auto found = check_bridges(seen);
+  ASSERT_EQ(found.size(), std::size(all));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i].grade, Grade::kNote);
+    EXPECT_EQ(found[i].what, "bridge robots of island 6541 home (ROS domain 7) is up; why");
+    EXPECT_THAT(found[i].fix, HasSubstr(all[i].remedy));
+  }
+  for (const auto* broken : {R"("x")", "[7,{}]", "{}"}) {
+    seen.bridges["robots"] = fmt::format(R"({{"state":"up","reason":"r","findings":{}}})", broken);
+    EXPECT_THAT(check_bridges(seen), testing::Not(IsEmpty())) << broken;
+  }
 }
 
 TEST(IslandFindings, DevicesThatTheirNamesMakeUnusableAreNotesWithTheReason) {
@@ -143,13 +177,14 @@ TEST(IslandFindings, SettingsOfTheServerThatDifferAreNotesWithWhatToSet) {
 TEST(IslandFindings, WhatANetworkCannotUseIsListedWithItsReason) {
   auto knx = network("up");
   knx.properties["problems"] =
-      R"([{"address":"6/0/2","what":"source","count":1,"reason":"nothing.there: nobody has published this tuple","time":1767225540},
+      R"([{"address":"6/0/2","what":"source","count":1,"reason":"nothing.there: no component has published this tuple","time":1767225540},
           {"address":"6/0/4","what":"exposure","count":3,"reason":"too large","time":1767225590}, 7])";
   const auto found = check_problems(with(knx), kNow);
   ASSERT_EQ(found.size(), 3U);
   EXPECT_EQ(found[0].grade, Grade::kNote);
-  EXPECT_EQ(found[0].what,
-            "network knx-hall of island 6541 home: 6/0/2 (source): nothing.there: nobody has published this tuple");
+  EXPECT_EQ(
+      found[0].what,
+      "network knx-hall of island 6541 home: 6/0/2 (source): nothing.there: no component has published this tuple");
   EXPECT_THAT(found[0].fix, HasSubstr("once, last 60s ago"));
   EXPECT_THAT(found[1].fix, HasSubstr("3 times, last 10s ago"));
   std::string many = "[";
@@ -311,7 +346,7 @@ TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   seen.numbers = {{"rights-refused", 0}};
   EXPECT_EQ(check_access_of_host(seen, "/run/rubicon").what,
             "island 6541 asks its rights who of this host may do what");
-  EXPECT_THAT(check_access(seen, options).what, HasSubstr("is `lan`, and its rights say what that may do"));
+  EXPECT_THAT(check_access(seen, options).what, HasSubstr("are the member `lan`; its rights say what `lan` may do"));
 }
 
 TEST(IslandFindings, AnIslandThatHadCertificatesForDdsIsAProblemWithTwoWaysOut) {
@@ -353,7 +388,7 @@ std::string anchor_of(std::string heading) {
 std::set<std::string> pages_named() {
   static const std::regex kPage(R"re(page\("([^"]+)"\))re");
   std::set<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(RUBICON_SOURCE_DIR "/apps/rubicon")) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(RUBICON_SOURCE_DIR "/apps/rubicon")) {
     if (entry.path().extension() != ".cpp") continue;
     std::ifstream file(entry.path());
     const std::string text{std::istreambuf_iterator<char>(file), {}};

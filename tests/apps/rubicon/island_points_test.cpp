@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <fstream>
+#include <iterator>
 
 #include "apps/rubicon/live_island.h"
 
@@ -56,6 +58,38 @@ TEST_F(PointsOfAnIsland, SettingsAreShownTriedAndReloaded) {
   EXPECT_EQ(json["state"], "refused");
   EXPECT_EQ(json["errors"][0]["line"], 3);
   EXPECT_EQ(rubicon({"settings", "change"}).code, 2);
+}
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST_F(PointsOfAnIsland, ItsFileIsChangedAndTheChangeIsTakenBack) {
+  const auto before = text_of_file(file_);
+  const auto groups = folder_.write("hall.yaml", "groups: {1/0/1: {dpt: 1.001, kind: actuator}}\n");
+  const std::string options = "{type: knx, host: 127.0.0.1}";
+  const auto tried = rubicon({"settings", "add", "knx-hall", options, "--groups", groups, "--try"});
+  EXPECT_EQ(tried.code, 0) << tried.errors;
+  EXPECT_THAT(tried.output,
+              StartsWith("network knx-hall: is added\n\nnetworks:\n  knx-hall: {type: knx, host: 127.0.0.1}\n"));
+  EXPECT_EQ(text_of_file(file_), before);
+  const auto added = rubicon({"settings", "add", "knx-hall", options, "--groups", groups});
+  EXPECT_EQ(added.code, 0) << added.errors;
+  EXPECT_THAT(text_of_file(file_),
+              HasSubstr("  knx-hall: {import: knx-hall.groups.yaml, type: knx, host: 127.0.0.1}\n"));
+  EXPECT_EQ(text_of_file(file_ + ".previous"), before);
+  EXPECT_THAT(rubicon({"networks"}).output, HasSubstr("knx-hall"));
+  const auto again = rubicon({"settings", "add", "knx-hall", options});
+  EXPECT_EQ(again.code, 3);
+  EXPECT_THAT(again.errors, HasSubstr("has a network knx-hall already"));
+  EXPECT_EQ(rubicon({"settings", "import", "knx-hall", groups}).code, 0);
+  EXPECT_THAT(text_of_file(file_), HasSubstr("import: knx-hall.groups-2.yaml"));
+  EXPECT_EQ(rubicon({"settings", "undo"}).code, 0);
+  EXPECT_THAT(text_of_file(file_), HasSubstr("import: knx-hall.groups.yaml"));
+  EXPECT_EQ(rubicon({"settings", "import", "knx-hall"}).code, 2);
+  EXPECT_EQ(rubicon({"settings", "add", "x", "{type: dummy}", "--groups", folder_.file("none.yaml")}).code, 2);
+  EXPECT_EQ(rubicon({"settings", "try", "knx-hall"}).code, 2);
 }
 
 TEST_F(PointsOfAnIsland, RecordersAreListedStoppedMarkedAndStarted) {

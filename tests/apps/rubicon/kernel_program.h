@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "transport/asio_scheduler.h"
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 #include "transport/local_transports.h"
 #include "tuples/peis/kernel_peer.h"
-#include "tuples/peis/patterns.h"
+#include "tuples/peis/translation.h"
 #include "tuples/peis/tuple_wire.h"
 
 namespace rubicon::cli {

@@ -394,7 +394,7 @@ class KnxRestarts : public KnxIsland {
     island_->write("get " + tuple + "\n");
     while (const auto line = island_->line_with("\"" + tuple + "\"")) {
       const auto answer = json::parse(*line, nullptr, false);
-      if (answer.contains("ok")) return answer.value("value", "");
+      if (answer.contains("ok")) return answer.contains("tuple") ? answer["tuple"].value("value", "") : std::string();
     }
     return {};
   }

@@ -1,12 +1,10 @@
-#include "apps/rubicon/layout.h"
+#include "apps/rubicon/output/table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <sstream>
-
-#include "apps/rubicon/table.h"
 
 namespace rubicon::cli {
 namespace {

@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/completion.h"
-#include "apps/rubicon/device_options.h"
-#include "apps/rubicon/selection.h"
-#include "apps/rubicon/suggestions.h"
-#include "apps/rubicon/target.h"
-#include "apps/rubicon/woken.h"
+#include "apps/rubicon/commands/completion.h"
+#include "apps/rubicon/targets/options.h"
+#include "apps/rubicon/targets/selection.h"
+#include "apps/rubicon/targets/suggestions.h"
 
 namespace rubicon::cli {
 namespace {
@@ -95,16 +93,6 @@ std::vector<client::Device> some_devices() {
   return {device(1, "wsn", "7", "Kitchen mote"), device(2, "wsn", "7", "Hall mote"), device(2, "knx", "hall", "7")};
 }
 
-TEST(CliNames, ADeviceIsCalledByKeyOrByName) {
-  const auto all = some_devices();
-  EXPECT_EQ(devices_called(all, "7").size(), 2U);
-  EXPECT_EQ(devices_called(all, "1:7").size(), 1U);
-  EXPECT_EQ(devices_called(all, "knx.hall").size(), 1U);
-  EXPECT_EQ(devices_called(all, "2:proxy.wsn.7").at(0).name, "Hall mote");
-  EXPECT_EQ(devices_called(all, "Kitchen mote").at(0).island, OwnerId(1));
-  EXPECT_THAT(devices_called(all, "nobody"), IsEmpty());
-}
-
 TEST(CliNames, CountsTheDevicesThatAPatternWakes) {
   const auto all = some_devices();
   const auto woken = [&](const char* text) { return count_woken(all, parse_selections(text, "value").value()); };
@@ -129,8 +117,8 @@ TEST(CliNames, AWordThatNamesNothingGetsTheNearest) {
             "did you mean 'hall.lamp-2'?")
       << "never what was typed";
   const auto all = some_devices();
-  EXPECT_EQ(suggest_device(all, "Kitchn mote"), "did you mean 'Kitchen mote'?");
-  EXPECT_EQ(suggest_device(all, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
+  EXPECT_EQ(suggest_device({all, {}}, "Kitchn mote"), "did you mean 'Kitchen mote'?");
+  EXPECT_EQ(suggest_device({all, {}}, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
   EXPECT_EQ(suggest_type(all, "temprature"), "did you mean 'temperature'?");
   EXPECT_TRUE(suggest_type(all, "Temperature").starts_with("did you mean 'temperature'"));
 }
@@ -156,6 +144,12 @@ TEST(CliCompletion, AsksTheIslandsOnlyForWhatMayFollow) {
   EXPECT_EQ(wanted({"send", "7"}), Wanted::kNothing);
   EXPECT_EQ(wanted({"inbox", "approve"}), Wanted::kWaiting);
   EXPECT_EQ(wanted({"islands"}), Wanted::kNothing);
+  EXPECT_EQ(wanted({"devices", "--type"}), Wanted::kType);
+  EXPECT_EQ(wanted({"receive", "--type"}), Wanted::kNothing) << "of a message";
+  EXPECT_EQ(wanted({"get", "--island"}), Wanted::kIsland);
+  EXPECT_EQ(wanted({"history"}), Wanted::kTuple);
+  EXPECT_THAT(fixed_offers(cli.app(), {"history"}, ""), IsEmpty());
+  EXPECT_THAT(fixed_offers(cli.app(), {"history", "home.history"}, ""), Contains("query"));
 }
 
 TEST(CliCompletion, ANameOfAMemberIsNoFile) {
@@ -175,7 +169,7 @@ TEST(CliCompletion, ANameOfAMemberIsNoFile) {
 
 TEST(CliCompletion, BehindTheTupleThatIsSetStandsAValue) {
   Cli cli;
-  EXPECT_EQ(wanted_at(cli.app(), {"set"}).wanted, Wanted::kTuple);
+  EXPECT_EQ(wanted_at(cli.app(), {"set"}).wanted, Wanted::kSettable);
   const auto value = wanted_at(cli.app(), {"--domain", "3", "set", "--ttl", "5s", "living.lamp-1"});
   EXPECT_EQ(value.wanted, Wanted::kValue);
   EXPECT_EQ(value.tuple, "living.lamp-1");

@@ -5,9 +5,9 @@
 
 #include <set>
 
-#include "apps/rubicon/exit_codes.h"
 #include "apps/rubicon/kernel_program.h"
 #include "apps/rubicon/live_island.h"
+#include "apps/rubicon/output/output.h"
 
 namespace rubicon::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "apps/rubicon/live_island.h"
-#include "base/printable.h"
+#include "base/text.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::cli {

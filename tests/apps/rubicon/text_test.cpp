@@ -1,12 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/rubicon/exit_codes.h"
-#include "apps/rubicon/rates.h"
+#include "apps/rubicon/doctor/signs.h"
+#include "apps/rubicon/output/output.h"
+#include "apps/rubicon/output/table.h"
+#include "apps/rubicon/output/tuple_text.h"
 #include "apps/rubicon/settings.h"
-#include "apps/rubicon/table.h"
-#include "apps/rubicon/tuple_text.h"
-#include "apps/rubicon/type_text.h"
 #include "model/json_members.h"
 
 namespace rubicon::cli {

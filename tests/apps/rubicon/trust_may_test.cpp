@@ -81,7 +81,7 @@ TEST_F(TrustMay, AnswersForTheInboxAndForMessages) {
 TEST_F(TrustMay, TakesTheRolesOfTheRealmOrOfTheCommandLine) {
   const auto unknown = may({"desk", "read", kLamp});
   EXPECT_EQ(unknown.code, 3);
-  EXPECT_THAT(unknown.errors, HasSubstr("desk: no member of the realm in " + realm()));
+  EXPECT_THAT(unknown.errors, HasSubstr("desk: not a member of the realm in " + realm()));
   EXPECT_EQ(may({"desk", "read", kLamp, "--role", "admin"}).code, 0);
   EXPECT_THAT(may({"user:ann", "read", kLamp}).errors, IsEmpty()) << "of the host";
   ASSERT_EQ(rubicon({"trust", "init", "--broker", "b.test", "--realm", realm()}).code, 0);
@@ -104,7 +104,7 @@ TEST_F(TrustMay, WhoIsMetByDdsHasOneName) {
 TEST_F(TrustMay, WhatIsNoQuestionIsAnError) {
   const auto right = may({"robot", "open", kLamp});
   EXPECT_EQ(right.code, 2);
-  EXPECT_THAT(right.errors, HasSubstr("'open' is no right, expected read, demand, set, approve or send"));
+  EXPECT_THAT(right.errors, HasSubstr("'open' is not a right, expected read, demand, set, approve or send"));
   for (const auto* key : {"6541:proxy.networks", "proxy..networks", "proxy.**", "island:7"}) {
     const auto wrong = may({"robot", "read", key});
     EXPECT_EQ(wrong.code, 2) << key << wrong.output;

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "apps/rubicon/live_island.h"
-#include "apps/rubicon/woken.h"
+#include "apps/rubicon/targets/selection.h"
 
 namespace rubicon::cli {
 namespace {
@@ -48,7 +48,7 @@ TEST_F(Words, AWrongWordIsAnsweredWithTheNearest) {
   EXPECT_THAT(rubicon({"frobnicate"}).errors, HasSubstr("unknown command 'frobnicate'; `rubicon --help` lists"));
   EXPECT_THAT(rubicon({"knx", "raed"}).errors, HasSubstr("unknown command 'raed'; did you mean 'read'?"));
   EXPECT_THAT(rubicon({"watch", "--pasive"}).errors, HasSubstr("unknown option '--pasive'; did you mean '--passive'?"));
-  EXPECT_THAT(rubicon({"get", "hall.switch"}).errors, HasSubstr("; did you mean 'hall.switch-1' or 'hall.switch-2'?"));
+  EXPECT_THAT(rubicon({"get", "hall.switch"}).errors, HasSubstr("'hall.switch' is ambiguous; name one of:\n"));
   EXPECT_THAT(rubicon({"set", "hal.switch-1", "on"}).errors, HasSubstr("; did you mean 'hall.switch-1'"));
   EXPECT_THAT(rubicon({"get", "proxy.netwroks"}).errors, HasSubstr("did you mean 'proxy.networks'?"));
   EXPECT_THAT(rubicon({"devices", "--type", "temprature"}).errors, HasSubstr("did you mean 'temperature'?"));
@@ -86,7 +86,7 @@ TEST_F(Words, AStarWithinAPartWakesOnlyWhatFits) {
 }
 
 TEST_F(Words, AStarWithinAPartWakesThousands) {
-  constexpr std::size_t kRooms = 3000, kMostLines = 20 * kRooms;
+  constexpr std::size_t kRooms = 3000, kMaxLineCount = 20 * kRooms;
   const auto file = world_->folder.write(
       "many.yaml",
       "island: {id: 6542, name: hotel}\ntuples: {space: hotel}\nnetworks:\n  dummy-many:\n    type: dummy\n"
@@ -94,7 +94,7 @@ TEST_F(Words, AStarWithinAPartWakesThousands) {
   const auto hotel = started(file);
   Process watch({kProgram, "watch", "proxy.*.*.sensor.temp*-1.value", "--space", "hotel", "--json"});
   std::set<std::string> woken;
-  for (std::size_t i = 0; i < kMostLines && woken.size() < kRooms; ++i) {
+  for (std::size_t i = 0; i < kMaxLineCount && woken.size() < kRooms; ++i) {
     const auto line = json::parse(watch.line().value_or(""), nullptr, false);
     if (!line.is_object()) break;
     if (line["value"] != "") woken.insert(line["key"].get<std::string>());

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <deque>
 
-#include "apps/rubicon/exit_codes.h"
-#include "apps/rubicon/zigbee/permit.h"
+#include "apps/rubicon/output/output.h"
+#include "apps/rubicon/zigbee/tool.h"
 
 namespace rubicon::cli::zigbee {
 namespace {

@@ -61,7 +61,7 @@ TEST_F(Commands, AnswerWhereTheyAreAskedTo) {
   ask.response_topic = "rubicon/6541/knx/1/actuator/lock-1/set";
   broker.publish(ask);
   time.run_for(30s);  // it ends by its time
-  EXPECT_THAT(broker.published(ask.response_topic), IsEmpty()) << "an answer is no command";
+  EXPECT_THAT(broker.published(ask.response_topic), IsEmpty()) << "an answer is not a command";
 }
 
 TEST_F(Commands, ThatAreRefusedCorrectTheSwitch) {
@@ -105,7 +105,7 @@ TEST_F(Commands, PatternsSayMore) {
 }
 
 TEST_F(Commands, NeedTheRightsOfTheBridgeToo) {
-  judge->replace(trust::rights::Rights(
+  judge->replace(rights::Rights(
       {support::rule("bridge:ha", {support::Right::kRead}), support::rule("everybody", {support::Right::kRead})}));
   start();
   send(kSet, "on");
@@ -142,9 +142,43 @@ TEST_F(Commands, ReachNothingButPointsThatTheyName) {
                             "knx/+/actuator/lamp-1",
                             "GATEWAY/a/b/c"})
     send(std::string("rubicon/6541/") + topic + "/set", "reload");
+  // The verbs of messages and requests, in the places where a topic has a network, a device, a kind and a point.
+  for (const std::string verb :
+       {"join", "keep-alive", "leave", "updates", "actuate", "sample", "set-property", "acknowledge", "state", "opaque",
+        "probe", "unreachable", "append", "approve", "send", "read", "demand", "subscribe"}) {
+    for (const auto& topic :
+         {"GATEWAY/1/" + verb + "/lamp-1", verb + "/1/actuator/lamp-1", "knx/" + verb + "/actuator/lamp-1",
+          "knx/1/" + verb + "/lamp-1", "knx/1/actuator/" + verb})
+      send("rubicon/6541/" + topic + "/set", R"({"do":")" + verb + R"("})");
+  }
   for (const auto* topic : {"rubicon/77/knx/1/actuator/lamp-1/set", "rubicon/6541/knx/1/actuator/lamp-1/command"})
     send(topic, "on");
   EXPECT_EQ(island.sets.size(), before);
+}
+
+TEST_F(Commands, OfASirenMayHaveATone) {
+  island.network("knx");
+  island.device("knx.2", "Siren",
+                {{"actuator", "siren-1", "off"},
+                 {"property", "melody-1", "fire", "good", {"burglar", "fire"}},
+                 {"property", "duration-1", "60"}});
+  start(R"({"commands": ["proxy.knx.2.*.siren-*.command", "proxy.knx.2.property.melody-1.command"]})");
+  const std::string siren = "rubicon/6541/knx/2/actuator/siren-1";
+  const auto asked = [&] {
+    std::vector<std::string> all;
+    for (const auto& set : std::exchange(island.sets, {})) all.push_back(set.key.substr(12) + " " + set.value);
+    return all;
+  };
+  send(siren + "/set", R"({"state":"on","tone":"burglar"})");
+  EXPECT_THAT(asked(), ElementsAre("property.melody-1.command burglar", "actuator.siren-1.command on"));
+  send(siren + "/set", R"({"state":"off"})");
+  EXPECT_THAT(asked(), ElementsAre("actuator.siren-1.command off"));
+  send(siren + "/set", "on");
+  EXPECT_THAT(asked(), ElementsAre("actuator.siren-1.command on"));
+  broker.forget_published();
+  send(siren + "/set", R"({"state":"on","duration":10})");
+  EXPECT_THAT(asked(), IsEmpty()) << "the patterns do not name the duration";
+  EXPECT_EQ(outcome(siren), "refused");
 }
 
 TEST_F(Commands, OfNonsenseAreRefused) {

@@ -132,6 +132,84 @@ TEST_F(DiscoveryOf, Thermostat) {
   EXPECT_TRUE(all.contains("sensor-temperature-1")) << "it stays a sensor too";
 }
 
+TEST_F(DiscoveryOf, ThermostatsHaveThePresetsAndFanModesOfTheDevice) {
+  const auto all = entities({{"actuator", "hvacController-1", "heat", "good", {"heat", "off"}},
+                             {"actuator", "preset-1", "eco", "good", {"none", "eco", "away"}},
+                             {"actuator", "fanMode-1", "low", "good", {"low", "high"}}});
+  EXPECT_EQ(all.size(), 1U) << "they are no selections beside it";
+  EXPECT_EQ(core(all["actuator-hvacController-1"]), json::parse(R"({"p":"climate","modes":["heat","off"],
+      "mode_cmd_t":"T/actuator/hvacController-1/set","mode_stat_t":"T/actuator/hvacController-1",
+      "mode_cmd_tpl":"{{ 'fan' if value == 'fan_only' else value }}",
+      "mode_stat_tpl":"{{ 'fan_only' if value == 'fan' else value }}","opt":false,
+      "pr_modes":["eco","away"],"pr_mode_cmd_t":"T/actuator/preset-1/set","pr_mode_stat_t":"T/actuator/preset-1",
+      "fan_modes":["low","high"],"fan_mode_cmd_t":"T/actuator/fanMode-1/set",
+      "fan_mode_stat_t":"T/actuator/fanMode-1"})"));
+}
+
+TEST_F(DiscoveryOf, RoomControllersHaveModesAsPresets) {
+  const auto all = entities({{"actuator", "hvacMode-1", "comfort"}, {"actuator", "temperatureSetpoint-1", "21"}});
+  EXPECT_EQ(all.size(), 1U);
+  EXPECT_EQ(core(all["actuator-hvacMode-1"]), json::parse(R"({"p":"climate","modes":["auto"],
+      "mode_stat_t":"T/actuator/hvacMode-1","mode_stat_tpl":"auto","opt":false,
+      "temp_cmd_t":"T/actuator/temperatureSetpoint-1/set","temp_stat_t":"T/actuator/temperatureSetpoint-1",
+      "temp_unit":"C","min_temp":-50.0,"max_temp":150.0,"temp_step":0.5,
+      "pr_modes":["auto","comfort","standby","economy","protection"],"pr_mode_cmd_t":"T/actuator/hvacMode-1/set",
+      "pr_mode_stat_t":"T/actuator/hvacMode-1"})"));
+}
+
+TEST_F(DiscoveryOf, SirensHaveTonesAndDurationsOfTheDevice) {
+  const auto all = entities({{"actuator", "siren-warning", "off"},
+                             {"property", "melody-warning", "", "unknown", {"burglar", "fire"}},
+                             {"property", "duration-warning", "60"}});
+  EXPECT_EQ(core(all["actuator-siren-warning"]), json::parse(R"({"p":"siren","stat_t":"T/actuator/siren-warning",
+      "cmd_t":"T/actuator/siren-warning/set","opt":false,"pl_on":"on","pl_off":"off","stat_on":"on","stat_off":"off",
+      "av_tones":["burglar","fire"],"sup_dur":true,"sup_vol":false})"))
+      << "without a template: it sends an object";
+  EXPECT_EQ(all["property-melody-warning"]["p"], "select") << "also by itself";
+}
+
+TEST_F(DiscoveryOf, DatesAndTimes) {
+  const std::vector<Described> points{{"actuator", "date-1", "2026-11-20"},
+                                      {"actuator", "timeOfDay-1", "Fri 13:30:15"},
+                                      {"actuator", "dateTime-1", R"({"dateTime":"2026-11-20T13:30:15"})"},
+                                      {"sensor", "dateTime-2", "2026-11-20T13:30:15"},
+                                      {"sensor", "date-2", "2026-11-20"}};
+  const auto all = entities(points);
+  EXPECT_EQ(core(all["actuator-date-1"]), json::parse(R"({"p":"date","stat_t":"T/actuator/date-1",
+      "cmd_t":"T/actuator/date-1/set","opt":false})"));
+  EXPECT_EQ(core(all["actuator-timeOfDay-1"]), json::parse(R"({"p":"time","stat_t":"T/actuator/timeOfDay-1",
+      "cmd_t":"T/actuator/timeOfDay-1/set","opt":false,"val_tpl":"{{ value.split(' ')[-1] }}"})"));
+  EXPECT_EQ(all["actuator-dateTime-1"]["p"], "datetime");
+  EXPECT_THAT(all["actuator-dateTime-1"]["cmd_tpl"], HasSubstr("as_local"));
+  EXPECT_EQ(all["sensor-dateTime-2"]["dev_cla"], "timestamp");
+  EXPECT_EQ(all["sensor-dateTime-2"]["val_tpl"], all["actuator-dateTime-1"]["val_tpl"]);
+  EXPECT_EQ(core(all["sensor-date-2"]), json::parse(R"({"p":"sensor","stat_t":"T/sensor/date-2","dev_cla":"date"})"));
+}
+
+TEST_F(DiscoveryOf, GroupsNameTheEntitiesOfTheirMembers) {
+  island.put("proxy.zigbee-1.property.groups.value", R"([{"address":"d","members":["b1","b2","none"]}])");
+  island.device("zigbee-1.b1", "Lamp 1", {{"actuator", "lamp-1", "on"}, {"actuator", "switch-1", "on"}});
+  const auto alone = entities({{"actuator", "lamp-1", "on"}});
+  EXPECT_EQ(alone["actuator-lamp-1"]["group"], json::parse(R"(["rubicon_6541_zigbee-1_b1_actuator-lamp-1"])"));
+  EXPECT_FALSE(announced("zigbee-1_b1")["cmps"]["actuator-lamp-1"].contains("group"));
+  island.device("zigbee-1.b2", "Lamp 2", {{"actuator", "lamp-1", "on"}});
+  time.run_for(6s);
+  EXPECT_EQ(announced("zigbee-1_d")["cmps"]["actuator-lamp-1"]["group"],
+            json::parse(R"(["rubicon_6541_zigbee-1_b1_actuator-lamp-1","rubicon_6541_zigbee-1_b2_actuator-lamp-1"])"));
+  island.put("proxy.zigbee-1.property.groups.value", R"([{"address":"d","members":["b2"]}])");
+  time.run_for(1s);
+  EXPECT_EQ(announced("zigbee-1_d")["cmps"]["actuator-lamp-1"]["group"].size(), 1U);
+}
+
+TEST_F(DiscoveryOf, IsNotRepeatedWhereNothingIsNew) {
+  std::ignore = entities({{"sensor", "temperature-1", "20"}});
+  broker.forget_published();
+  island.reach("zigbee-1.d", "unreachable");
+  time.run_for(1s);
+  EXPECT_EQ(at("rubicon/6541/zigbee-1/d/online"), "offline");
+  EXPECT_THAT(broker.published("homeassistant/device/rubicon_6541_zigbee-1_d/config"), IsEmpty());
+}
+
 TEST_F(DiscoveryOf, LockValvesFanSirenAndButton) {
   const auto all = entities({{"actuator", "lock-1", "locked"},
                              {"actuator", "doorOpener-1", "", "unknown"},
@@ -168,6 +246,12 @@ TEST_F(DiscoveryOf, EventsHaveTheWordsOfTheDevice) {
       "event_types":["on","brightness_move_up"],"val_tpl":"{\"event_type\":{{ value | tojson }}}","dev_cla":"button"})"));
   EXPECT_EQ(all["sensor-doorbell-1"]["event_types"], json::parse(R"(["on"])"));
   EXPECT_EQ(all["sensor-buttonCount-1"]["val_tpl"], R"({"event_type":"buttonCount","value":{{ value | tojson }}})");
+}
+
+TEST_F(DiscoveryOf, OneWordIsAButton) {
+  const auto all = entities({{"property", "identify-1", "", "unknown", {"identify"}, "write"}});
+  EXPECT_EQ(core(all["property-identify-1"]), json::parse(R"({"p":"button","cmd_t":"T/property/identify-1/set",
+      "pl_prs":"identify","dev_cla":"identify","ent_cat":"config"})"));
 }
 
 TEST_F(DiscoveryOf, WhatIsOnlyShownIsNoSwitch) {

@@ -18,7 +18,7 @@ namespace rubicon::bridges::mqtt {
 class Receiver {
  public:
   explicit Receiver(transport::Transports& transports, std::uint16_t port = 1883) {
-    transport::MqttCalls calls;
+    transport::MqttCallbacks calls;
     calls.connected = [this](const transport::MqttConnack&) {
       for (const auto* filter : {"homeassistant/device/+/config", "homeassistant/+/+/+/config"})
         EXPECT_TRUE(line_->subscribe(filter));

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::bridges::mqtt {
 
@@ -17,8 +17,9 @@ using Names = std::set<std::string>;
 
 const Names kRoot{"dev", "o", "avty", "avty_mode", "qos", "cmps"};
 const Names kDevice{"ids", "cns", "mf", "mdl", "mdl_id", "name", "hw", "sw", "sn", "via_device", "sa", "cu"};
-const Names kCommon{"p",       "uniq_id", "name",    "default_entity_id",
-                    "ent_cat", "avty",    "dev_cla", "message_expiry_interval"};
+const Names kCommon{"p",       "uniq_id",    "name",    "default_entity_id",
+                    "ent_cat", "avty",       "dev_cla", "message_expiry_interval",
+                    "group",   "json_attr_t"};
 
 struct Platform {
   Names needed, known;
@@ -30,6 +31,9 @@ const std::map<std::string, Platform> kPlatforms{
     {"select", {{"cmd_t", "ops"}, {"stat_t", "opt", "val_tpl", "cmd_tpl"}}},
     {"number", {{"cmd_t"}, {"stat_t", "opt", "min", "max", "step", "mode", "unit_of_meas", "val_tpl", "cmd_tpl"}}},
     {"text", {{"cmd_t"}, {"stat_t", "val_tpl", "min", "max", "mode", "pattern"}}},
+    {"date", {{"cmd_t"}, {"stat_t", "opt", "val_tpl", "cmd_tpl"}}},
+    {"time", {{"cmd_t"}, {"stat_t", "opt", "val_tpl", "cmd_tpl"}}},
+    {"datetime", {{"cmd_t"}, {"stat_t", "opt", "val_tpl", "cmd_tpl", "timezone"}}},
     {"button", {{"cmd_t"}, {"pl_prs"}}},
     {"event", {{"stat_t", "event_types"}, {"val_tpl"}}},
     {"light",
@@ -67,14 +71,16 @@ const std::map<std::string, Platform> kPlatforms{
       {"stat_t", "opt", "cmd_t", "pl_open", "pl_cls", "pl_stop", "pos_t", "set_pos_t", "pos_open", "pos_clsd",
        "tilt_cmd_t", "tilt_status_t", "tilt_opnd_val", "tilt_clsd_val"}}},
     {"climate",
-     {{},
-      {"opt", "modes", "mode_cmd_t", "mode_stat_t", "mode_cmd_tpl", "mode_stat_tpl", "temp_cmd_t", "temp_stat_t",
-       "temp_unit", "min_temp", "max_temp", "temp_step", "curr_temp_t", "act_t", "act_tpl"}}},
+     {{}, {"opt",         "modes",          "mode_cmd_t",     "mode_stat_t", "mode_cmd_tpl",  "mode_stat_tpl",
+           "temp_cmd_t",  "temp_stat_t",    "temp_unit",      "min_temp",    "max_temp",      "temp_step",
+           "curr_temp_t", "act_t",          "act_tpl",        "pr_modes",    "pr_mode_cmd_t", "pr_mode_stat_t",
+           "fan_modes",   "fan_mode_cmd_t", "fan_mode_stat_t"}}},
     {"lock", {{"cmd_t"}, {"stat_t", "opt", "pl_lock", "pl_unlk", "stat_locked", "stat_unlocked"}}},
     {"valve", {{"cmd_t"}, {"stat_t", "opt", "reports_position", "pl_open", "pl_cls", "stat_open", "stat_clsd"}}},
     {"fan", {{"cmd_t"}, {"stat_t", "opt", "pl_on", "pl_off", "pct_cmd_t", "pct_stat_t"}}},
     {"siren",
-     {{"cmd_t"}, {"stat_t", "opt", "pl_on", "pl_off", "stat_on", "stat_off", "cmd_tpl", "sup_dur", "sup_vol"}}},
+     {{"cmd_t"},
+      {"stat_t", "opt", "pl_on", "pl_off", "stat_on", "stat_off", "cmd_tpl", "sup_dur", "sup_vol", "av_tones"}}},
 };
 
 /// Units of sensors and numbers by class; an empty unit = none.
@@ -208,11 +214,8 @@ class Check {
     if (platform == "valve" && body.value("reports_position", false) &&
         (body.contains("pl_open") || body.contains("pl_cls") || body.contains("stat_open")))
       say(id + ": a valve with positions has no words");
-    if (platform == "climate") {
-      for (const auto& mode : body.value("modes", json::array())) {
-        if (!kModes.contains(mode.get<std::string>())) say(fmt::format("{}: unknown mode {}", id, mode.dump()));
-      }
-    }
+    if (platform == "climate") climate(id, body);
+    if (body.contains("group") && (!body["group"].is_array() || body["group"].empty())) say(id + ": an empty group");
     if (platform == "select" && body.value("ops", json::array()).empty()) say(id + ": no options");
     if (body.contains("opt") && body["opt"] != false) say(id + ": optimistic");
   }
@@ -236,9 +239,10 @@ class Check {
   void topics(const std::string& id, const json& body) {
     for (const auto& [key, value] : body.items()) {
       const bool topic = key.ends_with("_t") && value.is_string();
-      if (topic && !transport::is_mqtt_topic(value.get<std::string>())) say(fmt::format("{}: {} is no topic", id, key));
+      if (topic && !transport::is_mqtt_topic(value.get<std::string>()))
+        say(fmt::format("{}: {} is not a topic", id, key));
       if (topic && key.ends_with("cmd_t") && !value.get<std::string>().ends_with("/set"))
-        say(fmt::format("{}: {} is no command", id, key));
+        say(fmt::format("{}: {} is not a command", id, key));
     }
   }
 
@@ -258,7 +262,9 @@ class Check {
     if (body.contains("ops") && platform == "sensor" &&
         (device_class != "enum" || body.contains("unit_of_meas") || body.contains("stat_cla")))
       say(id + ": options without class enum, or with a unit");
-    if (!device_class.empty() && device_class != "enum") {
+    const bool clock = device_class == "date" || device_class == "timestamp";
+    if (clock && (body.contains("unit_of_meas") || body.contains("stat_cla"))) say(id + ": a time with a unit");
+    if (!device_class.empty() && device_class != "enum" && !clock) {
       const auto units = kUnits.find(device_class);
       if (units == kUnits.end())
         say(fmt::format("{}: unknown class {}", id, device_class));
@@ -279,6 +285,17 @@ class Check {
     if (!body.contains("cmd_t") && !body.contains("set_pos_t")) say(id + ": cannot be moved");
     for (const auto* key : {"pos_open", "pos_clsd", "tilt_opnd_val", "tilt_clsd_val"}) {
       if (body.contains(key) && !body[key].is_number_integer()) say(fmt::format("{}: {} is no integer", id, key));
+    }
+  }
+
+  void climate(const std::string& id, const json& body) {
+    for (const auto& mode : body.value("modes", json::array())) {
+      if (!kModes.contains(mode.get<std::string>())) say(fmt::format("{}: unknown mode {}", id, mode.dump()));
+    }
+    const auto presets = body.value("pr_modes", json::array());
+    if (presets.empty() != !body.contains("pr_mode_cmd_t")) say(id + ": presets need a list and a topic");
+    for (const auto& preset : presets) {
+      if (preset == "none") say(id + ": none is no preset of its own");
     }
   }
 

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "bridges/bridge.h"
+#include "bridges/mqtt/real_town.h"
 #include "bridges/mqtt/receiver.h"
 #include "island/virtual_island.h"
 #include "support/config_text.h"
 #include "support/memory/mqtt_broker.h"
-#include "support/mosquitto.h"
-#include "support/private_network.h"
-#include "transport/worlds.h"
+#include "support/rights.h"
 
 namespace rubicon::bridges::mqtt {
 namespace {
@@ -59,54 +58,55 @@ TEST(HomeAssistant, ShowsAnIslandAndCommandsIt) {
   EXPECT_EQ(receiver.state(kTemperature), "unavailable");
 }
 
-TEST(HomeAssistant, ShowsTheIslandAtARealBroker) {
-  const support::PrivateNetwork own_network;
-  if (!own_network.entered()) GTEST_SKIP() << own_network.reason();
-  if (const auto missing = support::Mosquitto::missing(); !missing.empty()) GTEST_SKIP() << missing;
-  transport::MachineWorld world;
-  support::Mosquitto broker;
-  ASSERT_TRUE(world.until([&] { return broker.ready(); })) << broker.errors();
-  auto& scheduler = world.loop.scheduler();
-  tuples::MemoryEcology ecology(scheduler);
-  base::NullLogSink log;
-  const auto island_link = ecology.join(OwnerId(6541)).value(), bridge_link = ecology.join(OwnerId(70000)).value();
-  TupleSpace island(OwnerId(6541), scheduler, *island_link), space(OwnerId(70000), scheduler, *bridge_link);
+TEST_F(RealTown, ShowsTheIslandToAReceiverAlsoAfterTheBrokerWasKilled) {
+  const auto audit = std::make_shared<support::CollectingAudit>();
+  const auto rights =
+      support::judge_of({support::rule("everybody", {support::Right::kRead, support::Right::kSet})}, audit);
+  judge = rights.get();
   std::string asked;
-  const auto policy = island.add_policy(Pattern::parse("proxy.**").value(), [&](const tuples::RemoteSet& set) {
+  const auto policy = component(6541).add_policy(Pattern::parse("proxy.**").value(), [&](const tuples::RemoteSet& set) {
     asked = fmt::format("{} {} by {} within {} s", set.key, set.value, set.asker,
-                        std::chrono::duration_cast<std::chrono::seconds>(set.time_to_live).count());
+                        std::chrono::ceil<std::chrono::seconds>(set.time_to_live).count());
     return tuples::SetDecision::refused({ErrorCode::kRefused, "no"});
   });
-  ASSERT_TRUE(island.describe(R"({"name":"home","prefix":"proxy"})"));
-  const auto put = [&](const std::string& key, const std::string& value) { ASSERT_TRUE(island.set(key, value)); };
-  put("proxy.knx.status", R"({"line":"up"})");
-  put("proxy.knx.1.description", R"({"name":"Hall","actuators":["lamp-1"]})");
-  put("proxy.knx.1.status", R"({"status":"reachable"})");
-  put("proxy.knx.1.actuator.lamp-1.description",
-      R"({"type":"lamp","data_type":"boolean","unit":"1","access":"read-write","report":"state"})");
-  put("proxy.knx.1.actuator.lamp-1.status", R"({"quality":"good"})");
-  put("proxy.knx.1.actuator.lamp-1.value", "off");
-  const BridgeHost host{"ha", scheduler, space, world.local, log, OwnerId(6541), "proxy"};
-  auto bridge = bridge_of(host, R"({"broker": "127.0.0.1", "discovery": "homeassistant", "commands": "yes"})");
-  bridge->start();
+  island(6541);
+  bridge(70000, 6541, R"({"broker": "127.0.0.1", "discovery": "homeassistant", "commands": "yes"})");
   auto receiver = std::make_unique<Receiver>(world.local);
   const std::string lamp = "rubicon_6541_knx_1_actuator-lamp-1";
   ASSERT_TRUE(world.until([&] { return receiver->state(lamp) == "off"; })) << receiver->state(lamp);
-  std::ignore = broker.publish(
+  auto spy = std::make_unique<Spy>(world);
+  std::ignore = broker->publish(
       "rubicon/6541/knx/1/actuator/lamp-1/set", "on",
       {"-V", "5", "-D", "publish", "message-expiry-interval", "60", "-D", "publish", "response-topic", "panel/answer",
        "-D", "publish", "correlation-data", "17", "-D", "publish", "user-property", "sender", "ann"});
-  ASSERT_TRUE(world.until([&] { return !asked.empty(); }));
-  EXPECT_EQ(asked.substr(0, asked.find(" within")), "proxy.knx.1.actuator.lamp-1.command on by bridge:ha");
+  ASSERT_TRUE(world.until([&] { return !spy->payloads("panel/answer").empty(); }));
+  EXPECT_EQ(asked, "proxy.knx.1.actuator.lamp-1.command on by bridge:ha within 60 s");
+  EXPECT_THAT(spy->payloads("panel/answer").front(), ::testing::HasSubstr(R"("state":"refused")"));
+  EXPECT_EQ(spy->correlation["panel/answer"], "17");
+  EXPECT_THAT(audit->hosts, ::testing::ElementsAre("ann"));
+  spy.reset();
   for (int i = 0; i < 20; ++i) {  // killed; what it retained is lost
-    broker.kill();
+    broker->kill();
     receiver.reset();
-    put("proxy.knx.1.actuator.lamp-1.value", i % 2 == 0 ? "on" : "off");
-    broker.start();
-    ASSERT_TRUE(world.until([&] { return broker.ready(); }));
+    put(6541, "proxy.knx.1.actuator.lamp-1.value", i % 2 == 0 ? "on" : "off");
+    broker->start();
+    ASSERT_TRUE(world.until([&] { return broker->ready(); }));
     receiver = std::make_unique<Receiver>(world.local);
     ASSERT_TRUE(world.until([&] { return receiver->state(lamp) == (i % 2 == 0 ? "on" : "off"); })) << i;
   }
+}
+
+/// What it does not take is named, and the rest is shown.
+TEST_F(RealTown, ABrokerWithALimitOnPacketsGetsTheRest) {
+  begin({.more = "max_packet_size 400\n"});
+  island(6541);
+  auto& made = bridge(70000, 6541, R"({"broker": "127.0.0.1", "discovery": "homeassistant"})");
+  Spy spy(world);
+  ASSERT_TRUE(world.until([&] { return spy.has("rubicon/6541/knx/1/actuator/lamp-1", "off"); }));
+  EXPECT_THAT(spy.topics_with("homeassistant/device/rubicon_6541_knx_1/"), ::testing::IsEmpty());
+  ASSERT_TRUE(world.until([&] { return made.status().counters.at("dropped") > 0; }));
+  EXPECT_EQ(made.status().state, "up");
+  EXPECT_TRUE(log.contains("packet"));
 }
 
 }  // namespace

@@ -160,10 +160,44 @@ TEST_F(Topics, OfAnIslandThatIsLostGoOffline) {
   other->network("knx");
   other->device("knx.1_1_1", "Door", {{"sensor", "contact-1", "open"}});
   start(R"({"patterns": ["proxy.**"]})");
+  const std::string network = "rubicon/77/knx", door = network + "/1_1_1", contact = door + "/sensor/contact-1";
+  EXPECT_EQ(at(contact), "open");
   other.reset();
   time.run_for(2min);
   EXPECT_EQ(at("rubicon/77/online"), "offline");
-  EXPECT_EQ(at("rubicon/77/knx/1_1_1/online"), "online") << "it is not removed: the island comes back";
+  EXPECT_EQ(at(network + "/online"), "offline");
+  EXPECT_EQ(at(door + "/online"), "offline") << "it is not removed: the island comes back";
+  EXPECT_EQ(at(contact), "(nothing)") << "it is not a value of now";
+  EXPECT_EQ(at(contact + "/online"), "offline");
+  other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  other->network("knx");
+  other->device("knx.1_1_1", "Door", {{"sensor", "contact-1", "closed"}});
+  time.run_for(1s);
+  EXPECT_EQ(at(contact), "closed");
+  for (const auto& topic : {network, door, contact}) EXPECT_EQ(at(topic + "/online"), "online") << topic;
+}
+
+TEST_F(Topics, OfDevicesThatALostIslandDoesNotBringBackAreRemoved) {
+  auto other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  other->network("knx");
+  other->network("old");
+  other->device("old.1", "Door", {{"sensor", "contact-1", "open"}});
+  other->device("knx.1", "Door", {{"sensor", "contact-1", "open"}, {"sensor", "contact-2", "open"}});
+  other->device("knx.2", "Door", {{"sensor", "contact-1", "open"}});
+  start(R"({"patterns": ["proxy.**"]})");
+  other.reset();
+  time.run_for(2min);
+  other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  other->network("knx");
+  other->device("knx.1", "Door", {{"sensor", "contact-1", "open"}});
+  time.run_for(30s);
+  EXPECT_EQ(at("rubicon/77/knx/2/online"), "offline") << "it may be slow";
+  time.run_for(60s);
+  for (const auto* gone : {"old", "old/1", "knx/2", "knx/1/sensor/contact-2"})
+    EXPECT_EQ(at(std::string("rubicon/77/") + gone + "/online"), "(nothing)") << gone;
+  EXPECT_EQ(at("rubicon/77/knx/1/sensor/contact-1"), "open");
+  EXPECT_EQ(at("rubicon/77/knx/1/online"), "online");
+  EXPECT_EQ(made->status().counters.at("points"), 3U) << "two are of the other island";
 }
 
 TEST_F(Topics, NeverGoBackToTheBrokerTheyCameFrom) {
@@ -181,7 +215,7 @@ TEST_F(Topics, NeverGoBackToTheBrokerTheyCameFrom) {
 
 TEST_F(Topics, AreOnlyThoseThatTheRightsLetItRead) {
   judge->replace(
-      trust::rights::Rights({support::rule("bridge:ha", {support::Right::kRead}, {"proxy.wsn-1.7.sensor.*.value"})}));
+      rights::Rights({support::rule("bridge:ha", {support::Right::kRead}, {"proxy.wsn-1.7.sensor.*.value"})}));
   start();
   EXPECT_EQ(at(kTemperature), "21.5");
   EXPECT_EQ(at("rubicon/6541/wsn-1/7/actuator/relay-1"), "(nothing)");
@@ -206,6 +240,28 @@ TEST_F(Topics, HaveObjectsForDatabases) {
   time.run_for(10ms);
   EXPECT_EQ(json::parse(at(kTemperature))["value"], nullptr);
   EXPECT_EQ(json::parse(at(kTemperature))["quality"], "stale");
+}
+
+TEST_F(Topics, HaveAttributesOnRequestAtMostOnceASecond) {
+  start(R"({"attributes": true, "discovery": "homeassistant"})");
+  const auto topic = std::string(kTemperature) + "/attributes";
+  time.run_for(6s);
+  EXPECT_EQ(json::parse(
+                at("homeassistant/device/rubicon_6541_wsn-1_7/config"))["cmps"]["sensor-temperature-1"]["json_attr_t"],
+            topic);
+  broker.forget_published();
+  for (int i = 0; i < 20; ++i) {
+    island.say("wsn-1.7", {"sensor", "temperature-1", "22", i % 2 == 0 ? "stale" : "good"});
+    time.run_for(100ms);
+  }
+  time.run_for(1s);
+  const auto all = broker.published(topic);
+  ASSERT_THAT(all.size(), ::testing::AllOf(::testing::Ge(2U), ::testing::Le(3U)));
+  const auto last = json::parse(all.back());
+  EXPECT_EQ(last["quality"], "good");
+  EXPECT_EQ(last["unit"], "Cel");
+  EXPECT_GT(last["heard"], 1767225600) << "seconds since 1970";
+  EXPECT_EQ(at(topic), "(nothing)") << "not retained";
 }
 
 TEST_F(Topics, WakeNoSensorUnlessAskedTo) {
@@ -252,6 +308,18 @@ TEST_F(Topics, ABrokerThatRetainsNothingIsNamed) {
   start();
   EXPECT_THAT(made->status().reason + " " + made->status().state,
               ::testing::AnyOf(HasSubstr("retains"), HasSubstr("connecting")));
+}
+
+TEST_F(Topics, AnAccessListThatHidesThemIsNamed) {
+  broker.ignored_topics = {"rubicon/+/+/+/+/+"};
+  start();
+  EXPECT_EQ(made->status().reason, "") << "it may be slow";
+  time.run_for(61s);
+  EXPECT_THAT(made->status().reason, HasSubstr("access list"));
+  broker.ignored_topics.clear();
+  broker.cut();
+  time.run_for(70s);
+  EXPECT_EQ(made->status().reason, "");
 }
 
 TEST_F(Topics, APasswordThatIsRefusedIsTriedSeldom) {

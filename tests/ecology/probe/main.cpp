@@ -7,15 +7,15 @@
 
 #include <cstdlib>
 
-#include "apps/program/spdlog_sink.h"
+#include "apps/program/process.h"
 #include "config/engine_config.h"
 #include "config/yaml.h"
 #include "console/console.h"
 #include "console/shell.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
-#include "transport/asio_watch.h"
-#include "transport/interface_watch.h"
+#include "transport/interfaces.h"
+#include "transport/machine_sockets.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/link.h"
 
@@ -37,9 +37,9 @@ class Probe {
         space_->add_policy({id, "probe.**"}, [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); });
     peers_ = space_->watch_peers([this](OwnerId peer, tuples::PeerEvent event) { tell(peer, event); });
     shell_ = std::make_unique<console::Shell>(
-        *space_, id, "probe", [this](std::string line) { output_.answer(std::move(line)); },
+        loop.scheduler(), *space_, id, "probe", [this](std::string line) { output_.answer(std::move(line)); },
         [this](std::string line) { output_.event(std::move(line)); }, [this] { loop_.stop(); });
-    console::ConsoleReader::Calls calls;
+    console::ConsoleReader::Callbacks calls;
     calls.line = [this](std::string_view line) { shell_->line(line); };
     calls.too_long = [this] { shell_->line_too_long(); };
     calls.pause = [this] { return output_.crowded(); };

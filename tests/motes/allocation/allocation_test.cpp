@@ -3,8 +3,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "motes/forwarder_stream.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 
 // A program of its own, because it counts every allocation there is.

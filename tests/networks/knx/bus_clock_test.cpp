@@ -1,4 +1,4 @@
-#include "networks/knx/bus_clock.h"
+#include "networks/knx/exposures.h"
 
 #include <cstdlib>
 #include <ctime>
@@ -158,7 +158,7 @@ TEST_F(BusClock, MistakesAreNamed) {
   ConfigReader reader(node, "networks.knx", errors);
   std::ignore = kType.make({"knx", IslandId{1}, reader, types, {}}, host);
   EXPECT_THAT(errors.text(),
-              HasSubstr("expose.0/7/1.dpt: is 9.001, expected that of a clock: 10.001, 11.001 or 19.001"));
+              HasSubstr("expose.0/7/1.dpt: is 9.001, expected the type of a clock: 10.001, 11.001 or 19.001"));
   EXPECT_THAT(errors.text(), HasSubstr("expose.0/7/2.clock: expected 'clock' or 'tuple', not both"));
   EXPECT_THAT(errors.text(), HasSubstr("'tuple' is missing, expected the key of a tuple; or 'clock'"));
 }

@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#include "networks/knx/secure/password_file.h"
+#include "networks/knx/secure/passwords.h"
 #include "networks/knx/secure_bench.h"
 #include "support/memory/memory_worker.h"
 
@@ -21,11 +21,11 @@ class KnxKeys : public SecureKnx {
       return host.files.open_file(path);
     }
     Result<std::unique_ptr<transport::TcpStream>> open_tcp(const transport::TcpOptions& options,
-                                                           transport::TcpCalls calls) override {
+                                                           transport::TcpCallbacks calls) override {
       return host.files.open_tcp(options, std::move(calls));
     }
     Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions& options,
-                                                           transport::UdpCalls calls) override {
+                                                           transport::UdpCallbacks calls) override {
       return host.files.open_udp(options, std::move(calls));
     }
     std::unique_ptr<transport::Lookup> look_up(const std::string& name, transport::LookupDone done) override {

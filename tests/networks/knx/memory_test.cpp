@@ -1,6 +1,6 @@
 #include <filesystem>
 
-#include "island/network_memory.h"
+#include "island/island_state.h"
 #include "networks/knx/secure_bench.h"
 #include "support/folder.h"
 

@@ -1,4 +1,4 @@
-#include "networks/knx/missing_keys.h"
+#include "networks/knx/secure_access.h"
 
 #include "networks/knx/secure_bench.h"
 #include "support/knx_project.h"

@@ -1,4 +1,3 @@
-#include "networks/knx/groups/scenes.h"
 #include "networks/knx/bench.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/point_table.h"
@@ -80,7 +79,7 @@ TEST_F(KnxScenes, WrongNamesAreNamedWithTheirPlace) {
   };
   EXPECT_THAT(why(R"({"dpt": "5.001", "scenes": {"1": "a"}})"), HasSubstr("only for the types 17.001 and 18.001"));
   EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"0": "a"}})"), HasSubstr("expected 1 to 64"));
-  EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": "7"}})"), HasSubstr("which is no number"));
+  EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": "7"}})"), HasSubstr("which is not a number"));
   for (const std::string name : {"store it", "Store it"})
     EXPECT_THAT(why(R"({"dpt": "17.001", "scenes": {"1": ")" + name + "\"}}"),
                 HasSubstr("does not begin with 'store'"));

@@ -1,6 +1,7 @@
+#include "model/findings.h"
+#include "networks/knx/knx_line.h"
 #include "networks/knx/line/tunnel_line.h"
 #include "networks/knx/secure_bench.h"
-#include "networks/knx/tunnel_round.h"
 
 namespace rubicon::networks::knx {
 namespace {
@@ -67,6 +68,7 @@ TEST_F(PlainInterface, IsRefusedWithTheRemedyWhereALineMustBeSecure) {
   start(plain_house(""));
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason, AllOf(HasSubstr("its interfaces are plain"), HasSubstr("`secure: off`")));
+  EXPECT_EQ(last_state().finding, model::findings::kKeyringPlainTunnels);
   EXPECT_EQ(server.counters.connects, 0U);
 }
 
@@ -74,6 +76,7 @@ TEST_F(PlainInterface, IsAllowedAndNamed) {
   start(plain_house(R"("secure": "allow",)"));
   EXPECT_EQ(last_state().line, LineState::kUp);
   EXPECT_EQ(last_state().reason, "the line is plain: the keyring has no tunnel with a user and a password");
+  EXPECT_EQ(last_state().finding, model::findings::kPlainLine);
   EXPECT_TRUE(host.words.contains("the line is plain"));
   command(21.5);
   EXPECT_THAT(outcomes(), ElementsAre(Outcome::kSent));
@@ -190,7 +193,7 @@ TEST(TunnelRound, WhereTheUsersOfAllAreRefusedAllAreTriedAgain) {
   TunnelRound round;
   for (const auto* tunnel : {"1.1.201", "1.1.202"}) round.user_refused(wire::parse_individual(tunnel).value());
   EXPECT_THAT(round.unusable(), SizeIs(2));
-  EXPECT_FALSE(round.end(true, ""));
+  EXPECT_FALSE(round.end(true, {}));
   EXPECT_THAT(round.unusable(), SizeIs(0));
 }
 
@@ -294,6 +297,7 @@ TEST_F(SecureKnx, AllowDoesNotBecomePlainByATypingError) {
   start(house.insert(1, R"("secure": "allow", "tunnel-address": "1.1.99", )"));
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason, HasSubstr("no tunnel 1.1.99"));
+  EXPECT_EQ(last_state().finding, model::findings::kKeyringNoTunnel);
   EXPECT_EQ(secure_server->counters.connects, 0U);
 }
 

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "model/findings.h"
 #include "networks/knx/secure_bench.h"
 #include "networks/knx/tool_requests.h"
 
@@ -57,6 +58,7 @@ TEST_F(SecureKnx, AWrongUserPasswordInTheKeyringIsARefusalOfTheInterface) {
   start(kSecureHouse);
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason, HasSubstr("the interface does not accept user 4"));
+  EXPECT_EQ(last_state().finding, model::findings::kUserRefused);
 }
 
 TEST_F(SecureKnx, KeysWithoutAKeyring) {
@@ -75,6 +77,7 @@ TEST_F(SecureKnx, AnotherDeviceInItsPlaceIsNotTrusted) {
             "device-password-file": "device.password"})");
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason, HasSubstr("not the"));
+  EXPECT_EQ(last_state().finding, model::findings::kWrongInterface);
 }
 
 TEST_F(SecureKnx, SecuredGroupsAreReadAndWritten) {
@@ -151,6 +154,7 @@ TEST_F(SecureKnx, WithoutAStateFileSecuredGroupsAreReadOnly) {
   start(kSecureHouse);
   EXPECT_EQ(last_state().line, LineState::kUp);
   EXPECT_THAT(last_state().reason, AllOf(HasSubstr("secured groups can only be read: "), HasSubstr("state file")));
+  EXPECT_EQ(last_state().finding, model::findings::kGroupsReadOnly);
   EXPECT_TRUE(host.words.contains("secured groups can only be read: "));
   command(21.5);
   EXPECT_THAT(heard(), IsEmpty());
@@ -218,6 +222,7 @@ TEST_F(SecureKnx, ARoutingLineWithoutABackboneKeyIsNotPlain) {
             "keyring-password-file": "house.password"})");
   EXPECT_EQ(last_state().line, LineState::kRefused);
   EXPECT_THAT(last_state().reason, HasSubstr("no backbone key"));
+  EXPECT_EQ(last_state().finding, model::findings::kKeyringNoBackbone);
 }
 
 TEST_F(SecureKnx, GroupKeysWithoutAKeyring) {

@@ -208,10 +208,10 @@ TEST_F(KnxExposed, WhatHasNoSourceIsNamedAfterAMinuteAndUntilItHasOne) {
   host.followed["proxy.wsn-1.7.sensor.temperature-1.status"](R"({"quality":"bad","reason":"too warm"})");
   host.time.run_for(20s);
   EXPECT_EQ(last_state().counters.at("exposed-without-value"), 2U) << "a button is an event";
-  EXPECT_EQ(problem("source", "6/0/2")["reason"], "nothing.there: nobody has published this tuple");
+  EXPECT_EQ(problem("source", "6/0/2")["reason"], "nothing.there: no component has published this tuple");
   EXPECT_EQ(problem("source", "6/0/1")["reason"],
             "proxy.wsn-1.7.sensor.temperature-1.value: its value is bad: too warm");
-  EXPECT_TRUE(host.words.contains("6/0/2: nothing.there: nobody has published this tuple"));
+  EXPECT_TRUE(host.words.contains("6/0/2: nothing.there: no component has published this tuple"));
   set_tuple("nothing.there", "12");
   EXPECT_EQ(last_state().counters.at("exposed-without-value"), 1U);
   EXPECT_TRUE(problem("source", "6/0/2").is_null());
@@ -421,7 +421,7 @@ TEST_F(KnxTools, AMonitorHearsEverythingUntilItsLeaseEnds) {
 TEST_F(KnxTools, MonitorsAreBounded) {
   start();
   std::vector<json> last;
-  for (std::size_t i = 0; i <= network::Monitors::kMost; ++i) {
+  for (std::size_t i = 0; i <= network::Monitors::kMaxCount; ++i) {
     last = ask({{"id", std::to_string(i)}, {"do", "monitor"}, {"seconds", 600}});
   }
   EXPECT_EQ(last.at(0)["ok"], false);

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "networks/log/csv_mapping.h"
-#include "networks/log/csv_reader.h"
-#include "networks/log/iso_time.h"
+#include "networks/log/file_chain.h"
+#include "networks/log/file_time.h"
 
 namespace rubicon::networks::log {
 namespace {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "networks/log/file_list.h"
+#include "networks/log/file_chain.h"
 
 namespace rubicon::networks::log {
 namespace {

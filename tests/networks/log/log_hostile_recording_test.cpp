@@ -2,7 +2,7 @@
 
 #include "networks/log/log_recordings.h"
 #include "networks/log/tuple_recording.h"
-#include "recording/crc32c.h"
+#include "recording/file_format.h"
 
 namespace rubicon::networks::log {
 namespace {

@@ -115,6 +115,24 @@ TEST_F(LogRecording, SnapshotsTellNothingTwice) {
   EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
 }
 
+/// Blocks of any number of records: a few are read ahead, but never beyond the end of a block, whose memory the next
+/// one takes.
+TEST_F(LogRecording, PlaysEachRecordOnceAndInOrderHoweverManyABlockHas) {
+  Writer writer;
+  join_mote(writer);
+  writer.close();
+  std::vector<std::string> expected;
+  for (int records = 1; records <= 40; ++records) {
+    for (int i = 0; i < records; ++i) {
+      expected.push_back(std::to_string(1000 * records + i));
+      writer.set("proxy.wsn-1.7.sensor.light-1.value", expected.back());
+    }
+    writer.close();
+  }
+  play(writer.file(), {{"speed", scalar("max")}});
+  EXPECT_EQ(delivered(), expected);
+}
+
 TEST_F(LogRecording, WhatACompleteSnapshotDoesNotNameLeaves) {
   Writer writer;
   join_mote(writer);

@@ -4,7 +4,7 @@
 
 #include "networks/log/log_support.h"
 #include "recording/block_builder.h"
-#include "recording/file_head.h"
+#include "recording/file_format.h"
 
 namespace rubicon::networks::log {
 

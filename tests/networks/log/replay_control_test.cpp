@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 
-#include "base/local_time.h"
+#include "base/clocks.h"
 #include "networks/log/log_recordings.h"
 #include "networks/log/log_support.h"
-#include "networks/log/replay_controls.h"
+#include "networks/log/replay_clock.h"
 
 namespace rubicon::networks::log {
 namespace {
@@ -214,7 +214,7 @@ TEST_F(ReplayControl, InALoopEachRoundCanBeSearched) {
   EXPECT_EQ(go_to("0"), "");
   run(2500ms);
   EXPECT_THAT(news(), ElementsAre("1", "2", "3"));
-  EXPECT_THAT(go_to("19.001"), HasSubstr("19.001 lies behind the end of the recording, 19.000"));
+  EXPECT_THAT(go_to("19.001"), HasSubstr("19.001 is after the end of the recording, 19.000"));
 }
 
 TEST_F(ReplayControl, BehindAnUnknownEndItEndsWithTheLastValues) {
@@ -388,7 +388,7 @@ TEST_F(RecordingControl, IsSearchedBySecondsAndByDate) {
   EXPECT_THAT(go_to("1"), "") << "long before: the beginning";
   run(1ms);
   EXPECT_THAT(news(), ElementsAre("0"));
-  EXPECT_THAT(go_to(at(100s)), HasSubstr("behind the end"));
+  EXPECT_THAT(go_to(at(100s)), HasSubstr("after the end"));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ class Salad : public ::testing::Test {
   }
   /// SALAD begins to listen.
   void listen() {
-    transport::UdpCalls calls;
+    transport::UdpCallbacks calls;
     calls.received = [this](const transport::Endpoint& from, ByteView bytes) {
       source = from;
       asked.emplace_back(base::as_text(bytes));

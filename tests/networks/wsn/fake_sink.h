@@ -5,7 +5,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "motes/mote_records.h"
-#include "networks/wsn/mote_requests.h"
+#include "networks/wsn/outgoing.h"
 
 namespace rubicon::networks::wsn {
 

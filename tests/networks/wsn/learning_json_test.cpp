@@ -1,4 +1,4 @@
-#include "networks/wsn/learning_json.h"
+#include "networks/wsn/mote_messages.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -118,8 +118,8 @@ TEST(LearningJson, WhatDoesNotFitIsRefusedWithAReason) {
   EXPECT_EQ(error_of(""), "a message to a mote is not valid JSON");
   EXPECT_EQ(error_of("{\"record\":"), "a message to a mote is not valid JSON");
   EXPECT_EQ(error_of("[1]"), "a message to a mote is not a JSON object");
-  EXPECT_EQ(error_of("{}"), "a message to a mote has no \"record\", expected the name of one");
-  EXPECT_EQ(error_of(R"({"record": 17})"), "a message to a mote has no \"record\", expected the name of one");
+  EXPECT_EQ(error_of("{}"), "a message to a mote has no \"record\", expected the name of a record");
+  EXPECT_EQ(error_of(R"({"record": 17})"), "a message to a mote has no \"record\", expected the name of a record");
   EXPECT_THAT(error_of(R"({"record": "Nonsense"})"),
               StartsWith("unknown mote record \"Nonsense\", expected one of Command,"));
   EXPECT_EQ(error_of(R"({"record": "CommandMsg", "command": 1, "counter": 1, "delay": 1})"),

@@ -102,7 +102,7 @@ class MeasuredForOthers : public MeasuredValues {
  protected:
   MeasuredForOthers() { options["share"] = 9002; }
   void connect() {
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.received = [](ByteView) {};
     calls.failed = [](const Error&) {};
     program_ = std::move(host.files.open_tcp({{"127.0.0.1", 9002}}, std::move(calls))).value();

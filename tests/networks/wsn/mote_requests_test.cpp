@@ -1,11 +1,11 @@
-#include "networks/wsn/mote_requests.h"
+#include "networks/wsn/outgoing.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
 #include "networks/wsn/fake_sink.h"
-#include "networks/wsn/mote_probes.h"
+#include "networks/wsn/upkeep.h"
 
 namespace rubicon::networks::wsn {
 namespace {

@@ -95,7 +95,7 @@ TEST_F(WatchedPackets, RequestsAreAnsweredOnceAndBounded) {
   start(1);
   EXPECT_THAT(ask({{"do", "dance"}, {"id", "x"}})["why"].get<std::string>(), HasSubstr("expected monitor"));
   EXPECT_THAT(ask(json::object())["why"].get<std::string>(), HasSubstr("expected monitor"));
-  for (std::size_t i = 0; i < network::Monitors::kMost; ++i)
+  for (std::size_t i = 0; i < network::Monitors::kMaxCount; ++i)
     EXPECT_EQ(ask({{"do", "monitor"}, {"id", std::to_string(i)}})["ok"], true);
   EXPECT_EQ(ask({{"do", "monitor"}, {"id", "one more"}})["why"], "too many monitors are open");
   EXPECT_EQ(ask({{"do", "monitor"}, {"id", "0"}})["ok"], true) << "renewed";

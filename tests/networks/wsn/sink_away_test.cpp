@@ -1,4 +1,4 @@
-#include "motes/forwarder_stream.h"
+#include "motes/framing.h"
 #include "networks/wsn/wsn_fixture.h"
 
 namespace rubicon::networks::wsn {
@@ -22,7 +22,7 @@ class AckingSink {
   AckingSink(transport::MemoryNet& net, const transport::Endpoint& at) {
     listener_ = net.tcp.listen(at, [this](auto stream) {
       stream_ = std::move(stream);
-      transport::StreamCalls calls;
+      transport::StreamCallbacks calls;
       calls.received = [this](ByteView bytes) { take(bytes); };
       return calls;
     });

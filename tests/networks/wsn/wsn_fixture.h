@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "apps/simulators/motes/world.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 #include "networks/wsn/wsn_network.h"
 #include "support/config_text.h"
@@ -109,7 +109,7 @@ class MoteNetwork : public ::testing::Test {
     run(1s);
     listener_ = host.net.tcp.listen({"127.0.0.1", 19202}, [this](auto stream) {
       other_sink_ = std::move(stream);
-      return transport::TcpCalls{};
+      return transport::TcpCallbacks{};
     });
     run(2s);
     ASSERT_TRUE(other_sink_);

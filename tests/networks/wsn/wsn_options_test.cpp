@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "networks/wsn/mote_tag.h"
+#include "networks/wsn/mote_messages.h"
 #include "support/config_text.h"
 
 namespace rubicon::networks::wsn {

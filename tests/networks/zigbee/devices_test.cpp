@@ -1,4 +1,4 @@
-#include "networks/zigbee/devices.h"
+#include "networks/zigbee/device_table.h"
 
 #include "networks/zigbee/zigbee_house.h"
 
@@ -15,7 +15,7 @@ class DevicesTest : public House {
   ZigbeeOptions options;
   bridge::Topics topics{"zigbee2mqtt"};
   BrokerLine line{host, options.broker, {}};
-  Devices devices{host, types, options, topics, line, [] {}};
+  DeviceTable devices{host, types, options, topics, line, [] {}};
 };
 
 /// What is dropped where too many messages wait.

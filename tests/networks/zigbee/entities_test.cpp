@@ -367,6 +367,7 @@ TEST_F(ZigbeeEntities, ASirenSoundsAsLongAndAsLoudAsWasSet) {
 TEST_F(ZigbeeEntities, AGroupIsADevice) {
   start_with_a_group();
   EXPECT_THAT(joins(), Contains("group-7 all"));
+  EXPECT_EQ(state().texts.at("groups"), fmt::format(R"([{{"address":"group-7","members":["{}"]}}])", kPlug));
   ASSERT_TRUE(command(3, "group-7", "switch", true));
   host.time.run_for(10ms);
   EXPECT_THAT(sets("all"), ElementsAre(R"({"state":"ON"})"));

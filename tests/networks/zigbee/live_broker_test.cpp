@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/simulators/zigbee/broker_line.h"
+#include "apps/simulators/zigbee/simulator.h"
 #include "network/supervisor.h"
 #include "networks/zigbee/zigbee_network.h"
 #include "support/collecting_log.h"
@@ -123,7 +123,7 @@ TEST_F(OnMosquitto, DevicesJoinAndObeyInBothVersionsOfMqtt) {
     said_.clear();
     begin_network({{"host", "127.0.0.1"}, {"version", version}});
     expect_a_whole_command();
-    world_->change(*world_->find("plug"), "state", "ON");
+    world_->radio().change(*world_->registry().find("plug"), "state", "ON");
   }
 }
 

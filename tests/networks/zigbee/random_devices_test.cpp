@@ -1,4 +1,4 @@
-#include "apps/simulators/zigbee/broker_line.h"
+#include "apps/simulators/zigbee/simulator.h"
 #include "apps/simulators/zigbee/world.h"
 #include "networks/zigbee/zigbee_house.h"
 

@@ -274,6 +274,28 @@ TEST_F(ZigbeeTools, AMapIsMadeOnceAndReadInParts) {
   EXPECT_THAT(broker.published("zigbee2mqtt/bridge/request/networkmap"), SizeIs(1));
 }
 
+TEST_F(ZigbeeTools, MonitorShowsWhatPassesInBothDirections) {
+  ask({{"id", "w"}, {"do", "monitor"}, {"seconds", 60}});
+  EXPECT_EQ(reply()["ok"], true);
+  EXPECT_EQ(reply()["line"], true);
+  say("air", {{"temperature", 21.5}});
+  say("bridge/info", {{"version", "2.14.1"}, {"config", {{"secret", "x"}}}}, true);
+  ask({{"id", "x"}, {"do", "rename"}, {"device", "air"}, {"to", "kitchen/air"}}, "zigbee.admin");
+  const auto seen = to_tools("zigbee.message");
+  ASSERT_THAT(seen, SizeIs(3));
+  EXPECT_EQ(seen[0]["direction"], "in");
+  EXPECT_EQ(seen[0]["topic"], "air");
+  EXPECT_EQ(seen[0]["text"], R"({"temperature":21.5})");
+  EXPECT_EQ(seen[1]["topic"], "bridge/info");
+  EXPECT_FALSE(seen[1].contains("text")) << "settings may have secrets";
+  EXPECT_GT(seen[1]["bytes"], 20);
+  EXPECT_EQ(seen[2]["direction"], "out");
+  EXPECT_EQ(seen[2]["topic"], "bridge/request/device/rename");
+  host.time.run_for(61s);
+  say("air", {{"temperature", 22}});
+  EXPECT_THAT(to_tools("zigbee.message"), SizeIs(3)) << "nobody watches any longer";
+}
+
 TEST_F(ZigbeeTools, HealthHasTheBridgeAndItsLastReport) {
   say("bridge/health",
       {{"response_time", 1},

@@ -68,5 +68,27 @@ TEST_F(InboxNames, APatternMeansTheKeysThatFitItAndNoOthers) {
   EXPECT_EQ(decide("approve hall.3*").code, ErrorCode::kNotFound);
 }
 
+TEST_F(InboxNames, AForgottenDeviceIsANewOne) {
+  join("7", lamp());
+  ASSERT_EQ(decide("approve hall.7").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.hall.7.description", R"({"name":"Kitchen lamp"})").verdict, Verdict::kApplied);
+  ASSERT_EQ(decide("forget hall.7").verdict, Verdict::kApplied);
+  time.run_for(2s);
+  EXPECT_EQ(listed("7"), "(none)");
+  EXPECT_FALSE(*store->find("hall", "7"));
+  join("7", lamp());
+  EXPECT_TRUE(exists("proxy.inbox.hall.7")) << "it waits for a decision as one that was never heard";
+  ASSERT_EQ(decide("approve hall.7").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Lamp");
+}
+
+TEST_F(InboxNames, AForgottenDeviceIsNoLongerIgnored) {
+  join("7", lamp());
+  ASSERT_EQ(decide("ignore hall.7").verdict, Verdict::kApplied);
+  ASSERT_EQ(decide("forget hall.7").verdict, Verdict::kApplied);
+  join("7", lamp());
+  EXPECT_TRUE(exists("proxy.inbox.hall.7"));
+}
+
 }  // namespace
 }  // namespace rubicon::proxy::admission

@@ -1,4 +1,4 @@
-#include "proxy/admission/roaming_claim.h"
+#include "proxy/admission/roaming_claims.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

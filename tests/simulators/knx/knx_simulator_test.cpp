@@ -112,7 +112,7 @@ TEST_F(SimulatedKnx, MoreTcpConnectionsThanItsBoundAreRefusedUntilOneEnds) {
   const auto open_one = [&] {
     transport::TcpOptions to;
     to.remote = simulator->server().local();
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.failed = [&lost](const Error&) { ++lost; };
     auto stream = client.open_tcp(to, std::move(calls));
     ASSERT_TRUE(stream) << stream.error().text;

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
-#include "networks/knx/line/frame_stream.h"
+#include "base/virtual_scheduler.h"
+#include "networks/knx/line/tunnel_sockets.h"
 #include "networks/knx/secure/session.h"
 #include "networks/knx/wire/message.h"
 #include "support/knx_server.h"
+#include "support/memory/memory_udp.h"
 
 namespace rubicon::knx_simulator {
 namespace {
@@ -26,7 +28,7 @@ class RawClient {
     host_.join(net, host);
     transport::TcpOptions options;
     options.remote = {server, 3671};
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.connected = [this] { session_.start(); };
     calls.received = [this](ByteView bytes) { take(bytes); };
     calls.failed = [](const Error&) {};

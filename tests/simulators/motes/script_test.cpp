@@ -62,7 +62,7 @@ TEST(MoteScript, SaysWhereAndWhatWasExpected) {
   EXPECT_THAT(refused("explode"), ::testing::AllOf(HasSubstr("'at SPAN reboot MOTE'"), HasSubstr("'at SPAN repeat'")));
   EXPECT_THAT(refused("at 0s repeat"), HasSubstr("at least 1ms"));
   EXPECT_EQ(refused("at 5s repeat\nat 1s kill 7\n\nat 9s kill 8"),
-            "line 4: is never reached, expected a time before that of 'repeat'");
+            "line 4: is never reached, expected a time before 'repeat'");
   EXPECT_THAT(refused("at 5s repeat\nat 9s repeat"), HasSubstr("line 2: is never reached"));
   EXPECT_THAT(refused("at 0s ramp 7 light 1 2 over 0s"), HasSubstr("at least 1ms"));
   for (const auto* bad :

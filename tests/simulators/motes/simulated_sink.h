@@ -9,7 +9,7 @@
 
 #include "apps/simulators/motes/world.h"
 #include "base/virtual_scheduler.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::motes_simulator {

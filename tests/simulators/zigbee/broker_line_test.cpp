@@ -1,4 +1,4 @@
-#include "apps/simulators/zigbee/broker_line.h"
+#include "apps/simulators/zigbee/simulator.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST_F(BridgeOnBroker, TakesCommandsForNamesWithSlashes) {
 TEST_F(BridgeOnBroker, ADeviceWhoseNameLooksLikeACommandCommandsNoOther) {
   EXPECT_TRUE(world.add(find_model("plug").value(), "hall/plug/set"));
   open();
-  world.change(*world.find("hall/plug/set"), "state", "OFF");
+  world.radio().change(*world.registry().find("hall/plug/set"), "state", "OFF");
   time.run_for(1s);
   EXPECT_EQ(world.counters().sets, 0U);
   broker.publish("zigbee2mqtt/hall/plug/set/set", R"({"state":"ON"})");

@@ -124,7 +124,7 @@ TEST_F(RecordedOrder, AReport) {
   make();
   auto& plug = add("plug", "0x00124b0010000002");
   start();
-  world->change(plug, "power", 77);
+  world->radio().change(plug, "power", 77);
   EXPECT_EQ(forms(published), forms(slice(419, 419)));
 }
 

@@ -81,7 +81,7 @@ TEST_F(BridgeRequests, ARemovedDeviceIsGoneAndASilentOneNeedsForce) {
   make();
   auto& plug = add("plug", "plug");
   start();
-  world->set_faults(plug, {.silent = true});
+  world->radio().set_faults(plug, {.silent = true});
   EXPECT_THAT(error("device/remove", {{"id", "plug"}}), HasSubstr("Failed to remove device 'plug'"));
   EXPECT_EQ(data("device/remove", {{"id", plug.address()}, {"force", true}})["force"], true);
   EXPECT_THAT(topics(), ElementsAre("plug", "bridge/groups", "bridge/devices", "bridge/response/device/remove"));

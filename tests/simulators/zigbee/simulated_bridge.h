@@ -24,7 +24,7 @@ class SimulatedBridge : public ::testing::Test {
 
   void make(WorldOptions options = {}) {
     world = std::make_unique<World>(std::move(options), time, Log(words, "world"));
-    world->publish = [this](transport::MqttPublication one) {
+    world->topics().publish = [this](transport::MqttPublication one) {
       published.push_back({one.topic.substr(one.topic.find('/') + 1), one.payload, one.retain});
     };
   }

@@ -54,7 +54,7 @@ TEST_F(SimulatedBridge, ADeviceThatIgnoresASetShowsItsValueOnlyToAGet) {
   make();
   auto& lamp = add("lamp", "lamp");
   start();
-  world->set_faults(lamp, {.ignores = true});
+  world->radio().set_faults(lamp, {.ignores = true});
   ask("lamp/set", R"({"state":"ON"})");
   time.run_for(10s);
   EXPECT_THAT(values("lamp", "state"), ElementsAre(R"("OFF")", R"("ON")"));
@@ -67,19 +67,19 @@ TEST_F(SimulatedBridge, ARefusedSetIsOnlyHeardAndASilentDeviceSaysNothing) {
   make();
   auto& lamp = add("lamp", "lamp");
   start();
-  world->set_faults(lamp, {.refuses = true});
+  world->radio().set_faults(lamp, {.refuses = true});
   ask("lamp/set", R"({"state":"ON"})");
   time.run_for(1s);
   EXPECT_THAT(values("lamp", "state"), ElementsAre(R"("OFF")"));
   published.clear();
-  world->set_faults(lamp, {.silent = true});
+  world->radio().set_faults(lamp, {.silent = true});
   ask("lamp/set", R"({"state":"ON"})");
   ask("lamp/get", R"({"state":""})");
   time.run_for(30s);
   EXPECT_THAT(published, IsEmpty());
   time.run_for(40s);
   EXPECT_THAT(of("lamp/availability"), ElementsAre(Json{{"state", "offline"}}));
-  world->set_faults(lamp, {});
+  world->radio().set_faults(lamp, {});
   EXPECT_EQ(of("lamp/availability").back()["state"], "online");
 }
 
@@ -88,7 +88,7 @@ TEST_F(SimulatedBridge, TheEchoMayOvertakeTheMessageThatItWasHeard) {
   auto& plug = add("plug", "plug");
   start();
   const auto before = plug.last_seen();
-  world->set_faults(plug, {.echo_first = true, .delay = 2s});
+  world->radio().set_faults(plug, {.echo_first = true, .delay = 2s});
   ask("plug/set", R"({"state":"OFF"})");
   time.run_for(1s);
   EXPECT_THAT(published, IsEmpty()) << "delayed";
@@ -106,7 +106,7 @@ TEST_F(SimulatedBridge, ASleepingDeviceTakesCommandsWhenItWakes) {
   ask("trv/get", R"({"occupied_heating_setpoint":""})");
   time.run_for(60s);
   EXPECT_THAT(published, IsEmpty());
-  world->report(trv);
+  world->radio().report(trv);
   time.run_for(1s);
   EXPECT_EQ(values("trv", "occupied_heating_setpoint").front(), "21");
   EXPECT_EQ(values("trv", "occupied_heating_setpoint").back(), "23.5");
@@ -162,13 +162,13 @@ TEST_F(SimulatedBridge, ATopicThatADeviceNoLongerHasTakesCommands) {
   add("lamp", "a");
   auto& renamed = add("lamp", "a/set");
   start();
-  world->report(renamed);
+  world->radio().report(renamed);
   ASSERT_TRUE(world->rename(renamed, "b"));
   ask("a/set", R"({"state":"ON"})");
   time.run_for(1s);
   EXPECT_EQ(of("a").back()["state"], "ON");
   auto& leaving = add("lamp", "b/set");
-  world->report(leaving);
+  world->radio().report(leaving);
   world->leave(leaving.address());
   ask("b/set", R"({"state":"ON"})");
   time.run_for(1s);
@@ -180,9 +180,9 @@ TEST_F(SimulatedBridge, AReportIsOneMessageAndTwoClustersAreTwo) {
   auto& plug = add("plug", "plug");
   auto& thermometer = add("thermometer", "cellar");
   start();
-  world->change(plug, "power", 77);
+  world->radio().change(plug, "power", 77);
   EXPECT_THAT(values("plug", "power"), ElementsAre("77"));
-  world->report(thermometer);
+  world->radio().report(thermometer);
   const auto seen = values("cellar", "last_seen");
   ASSERT_GE(seen.size(), 2U);
   EXPECT_EQ(seen.front(), seen.back());
@@ -192,8 +192,8 @@ TEST_F(SimulatedBridge, AnActionIsInOneMessageOnly) {
   make();
   auto& remote = add("remote", "remote");
   start();
-  world->act(remote, "action", "toggle");
-  world->hear(remote);
+  world->radio().act(remote, "action", "toggle");
+  world->radio().hear(remote);
   EXPECT_THAT(values("remote", "action"), ElementsAre(R"("toggle")", R"("absent")"));
 }
 
@@ -201,7 +201,7 @@ TEST_F(SimulatedBridge, TheBridgeClearsAnOccupancyByItself) {
   make();
   auto& motion = add("motion", "hall");
   start();
-  world->change(motion, "occupancy", true);
+  world->radio().change(motion, "occupancy", true);
   time.run_for(2min);
   EXPECT_THAT(values("hall", "occupancy"), ElementsAre("true", "false"));
   EXPECT_EQ(of("hall")[0]["last_seen"], of("hall")[1]["last_seen"]);
@@ -211,7 +211,8 @@ TEST_F(SimulatedBridge, AGroupIsOffWhenAllItsMembersAre) {
   make();
   add("lamp", "a");
   add("lamp", "b");
-  world->add_group(7, "lamps", {world->find("a")->address(), world->find("b")->address()});
+  world->registry().add_group(7, "lamps",
+                              {world->registry().find("a")->address(), world->registry().find("b")->address()});
   start();
   ask("lamps/set", R"({"state":"ON"})");
   time.run_for(1s);
@@ -232,7 +233,7 @@ TEST_F(SimulatedBridge, ALeavingDeviceKeepsItsAvailabilityOnTheBroker) {
   world->leave(address);
   EXPECT_THAT(topics(), ElementsAre("bridge/groups", "bridge/devices", "bridge/event")) << "as recorded";
   EXPECT_EQ(of("bridge/event")[0]["type"], "device_leave");
-  EXPECT_EQ(world->find("plug"), nullptr);
+  EXPECT_EQ(world->registry().find("plug"), nullptr);
 }
 
 TEST_F(SimulatedBridge, ReportsPeriodicallyAndStopsWithTheBridge) {
@@ -259,7 +260,7 @@ TEST_F(SimulatedBridge, WhatANewDeviceDidNotReportMayBeNull) {
   time.run_for(1s);
   EXPECT_FALSE(of(address).front().contains("temperature")) << "the definition is not known yet";
   EXPECT_TRUE(of(address).back()["temperature"].is_null());
-  world->report(*world->find(address));
+  world->radio().report(*world->registry().find(address));
   EXPECT_TRUE(of(address).back()["temperature"].is_number());
 }
 
@@ -267,7 +268,7 @@ TEST_F(SimulatedBridge, AnAnnouncedDeviceIsHeardAndKeepsItsRecord) {
   make();
   auto& plug = add("plug", "plug");
   start();
-  world->announce(plug);
+  world->radio().announce(plug);
   EXPECT_THAT(topics(), ElementsAre("plug", "bridge/event"));
   EXPECT_EQ(of("bridge/event")[0]["type"], "device_announce");
 }
@@ -299,13 +300,13 @@ TEST_F(SimulatedBridge, GeneratedDevicesTakeSetsOverTheWholeGrammar) {
   DefinitionGenerator generator(3);
   for (std::uint32_t i = 0; i < 50; ++i) ASSERT_TRUE(world->add(make_model(generator, i)));
   start();
-  for (auto* device : world->devices()) {
+  for (auto* device : world->registry().devices()) {
     for (const auto& [property, leaves] : device->model().leaves) {
       if (is_settable(leaves.front()))
         ask(device->name() + "/set", Json{{property, generator.value_of(leaves.front())}}.dump());
       if (is_gettable(leaves.front())) ask(device->name() + "/get", Json{{property, ""}}.dump());
     }
-    world->report(*device);
+    world->radio().report(*device);
   }
   time.run_for(1min);
   EXPECT_GT(published.size(), 200U);

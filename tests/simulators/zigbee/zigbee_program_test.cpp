@@ -135,7 +135,7 @@ TEST(ZigbeeProgramArguments, AreNamedIfTheyAreWrong) {
            {{"--speed", "2"}, "--replay"},
            {{"nothing.script"}, "nothing.script"},
            {{"--replay", file}, file + ": line 1: expected a JSON object"},
-           {{file}, file + ": line 1: 'toaster': expected one of random, lamp"}}) {
+           {{file}, file + ": line 1: 'toaster': expected random or one of lamp"}}) {
     const auto end = outcome(arguments);
     EXPECT_EQ(end.code, 2) << why;
     EXPECT_THAT(end.errors, HasSubstr(why));

@@ -65,7 +65,7 @@ TEST_F(SimulatorOnBroker, PlaysItsScript) {
   time.run_for(1s);
   EXPECT_EQ(published("hall/lamp").back(), "");
   time.run_for(2s);
-  EXPECT_TRUE(simulator->world().find("lamp")->faults.ignores);
+  EXPECT_TRUE(simulator->world().registry().find("lamp")->faults.ignores);
   EXPECT_THAT(published("bridge/event").back(), HasSubstr("device_leave"));
   time.run_for(1s);
   EXPECT_EQ(published("bridge/devices").back(), "[{");
@@ -76,7 +76,7 @@ TEST_F(SimulatorOnBroker, RepeatsAndNamesWhatIsGone) {
       "repeat\n");
   time.run_for(15s);
   EXPECT_TRUE(words.contains("line 3: plug is not there any longer"));
-  EXPECT_THAT(simulator->world().devices(), SizeIs(2)) << "one joined in each round";
+  EXPECT_THAT(simulator->world().registry().devices(), SizeIs(2)) << "one joined in each round";
 }
 
 TEST_F(SimulatorOnBroker, ABridgeThatStopsComesBackWithCopiesOfOldStates) {
@@ -93,7 +93,7 @@ TEST_F(SimulatorOnBroker, ABridgeThatStopsComesBackWithCopiesOfOldStates) {
 TEST_F(SimulatorOnBroker, ABurstJoinsWhileJoiningIsPermitted) {
   run("at 1s permit 254s\nat 2s burst 20\n");
   time.run_for(10s);
-  EXPECT_THAT(simulator->world().devices(), SizeIs(20));
+  EXPECT_THAT(simulator->world().registry().devices(), SizeIs(20));
 }
 
 TEST_F(SimulatorOnBroker, HasAsManyDevicesAsItsOptionsRequire) {
@@ -103,8 +103,8 @@ TEST_F(SimulatorOnBroker, HasAsManyDevicesAsItsOptionsRequire) {
   options.world.every = 1s;
   run("", options);
   time.run_for(5s);
-  EXPECT_THAT(simulator->world().devices(), SizeIs(40));
-  EXPECT_NE(simulator->world().find("plug 2"), nullptr);
+  EXPECT_THAT(simulator->world().registry().devices(), SizeIs(40));
+  EXPECT_NE(simulator->world().registry().find("plug 2"), nullptr);
   EXPECT_GT(published("plug 2").size(), 4U);
 }
 

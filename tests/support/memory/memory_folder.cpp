@@ -13,10 +13,12 @@ namespace rubicon::tuples::host {
 struct MemoryHost::End {
   pid_t owner = 0;  ///< the process that reads here
   transport::LocalPeer who;
-  transport::LocalCalls calls;
+  transport::LocalCallbacks calls;
   std::weak_ptr<End> peer;
   Bytes arriving;
+  std::deque<std::size_t> writes;  ///< of what arrives
   bool alive = true, full = false, peer_closed = false, told = false;
+  Timer next;  ///< of a slow process: it reads on
 };
 
 struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
@@ -38,12 +40,29 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   }
   bool runs(pid_t process) const { return !stopped.contains(process); }
 
+  Bytes next_bytes(const std::shared_ptr<End>& end) {
+    const auto slow = paces.find(end->owner);
+    if (slow == paces.end() || end->arriving.size() <= slow->second) {
+      end->writes.clear();
+      return std::exchange(end->arriving, {});
+    }
+    for (auto left = slow->second; left >= end->writes.front(); end->writes.pop_front()) left -= end->writes.front();
+    const auto rest = end->arriving.begin() + static_cast<std::ptrdiff_t>(slow->second);
+    Bytes bytes(end->arriving.begin(), rest);
+    end->arriving.erase(end->arriving.begin(), rest);
+    end->next = scheduler.after(std::chrono::milliseconds(100), [self = shared_from_this(), to = std::weak_ptr(end)] {
+      if (const auto there = to.lock()) self->arrive(there);
+    });
+    return bytes;
+  }
+
   /// What arrived is read in a later turn, if the process runs then.
   void arrive(const std::shared_ptr<End>& end) {
     scheduler.post([self = shared_from_this(), end] {
       if (!end->alive || !self->runs(end->owner)) return;
       if (!end->arriving.empty()) {
-        const auto bytes = std::exchange(end->arriving, {});
+        if (end->next.pending()) return;
+        const auto bytes = self->next_bytes(end);
         if (end->calls.received) end->calls.received(bytes);
         if (const auto peer = end->peer.lock(); peer && std::exchange(peer->full, false)) self->writable(peer);
       }
@@ -72,6 +91,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   std::map<uid_t, std::string> names;
   std::vector<std::shared_ptr<End>> ends;
   std::set<pid_t> stopped;
+  std::map<pid_t, std::size_t> paces;                         ///< of slow ones
   std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
   pid_t processes = 0;
   std::uint64_t doors_made = 0;
@@ -93,12 +113,13 @@ class MemoryLocal final : public transport::LocalStream {
     const auto done = std::min(bytes.size(), room);
     peer->arriving.insert(peer->arriving.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(done));
     end_->full = done < bytes.size();
+    if (done > 0) peer->writes.push_back(done);
     if (done > 0) state_->arrive(peer);
     return done;
   }
   std::size_t unread() const override {
     const auto peer = end_->peer.lock();
-    return peer ? peer->arriving.size() : 0;
+    return peer ? peer->arriving.size() + 700 * peer->writes.size() : 0;  // as Linux counts
   }
   const transport::LocalPeer& peer() const override { return end_->who; }
 
@@ -141,7 +162,7 @@ class MemoryFolder final : public Folder {
     for (const auto& [token, standing] : state_->doors) all.push_back({token, path(), standing.islands});
     return all;
   }
-  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCalls calls) override {
+  Result<std::unique_ptr<transport::LocalStream>> connect(const Door& door, transport::LocalCallbacks calls) override {
     const auto found = state_->doors.find(door.token);
     if (found == state_->doors.end()) return fail(ErrorCode::kNotFound, door.token + " is not there");
     const auto& standing = found->second;
@@ -212,6 +233,10 @@ std::unique_ptr<Folder> MemoryHost::enter(uid_t user, bool islands) {
 
 void MemoryHost::stop(pid_t process) {
   state_->stopped.insert(process);
+}
+
+void MemoryHost::slow_down(pid_t process, std::size_t bytes) {
+  state_->paces[process] = bytes;
 }
 
 void MemoryHost::go_on(pid_t process) {

@@ -29,6 +29,8 @@ class MemoryHost {
   /// Processes with this number, which count from 1, are stopped: they read nothing and nobody reaches their loop.
   void stop(pid_t process);
   void go_on(pid_t process);
+  /// From now on the process reads so many bytes of a stream at once, ten times a second.
+  void slow_down(pid_t process, std::size_t bytes);
   /// The process ends without a goodbye: its streams and its door close, its locks end.
   void kill(pid_t process);
   /// What happens while the next process looks for the others, after it opened its own door.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "transport/interface_watch.h"
+#include "transport/interfaces.h"
 
 namespace rubicon::transport {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "transport/mqtt_checks.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::transport {
 
@@ -95,7 +95,7 @@ void lose(MemoryNet& net, const SessionPtr& session, Error why) {
   });
 }
 
-Result<std::unique_ptr<MqttLine>> open_memory_mqtt(MemoryNet& net, const MqttOptions& options, MqttCalls calls) {
+Result<std::unique_ptr<MqttLine>> open_memory_mqtt(MemoryNet& net, const MqttOptions& options, MqttCallbacks calls) {
   if (auto right = check_options(options); !right) return fail(right.error());
   static int made = 0;
   auto session = std::make_shared<MemorySession>(options, std::move(calls));

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "support/memory/mqtt_broker.h"
-#include "transport/mqtt_queue.h"
+#include "transport/mqtt_exchange.h"
 
 namespace rubicon::transport {
 
@@ -22,11 +22,11 @@ struct MemoryPacket {
 
 /// One connection to an MqttBroker: what its line and the broker know of it. Lives until the last of both forgets it.
 struct MemorySession {
-  MemorySession(MqttOptions of, MqttCalls to) : options(std::move(of)), calls(std::move(to)) {}
+  MemorySession(MqttOptions of, MqttCallbacks to) : options(std::move(of)), calls(std::move(to)) {}
 
   // the line's side
   MqttOptions options;
-  MqttCalls calls;
+  MqttCallbacks calls;
   std::string name;
   MqttCounters counters;
   MqttOutQueue queue;
@@ -49,7 +49,7 @@ struct MemorySession {
 };
 
 /// For MemoryTransports: as Transports::open_mqtt.
-Result<std::unique_ptr<MqttLine>> open_memory_mqtt(MemoryNet& net, const MqttOptions& options, MqttCalls calls);
+Result<std::unique_ptr<MqttLine>> open_memory_mqtt(MemoryNet& net, const MqttOptions& options, MqttCallbacks calls);
 
 /// Tells the line in a later turn, once.
 void lose(MemoryNet& net, const std::shared_ptr<MemorySession>& session, Error why);

@@ -14,7 +14,7 @@ namespace rubicon::transport {
 struct MemorySerial::End {
   SerialOptions options;
   bool device = false;
-  StreamCalls calls;
+  StreamCallbacks calls;
   std::weak_ptr<End> peer;
   Bytes queue, kept;  ///< kept = arrived while held
   bool alive = true, connected = false, lost = false, held = false, flushing = false;
@@ -39,7 +39,7 @@ class MemoryLine final : public ByteStream {
 MemorySerial::MemorySerial(Scheduler& scheduler) : scheduler_(scheduler) {}
 MemorySerial::~MemorySerial() = default;
 
-std::unique_ptr<ByteStream> MemorySerial::make(const EndPtr& end, StreamCalls calls) {
+std::unique_ptr<ByteStream> MemorySerial::make(const EndPtr& end, StreamCallbacks calls) {
   end->calls = std::move(calls);
   scheduler_.post([this, end] {
     if (!end->alive || end->lost) return;
@@ -50,7 +50,7 @@ std::unique_ptr<ByteStream> MemorySerial::make(const EndPtr& end, StreamCalls ca
   return std::make_unique<MemoryLine>(*this, end);
 }
 
-std::unique_ptr<ByteStream> MemorySerial::plug(const std::string& path, StreamCalls calls) {
+std::unique_ptr<ByteStream> MemorySerial::plug(const std::string& path, StreamCallbacks calls) {
   RUBICON_ASSERT(!is_plugged(path));
   const auto device = std::make_shared<End>();
   device->options.path = path;
@@ -65,10 +65,10 @@ const SerialOptions* MemorySerial::opened(const std::string& path) const {
   return program ? &program->options : nullptr;
 }
 
-Result<std::unique_ptr<ByteStream>> MemorySerial::open(const SerialOptions& options, StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> MemorySerial::open(const SerialOptions& options, StreamCallbacks calls) {
   const auto& path = options.path;
   if (!is_baud_rate(options.baud))
-    return fail(ErrorCode::kInvalid, fmt::format("{}: {} baud is no rate of serial lines", path, options.baud));
+    return fail(ErrorCode::kInvalid, fmt::format("{}: {} baud is not a rate of serial lines", path, options.baud));
   const auto device = devices_.find(path);
   if (device == devices_.end()) return fail(ErrorCode::kNotFound, path + ": cannot open: No such file or directory");
   if (opened(path) != nullptr)

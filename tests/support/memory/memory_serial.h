@@ -7,8 +7,7 @@
 #include <string>
 
 #include "base/scheduler.h"
-#include "transport/serial.h"
-#include "transport/stream.h"
+#include "transport/sockets.h"
 
 namespace rubicon::transport {
 
@@ -24,7 +23,7 @@ class MemorySerial {
   /// Returns the device's end of a new line; destroying it unplugs the device, and the path no longer exists. It does
   /// not notice opening and closing of the path; bytes sent while it is closed are lost. The path must be free:
   /// asserted.
-  std::unique_ptr<ByteStream> plug(const std::string& path, StreamCalls calls);
+  std::unique_ptr<ByteStream> plug(const std::string& path, StreamCallbacks calls);
   bool is_plugged(const std::string& path) const { return devices_.contains(path); }
   /// The options with which the path was opened; nullptr if it is not open.
   const SerialOptions* opened(const std::string& path) const;
@@ -33,14 +32,14 @@ class MemorySerial {
   std::size_t segment = 0;  ///< size of the pieces in which bytes arrive; 0 = one piece per turn
 
   /// As Transports::open_serial.
-  Result<std::unique_ptr<ByteStream>> open(const SerialOptions& options, StreamCalls calls);
+  Result<std::unique_ptr<ByteStream>> open(const SerialOptions& options, StreamCallbacks calls);
 
  private:
   friend class MemoryLine;
   struct End;
   using EndPtr = std::shared_ptr<End>;
 
-  std::unique_ptr<ByteStream> make(const EndPtr& end, StreamCalls calls);
+  std::unique_ptr<ByteStream> make(const EndPtr& end, StreamCallbacks calls);
   Result<void> send(const EndPtr& end, ByteView bytes);
   void hold(const EndPtr& end, bool held);
   void flush(const EndPtr& end);

@@ -14,7 +14,7 @@ namespace rubicon::transport {
 /// One end of a connection; `alive` = its stream exists.
 struct MemoryTcp::End {
   Endpoint local, remote;
-  TcpCalls calls;
+  TcpCallbacks calls;
   std::weak_ptr<End> peer;
   Bytes queue;
   std::size_t in_flight = 0;  ///< bytes that left the queue and have not arrived
@@ -147,7 +147,8 @@ std::size_t MemoryTcp::open_streams() const {
   return ends_.size();
 }
 
-Result<std::unique_ptr<TcpStream>> MemoryTcp::open(const std::string& host, const TcpOptions& options, TcpCalls calls) {
+Result<std::unique_ptr<TcpStream>> MemoryTcp::open(const std::string& host, const TcpOptions& options,
+                                                   TcpCallbacks calls) {
   if (!is_numeric_address(options.remote.address) || options.remote.port == 0)
     return fail(ErrorCode::kInvalid, fmt::format("TCP: no endpoint: {}", to_string(options.remote)));
   const auto client = make_end({host, ++last_port_}, options.remote);

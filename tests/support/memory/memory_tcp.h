@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "transport/tcp.h"
+#include "transport/sockets.h"
 
 namespace rubicon::transport {
 
@@ -51,7 +51,7 @@ class MemoryTcp {
   std::size_t open_streams() const;
 
   /// For MemoryTransports on the host with this address.
-  Result<std::unique_ptr<TcpStream>> open(const std::string& host, const TcpOptions& options, TcpCalls calls);
+  Result<std::unique_ptr<TcpStream>> open(const std::string& host, const TcpOptions& options, TcpCallbacks calls);
 
  private:
   friend class MemoryStream;

@@ -70,12 +70,12 @@ MemorySerial& MemoryTransports::serial() {
   return *serial_;
 }
 
-Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
+Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& options, UdpCallbacks calls) {
   if (net_ == nullptr) return Transports::open_udp(options, std::move(calls));
   return net_->open_udp(address_, options, std::move(calls));
 }
 
-Result<std::unique_ptr<TcpStream>> MemoryTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
+Result<std::unique_ptr<TcpStream>> MemoryTransports::open_tcp(const TcpOptions& options, TcpCallbacks calls) {
   if (net_ == nullptr) return Transports::open_tcp(options, std::move(calls));
   return net_->tcp.open(address_, options, std::move(calls));
 }
@@ -86,19 +86,19 @@ Result<std::unique_ptr<TcpListener>> MemoryTransports::listen_tcp(const Endpoint
   return net_->tcp.listen(address_, local, std::move(accept), std::move(failed));
 }
 
-Result<std::unique_ptr<ByteStream>> MemoryTransports::open_serial(const SerialOptions& options, StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> MemoryTransports::open_serial(const SerialOptions& options, StreamCallbacks calls) {
   if (net_ == nullptr) return Transports::open_serial(options, std::move(calls));
   return serial_->open(options, std::move(calls));
 }
 
-Result<std::unique_ptr<ByteStream>> MemoryTransports::make_pty(const std::string& link, StreamCalls calls) {
+Result<std::unique_ptr<ByteStream>> MemoryTransports::make_pty(const std::string& link, StreamCallbacks calls) {
   if (net_ == nullptr) return Transports::make_pty(link, std::move(calls));
   if (serial_->is_plugged(link) || has(link))
     return fail(ErrorCode::kDuplicate, link + ": cannot make a link: File exists");
   return serial_->plug(link, std::move(calls));
 }
 
-Result<std::unique_ptr<MqttLine>> MemoryTransports::open_mqtt(const MqttOptions& options, MqttCalls calls) {
+Result<std::unique_ptr<MqttLine>> MemoryTransports::open_mqtt(const MqttOptions& options, MqttCallbacks calls) {
   if (net_ == nullptr) return Transports::open_mqtt(options, std::move(calls));
   return open_memory_mqtt(*net_, options, std::move(calls));
 }

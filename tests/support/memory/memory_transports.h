@@ -36,15 +36,15 @@ class MemoryTransports final : public Transports {
   MemorySerial& serial();
 
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
-  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
-  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCallbacks calls) override;
+  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCallbacks calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                   ListenerFailed failed = nullptr) override;
-  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
+  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCallbacks calls) override;
   /// The device's end of a serial line called `link`.
-  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
+  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCallbacks calls) override;
   /// To an MqttBroker of the network.
-  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
+  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCallbacks calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
   /// Its jobs run in turns of the network's loop.

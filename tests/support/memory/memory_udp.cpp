@@ -50,6 +50,8 @@ class MemoryUdp final : public UdpSocket {
       ++dropped_;
       return fail(ErrorCode::kIo, fmt::format("UDP {}: cannot send: {}", to_string(to), net_.no_way));
     }
+    if (net_.gone_interfaces.contains(port_->options.local.address))
+      return fail(ErrorCode::kIo, fmt::format("UDP {}: cannot send: Network is unreachable", to_string(to)));
     if (net_.refuses > 0) {
       --net_.refuses;
       ++dropped_;
@@ -93,7 +95,7 @@ bool MemoryNet::taken(const Endpoint& local, bool reuse) const {
 }
 
 Result<std::unique_ptr<UdpSocket>> MemoryNet::open_udp(const std::string& host, const UdpOptions& options,
-                                                       UdpCalls calls) {
+                                                       UdpCallbacks calls) {
   Endpoint local{host, options.local.port};
   if (local.port == 0) {
     for (local.port = kFirstFreePort; taken(local, false);) ++local.port;

@@ -9,7 +9,7 @@
 
 #include "base/scheduler.h"
 #include "support/memory/memory_tcp.h"
-#include "transport/udp.h"
+#include "transport/sockets.h"
 
 namespace rubicon::transport {
 
@@ -41,7 +41,8 @@ class MemoryNet {
   bool names_answer = true;                          ///< if false, new lookups never complete
   bool reports_unreachable = true;                   ///< report datagrams to ports without a socket to their senders
   std::function<bool(const MemoryDatagram&)> loses;  ///< true = drop the datagram; may be empty
-  std::set<std::string> gone_interfaces{};           ///< by address: groups cannot be joined on them again
+  std::set<std::string>
+      gone_interfaces{};      ///< by address: groups cannot be joined on them again, nothing is sent from them
   std::string no_way;         ///< why the system can send nothing (no route, no address); empty = it can
   std::uint64_t refuses = 0;  ///< number of next sends that find the line busy
 
@@ -54,7 +55,7 @@ class MemoryNet {
   std::map<Endpoint, MqttBroker*> brokers;  ///< those that run; each adds and removes itself
 
   /// For MemoryTransports on the host with this address.
-  Result<std::unique_ptr<UdpSocket>> open_udp(const std::string& host, const UdpOptions& options, UdpCalls calls);
+  Result<std::unique_ptr<UdpSocket>> open_udp(const std::string& host, const UdpOptions& options, UdpCallbacks calls);
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
 
  private:
@@ -62,7 +63,7 @@ class MemoryNet {
   struct Port {
     Endpoint local;  ///< with the address of the host, whatever address was bound
     UdpOptions options;
-    UdpCalls calls;
+    UdpCallbacks calls;
     bool open = true;
   };
   using PortPtr = std::shared_ptr<Port>;

@@ -3,9 +3,8 @@
 #include <deque>
 #include <utility>
 
-#include "base/lifetime.h"
 #include "base/scheduler.h"
-#include "transport/worker.h"
+#include "transport/transports.h"
 
 namespace rubicon::transport {
 

@@ -6,8 +6,7 @@
 
 #include "base/assert.h"
 #include "support/memory/memory_mqtt.h"
-#include "transport/mqtt_checks.h"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::transport {
 
@@ -240,7 +239,7 @@ void MqttBroker::accept(const SessionPtr& session) {
   connack.version = MqttVersion::k311;
   if (session->version_5) {
     session->keep_alive = std::min(session->keep_alive, longest_keep_alive);
-    connack = {MqttVersion::k5, largest_packet == kLargestPacket ? 0 : largest_packet, retains, {}, {}};
+    connack = {MqttVersion::k5, largest_packet == kMaxPacketSize ? 0 : largest_packet, retains, {}, {}};
   }
   connack.keep_alive = session->keep_alive;
   transit([this, session, connack]() mutable {

@@ -24,7 +24,7 @@ struct MemorySession;
 /// (tests/transport/mqtt_both_test.cpp); what a client subscribes to by several filters it gets once for each.
 class MqttBroker {
  public:
-  static constexpr std::size_t kLargestPacket = 268'435'460;
+  static constexpr std::size_t kMaxPacketSize = 268'435'460;
 
   /// What a client published, or its will.
   struct Publication {
@@ -47,9 +47,9 @@ class MqttBroker {
   bool answers = true;                                ///< if false, it accepts connections and sends nothing
   bool speaks_5 = true;                               ///< if false, it refuses version 5
   /// In bytes; told in version 5 if it is not this. It closes the connection after a longer one.
-  std::size_t largest_packet = kLargestPacket;
+  std::size_t largest_packet = kMaxPacketSize;
   /// Of a payload in bytes (`message_size_limit`): not told; a longer one is dropped, with reason 0x95 in version 5.
-  std::size_t largest_payload = kLargestPacket;
+  std::size_t largest_payload = kMaxPacketSize;
   bool retains = true;  ///< if false (`retain_available`), as told in version 5, it refuses what is to be retained
   Duration longest_keep_alive = std::chrono::seconds(65535);  ///< (`max_keepalive`), told in version 5
   std::map<std::string, std::string> users{};                 ///< with their passwords; empty = it accepts all users

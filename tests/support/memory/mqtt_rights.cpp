@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::transport {
 

@@ -15,7 +15,7 @@
 #include "transport/mqtt_client.h"
 #include "transport/worlds.h"
 #include "trust/site/realm_fixture.h"
-#include "trust/site/site_place.h"
+#include "trust/site/site_identity.h"
 
 namespace rubicon::trust::site {
 namespace {

@@ -1,4 +1,4 @@
-#include "trust/site/mosquitto_setup.h"
+#include "trust/site/brokers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "trust/site/site_certificates.h"
+#include "trust/site/site_proofs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

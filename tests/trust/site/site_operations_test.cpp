@@ -1,9 +1,9 @@
 #include "trust/site/site_operations.h"
 
-#include "trust/site/passwords.h"
 #include "trust/site/realm_fixture.h"
-#include "trust/site/site_bundle.h"
-#include "trust/site/site_place.h"
+#include "trust/site/site_identity.h"
+#include "trust/site/site_members.h"
+#include "trust/site/site_proofs.h"
 
 namespace rubicon::trust::site {
 namespace {
@@ -54,9 +54,9 @@ TEST_F(SiteRealms, AMemberJoinsByBundleAndPhrase) {
 TEST_F(SiteRealms, NamesAreGivenOnce) {
   added("hall", {"ops"}, {OwnerId{7}});
   EXPECT_THAT(refused({"hall", {}, {}, 1}).text, HasSubstr("rubicon trust change"));
-  EXPECT_THAT(refused({"HALL", {}, {}, 1}).text, HasSubstr("was given before"));
+  EXPECT_THAT(refused({"HALL", {}, {}, 1}).text, HasSubstr("was used before"));
   ASSERT_TRUE(revoke(home_, "hall", kNow));
-  EXPECT_THAT(refused({"hall", {}, {}, 1}).text, HasSubstr("was given before"));
+  EXPECT_THAT(refused({"hall", {}, {}, 1}).text, HasSubstr("was used before"));
   EXPECT_THAT(refused({"a/b", {}, {}, 1}).text, HasSubstr("another level of a topic"));
 }
 
@@ -65,7 +65,7 @@ TEST_F(SiteRealms, AnIslandAndAWordHaveOneMeaning) {
   EXPECT_EQ(refused({"lab", {OwnerId{70'000}}, {}, 1}).code, ErrorCode::kOutOfRange);
   EXPECT_THAT(refused({"ops", {}, {}, 1}).text, HasSubstr("is a role of hall"));
   EXPECT_THAT(refused({"lab", {}, {"hall"}, 1}).text, HasSubstr("is the name of a member"));
-  EXPECT_THAT(refused({"lab", {}, {"everybody"}, 1}).text, HasSubstr("no role"));
+  EXPECT_THAT(refused({"lab", {}, {"everybody"}, 1}).text, HasSubstr("not a role"));
   EXPECT_THAT(refused({"island-8", {OwnerId{9}}, {}, 1}).text, HasSubstr("expected --island 8"));
   EXPECT_EQ(refused({"lab", {}, {}, 0}).code, ErrorCode::kOutOfRange);
   EXPECT_EQ(realm(home_).members.size(), 1U) << "nothing was made";
@@ -194,7 +194,7 @@ TEST_F(SiteRealms, WhatWasChangedInABundleIsRefused) {
   auto mixed = *read;
   mixed.key = foreign->key;
   EXPECT_THAT(join_site(away_, bundle_text(mixed), lab.phrase.view(), kNow).error().text,
-              HasSubstr("the key is not that of the certificate"));
+              HasSubstr("the key does not belong to the certificate"));
   const auto other = folder_ / "other";
   ASSERT_TRUE(init(other, {}, kNow));
   mixed = *read;

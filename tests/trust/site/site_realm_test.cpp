@@ -1,8 +1,8 @@
-#include "trust/site/site_realm.h"
+#include "trust/site/site_folder.h"
 
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
-#include "trust/signed_text.h"
+#include "trust/certificate.h"
 #include "trust/site/live_realm.h"
 #include "trust/site/realm_fixture.h"
 
@@ -96,7 +96,7 @@ TEST(SiteRealmText, AnythingElseIsRefused) {
            std::string(R"({"rubicon-realm":1,"name":"R","number":3,"members":{},"islands":{},"revoked":["b","b"]})"),
            std::string(R"({"rubicon-realm":1,"name":"R","number":3,"members":{},"islands":{},"revoked":[{"b":[]}]})"),
        }) {
-    EXPECT_THAT(parsed_fault(text), HasSubstr("input: is no realm file")) << text;
+    EXPECT_THAT(parsed_fault(text), HasSubstr("input: is not a realm file")) << text;
   }
 }
 

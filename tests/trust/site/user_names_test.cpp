@@ -1,4 +1,4 @@
-#include "trust/site/user_names.h"
+#include "trust/site/site_identity.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(UserNames, TheReasonAgainstEachCharacterIsSaid) {
   EXPECT_THAT(why(std::string(65, 'x')), HasSubstr("it has 65 bytes, expected at most 64"));
   EXPECT_THAT(why(""), HasSubstr("is empty"));
   EXPECT_THAT(why(std::string_view("a\0b", 3)), HasSubstr("expected 1 to 64 letters"));
-  EXPECT_THAT(why("a\nuser b"), HasSubstr("no name of a member"));
+  EXPECT_THAT(why("a\nuser b"), HasSubstr("not a name of a member"));
 }
 
 TEST(UserNames, WordsThatMeanSomethingElseAreTaken) {

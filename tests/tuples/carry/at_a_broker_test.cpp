@@ -124,7 +124,7 @@ TEST_F(CarriersInARealm, TheLowestWhoMayUseTheIdCarriesAndTheNextTakesOver) {
   expect_served();
   EXPECT_EQ(hall->stand_ins(), 2U) << "of the robot and of its reader";
   EXPECT_EQ(lab->stand_ins() + attic->stand_ins(), 0U);
-  EXPECT_TRUE(log.contains("attic may not be 7 at the broker: `rubicon trust change attic`"));
+  EXPECT_TRUE(log.contains("attic may not be 7 at the broker: allow it by `rubicon trust change attic`"));
   hall->kill();
   hall.reset();
   time.run_for(20s + Carrier::kSettle + 2s);

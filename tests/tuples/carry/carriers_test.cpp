@@ -1,5 +1,5 @@
 #include "tuples/carry/carrying.h"
-#include "tuples/host_policy.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::carry {
 namespace {
@@ -210,7 +210,7 @@ TEST_F(Carrying, AStandInThatOnlyCommandedEndsSomeTimeAfterItsLastUse) {
 }
 
 TEST_F(Carrying, AStandInHasTheRightsOfTheHostOfItsComponent) {
-  HostPolicy policy(OwnerId(7), "here", false, Log(log, "tuples"));
+  DeclaredHostPolicy policy(OwnerId(7), "here", false, Log(log, "tuples"));
   RemoteSet set;
   set.from = OwnerId(8);
   policy.peer_up({OwnerId(8), 1, marked_host("here", OwnerId(1))});

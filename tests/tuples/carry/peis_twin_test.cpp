@@ -87,7 +87,7 @@ struct PeisTwin : testing::Test {
 TEST_F(PeisTwin, AKernelSeesSubscribesAndSetsAComponentOfTheOtherEngine) {
   EXPECT_TRUE(kernel.routable(7));
   EXPECT_THAT(home->space.peers(), ElementsAre(OwnerId(1), OwnerId(101)));
-  EXPECT_THAT(std::string(home->space.summary(OwnerId(101))), HasSubstr("peis-kernel")) << "it is no island";
+  EXPECT_THAT(std::string(home->space.summary(OwnerId(101))), HasSubstr("peis-kernel")) << "it is not an island";
   subscribe(7, "kitchen.lamp");
   EXPECT_THAT(pushed(), Contains("7:kitchen.lamp=off"));
   EXPECT_TRUE(home->demand.wanted);

@@ -16,7 +16,7 @@ using testing::IsEmpty;
 struct Vouched : testing::Test {
   static constexpr OwnerId kLamp{7};
 
-  void judge_by(std::vector<trust::rights::Rule> of_owner, std::vector<trust::rights::Rule> of_carrier) {
+  void judge_by(std::vector<rights::Rule> of_owner, std::vector<rights::Rule> of_carrier) {
     near.judge(kLamp, support::judge_of(std::move(of_owner), audit));
     far.judge(kLamp, support::judge_of(std::move(of_carrier), nullptr));
     for (const auto id : {1, 8, 9}) near.certify(OwnerId(id), {.name = "hall"});
@@ -42,12 +42,12 @@ struct Vouched : testing::Test {
     time.run_for(6s);
     return answer;
   }
-  static trust::rights::Rule vouch(std::string who, std::string names) {
+  static rights::Rule vouch(std::string who, std::string names) {
     auto made = rule(std::move(who), {});
     made.names = {std::move(names)};
     return made;
   }
-  static trust::rights::Rule all_of_carrier() { return rule("everybody", {Right::kRead, Right::kDemand, Right::kSet}); }
+  static rights::Rule all_of_carrier() { return rule("everybody", {Right::kRead, Right::kDemand, Right::kSet}); }
 
   VirtualScheduler time;
   support::CollectingLog log;

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "tuples/dds/early.h"
-#include "tuples/dds/interests.h"
-#include "tuples/host_policy.h"
+#include "tuples/dds/reader_stores.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::dds {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuples/dds/cyclone_log.h"
+#include "tuples/dds/dds_threads.h"
 
 #include <dds/ddsrt/log.h>
 #include <gmock/gmock.h>
@@ -49,6 +49,14 @@ TEST_F(CycloneLogTest, SaysWhatAMessageMeansBeforeTheWordsOfCyclone) {
   EXPECT_THAT(said(), ElementsAre(HasSubstr("a packet could not be sent (Cyclone DDS: udp_conn_write to")));
   says(DDS_LC_ERROR, "something that nobody knows");
   EXPECT_THAT(said(), ElementsAre(HasSubstr("Cyclone DDS says: something that nobody knows")));
+}
+
+TEST_F(CycloneLogTest, TheOneBeforeGoesOnWhenTheLatestEnds) {
+  const auto log = make();
+  auto other = make();
+  other.reset();
+  warns("tcp write failed");
+  EXPECT_THAT(said(), ElementsAre(HasSubstr("tcp write failed")));
 }
 
 TEST_F(CycloneLogTest, SaysEachKindOnceAMinute) {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "base/virtual_scheduler.h"
-#include "transport/host_name.h"
+#include "transport/host_names.h"
 
 namespace rubicon::tuples::dds {
 namespace {

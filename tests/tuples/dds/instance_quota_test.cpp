@@ -1,4 +1,4 @@
-#include "tuples/dds/instance_quota.h"
+#include "tuples/dds/reader_stores.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,7 +8,6 @@
 #include "support/private_network.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/writers.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {

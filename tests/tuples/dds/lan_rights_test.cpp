@@ -19,9 +19,9 @@ struct RightsOnALan : testing::Test {
   static dds::DdsOptions options() {
     const std::initializer_list<Right> all{Right::kRead, Right::kDemand, Right::kSet};
     dds::DdsOptions options;
-    options.judge = std::make_shared<trust::rights::RightsJudge>(
-        trust::rights::Rights({rule("lan", all, {"seen"}), rule("everybody", all, {"of.all"}),
-                               rule("island:2", all, {"of.island"}), rule("admin", all, {"of.admin"})}));
+    options.judge = std::make_shared<rights::RightsJudge>(
+        rights::Rights({rule("lan", all, {"seen"}), rule("everybody", all, {"of.all"}),
+                        rule("island:2", all, {"of.island"}), rule("admin", all, {"of.admin"})}));
     return options;
   }
   template <class Done>
@@ -67,6 +67,18 @@ TEST_F(RightsOnALan, WhoIsMetByDdsIsLanWithoutRoleAndWithoutAnIsland) {
   EXPECT_TRUE(until([&] { return !decided.empty() && !wanted.empty(); }));
   EXPECT_THAT(decided, ElementsAre("seen"));
   EXPECT_THAT(wanted, ElementsAre("seen"));
+}
+
+/// Such as the page and the history of an island.
+TEST_F(RightsOnALan, ComponentsOfTheOwnProcessMayDoEverything) {
+  const auto policy = island.space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
+  Component page(ecology, time, 70000);
+  ASSERT_TRUE(until([&] { return page.space.peers().size() == 2; }));
+  std::optional<Verdict> verdict;
+  page.space.set_remote(OwnerId(1), "hidden", "1", std::chrono::seconds(60),
+                        [&](const Reply& reply) { verdict = reply.verdict; });
+  EXPECT_TRUE(until([&] { return verdict.has_value(); }));
+  EXPECT_EQ(verdict, Verdict::kApplied);
 }
 
 }  // namespace

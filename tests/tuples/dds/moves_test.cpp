@@ -25,16 +25,17 @@ class MovesOf : public testing::Test {
     host.set(std::move(there));
     moves.emplace(
         std::move(names), time, [this](std::function<void()> call) { time.post(std::move(call)); }, Log(log, "dds"),
-        Moves::Calls{[this] {
-                       ++left;
-                       return FormerDomain::Remains{};
-                     },
-                     [this] { return enter(); }});
+        Moves::Callbacks{[this] {
+                           ++left;
+                           return FormerDomain::Remains{};
+                         },
+                         [this] { return enter(); }});
     moves->take(host.there());
     moves->follow(host.watch());
     time.run_for(1s);
   }
   Result<void> enter() {
+    failed += fails ? 1 : 0;
     if (fails) return fail(ErrorCode::kIo, "no room");
     entered.push_back(moves->take(host.there()));
     return {};
@@ -46,6 +47,7 @@ class MovesOf : public testing::Test {
   std::optional<Moves> moves;
   int left = 0;
   bool fails = false;
+  int failed = 0;
   std::vector<std::vector<std::string>> entered;
 };
 
@@ -90,6 +92,16 @@ TEST_F(MovesOf, ALinkThatComesBackChangesNothing) {
   EXPECT_TRUE(log.contains("interface eth0 (10.0.0.1) is back"));
 }
 
+TEST_F(MovesOf, OneThatIsDownIsNotUsedWhateverItsAddress) {
+  begin({up("eth0", "10.0.0.1")});
+  auto down = up("eth0", "10.0.0.2");
+  down.is_up = false;
+  host.set({down});
+  time.run_for(1s);
+  EXPECT_EQ(left, 0);
+  EXPECT_TRUE(log.contains("interface eth0 is down: it reaches no other host"));
+}
+
 TEST_F(MovesOf, OneThatWasPluggedInAgainIsAnother) {
   begin({up("eth0", "10.0.0.1", 7)});
   host.set({up("eth0", "10.0.0.1", 8)});
@@ -120,7 +132,34 @@ TEST_F(MovesOf, ItTriesAgainUntilItIsIn) {
   time.run_for(2s);
   EXPECT_FALSE(moves->under_way());
   EXPECT_EQ(entered.size(), 1U) << "with what is there then";
+  EXPECT_GE(failed, 5);
+  EXPECT_EQ(left, 1 + failed) << "links that came back leave again";
+}
+
+/// Nobody tells of it.
+TEST_F(MovesOf, WhatChangedBeforeTheFirstWatchIsSeen) {
+  host.set({up("eth0", "10.0.0.2")});
+  moves.emplace(
+      std::vector<std::string>{"eth0"}, time, [this](std::function<void()> call) { time.post(std::move(call)); },
+      Log(log, "dds"), Moves::Callbacks{[] { return FormerDomain::Remains{}; }, [this] { return enter(); }});
+  moves->take({up("eth0", "10.0.0.1")});
+  moves->follow(host.watch());
+  time.run_for(1s);
+  EXPECT_EQ(entered.size(), 1U);
+}
+
+TEST_F(MovesOf, ItStaysOutsideAsLongAsItIsAsked) {
+  begin({up("eth0", "10.0.0.1")});
+  moves->move_anyway(5s);
+  EXPECT_EQ(left, 0) << "not inside of the call";
+  time.run_for(4s);
   EXPECT_EQ(left, 1);
+  EXPECT_TRUE(entered.empty());
+  time.run_for(2s);
+  EXPECT_EQ(entered.size(), 1U);
+  moves->move_anyway(0s);
+  time.run_for(10ms);
+  EXPECT_EQ(entered.size(), 2U) << "at once";
 }
 
 }  // namespace

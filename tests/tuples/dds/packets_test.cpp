@@ -12,7 +12,6 @@
 #include "tuples/component.h"
 #include "tuples/dds/dds_test_ecology.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/writers.h"
 
 namespace rubicon::tuples {
 namespace {

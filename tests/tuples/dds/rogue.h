@@ -6,11 +6,10 @@
 #include <string>
 
 #include "base/bytes.h"
-#include "transport/host_name.h"
-#include "tuples/dds/component_starts.h"
+#include "transport/host_names.h"
+#include "tuples/dds/dds_ecology.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
-#include "tuples/dds/writers.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -123,12 +122,13 @@ class Rogue {
   }
 
   /// Ends a subscription of another one.
-  void end_interest_of(std::uint32_t id, std::uint64_t incarnation, std::uint32_t slot) {
+  void end_interest_of(std::uint32_t id, std::uint64_t incarnation, std::uint32_t slot, bool unregisters = false) {
     rubicon_wire_Interest one{};
     one.subscriber = id;
     one.incarnation = incarnation;
     one.slot = slot;
     dds_dispose(interests_.get(), &one);
+    if (unregisters) dds_unregister_instance(interests_.get(), &one);
   }
 
   /// Whether a subscription of a component arrives within ten seconds. Takes all that are there.

@@ -5,6 +5,7 @@
 
 #include "tuples/component.h"
 #include "tuples/dds/dds_test_ecology.h"
+#include "tuples/dds/reader_stores.h"
 #include "tuples/dds/rogue.h"
 #include "tuples/distant/frame_codec.h"
 
@@ -127,6 +128,35 @@ TEST_F(Rogues, OversizedValuesAndUnsoundKeysAreDroppedAndCounted) {
   expect_the_others_work();
 }
 
+/// DDS keeps those for as long as the reader lives.
+TEST_F(Rogues, ManyEndsOfWhatNeverWasAreNotKept) {
+  rogue.interest(0, {});
+  for (std::uint32_t i = 1; i <= dds::EndedInstances::kMaxKept + 100; ++i) {
+    rogue.end_interest_of(kRogue, rogue.incarnation(), i);
+    if (i % 100 == 0) time.run_for(1ms);
+  }
+  ASSERT_TRUE(until([&] { return island->space.peers().empty(); })) << "it leaves";
+  EXPECT_TRUE(ecology.log().contains("ends more than 4096 keys"));
+  time.run_for(4s);
+  EXPECT_TRUE(island->space.peers().empty()) << "for a while";
+  time.run_for(2s);
+  ASSERT_TRUE(until([&] { return island->space.peers() == std::vector{kRobot}; }))
+      << "and comes back without the rogue";
+  expect_the_others_work();
+}
+
+/// As every component does with its subscriptions.
+TEST_F(Rogues, ManyEndsThatAreUnregisteredDisturbNobody) {
+  rogue.interest(0, {});
+  for (std::uint32_t i = 1; i <= dds::EndedInstances::kMaxKept + 100; ++i) {
+    rogue.end_interest_of(kRogue, rogue.incarnation(), i, true);
+    if (i % 100 == 0) time.run_for(1ms);
+  }
+  let_pass();
+  EXPECT_FALSE(ecology.log().contains("ends more than"));
+  expect_the_others_work();
+}
+
 TEST_F(Rogues, TenThousandSubscriptionsHarmNobody) {
   for (std::uint32_t i = 0; i < 10'200; ++i) {
     distant::FrameWriter content;
@@ -234,6 +264,10 @@ TEST_F(Rogues, EndNobodyElseAndNoSubscriptionOfAnother) {
   let_pass();
   EXPECT_THAT(island->space.peers(), Contains(kRobot));
   EXPECT_EQ(wanted.size(), 1U) << "nothing ended";
+  const auto starts = ecology.component_starts();
+  EXPECT_TRUE(std::any_of(starts.begin(), starts.end(), [](const auto& one) {
+    return one.id == kRobot && one.present;
+  })) << "another process does not take the id for free";
   ASSERT_TRUE(island->space.set("mine", "2"));
   EXPECT_TRUE(until([&] { return robot->space.get(kIsland, "mine")->value == "2"; }));
   expect_the_others_work();
@@ -248,14 +282,19 @@ TEST_F(Rogues, AStartThatASecondParticipantShowsCountsWhenTheFirstIsGone) {
     return std::count(peers.begin(), peers.end(), OwnerId(kRogue + 1)) == 1;
   };
   ASSERT_TRUE(until(is_there));
+  std::vector<PeerEvent> events;
+  const auto watch = island->space.watch_peers([&](OwnerId peer, PeerEvent event) {
+    if (peer == OwnerId(kRogue + 1)) events.push_back(event);
+  });
   const auto start = first->incarnation();
   auto second = std::make_unique<dds::Rogue>(kRogue + 2);
   second->show(kRogue + 1, start);
   second->arrive();
-  let_pass();
-  first.reset();
   EXPECT_TRUE(until([&] { return ecology.log().contains("the same start: ignored while the first one is there"); }));
-  EXPECT_TRUE(until(is_there));
+  events.clear();
+  first.reset();
+  EXPECT_TRUE(until([&] { return events.size() == 2; }));
+  EXPECT_THAT(events, ElementsAre(PeerEvent::kLost, PeerEvent::kUp));
   second.reset();
   EXPECT_TRUE(until([&] { return !is_there(); }));
 }

@@ -1,4 +1,4 @@
-#include "tuples/distant/frame_ages.h"
+#include "tuples/distant/frame_codec.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ struct Ages : testing::Test {
 TEST_F(Ages, AreNotKnownBeforeAnEcho) {
   const auto sent = of_commander();
   to_owner(1ms);
-  EXPECT_FALSE(owner.age(sent, now));
+  EXPECT_FALSE(owner.age(sent, now, 1h));
 }
 
 TEST_F(Ages, AreTrueOrLongerByTheTimeOfAnExchange) {
@@ -38,10 +38,26 @@ TEST_F(Ages, AreTrueOrLongerByTheTimeOfAnExchange) {
   to_commander(20ms);
   now += 5s;  // held
   to_owner(300ms);
-  const auto age = owner.age(sent, now);
+  const auto age = owner.age(sent, now, 1h);
   ASSERT_TRUE(age);
   EXPECT_GE(*age, 1500ms + 20ms + 5s + 300ms);
   EXPECT_LE(*age, 1500ms + 20ms + 5s + 300ms + 20ms + 10ms) << "and the drift";
+}
+
+/// The only exchange went through a broker that was down for a while.
+TEST_F(Ages, AreAskedForAgainWhereALongExchangeMayHideATimeToLive) {
+  to_commander(10s);
+  to_owner(1ms);
+  const auto sent = of_commander();
+  now += 1ms;
+  EXPECT_FALSE(owner.age(sent, now, 5s)) << "it is between 1 ms and 10 s";
+  EXPECT_TRUE(owner.age(sent, now, 20s)) << "less in any case";
+  const auto old = of_commander();
+  now += 7s;
+  EXPECT_TRUE(owner.age(old, now, 5s)) << "more in any case";
+  to_commander(1ms);
+  to_owner(1ms);
+  EXPECT_TRUE(owner.age(of_commander(), now, 5s));
 }
 
 TEST_F(Ages, KeepTheQuickestExchange) {
@@ -51,32 +67,32 @@ TEST_F(Ages, KeepTheQuickestExchange) {
   to_owner(1ms);
   const auto sent = of_commander();
   now += 10ms;
-  EXPECT_LE(*owner.age(sent, now), 10ms + 1ms + 1ms);
+  EXPECT_LE(*owner.age(sent, now, 1h), 10ms + 1ms + 1ms);
 }
 
 TEST_F(Ages, GrowWithTheDriftUntilTheyAreNotKnown) {
   to_commander(1ms);
   to_owner(1ms);
   now += 60s;
-  const auto age = owner.age(of_commander(), now);
+  const auto age = owner.age(of_commander(), now, 1h);
   ASSERT_TRUE(age);
   EXPECT_GE(*age, 60s / FrameAges::kDriftParts);
   now += 60s;
-  EXPECT_FALSE(owner.age(of_commander(), now)) << "the clocks may have drifted by more than kMaxSlack";
+  EXPECT_FALSE(owner.age(of_commander(), now, 1h)) << "the clocks may have drifted by more than kMaxSlack";
 }
 
 TEST_F(Ages, AreNotKnownByAnEchoThatWasHeldForLong) {
   to_commander(1ms);
   now += 200s;
   to_owner(1ms);
-  EXPECT_FALSE(owner.age(of_commander(), now));
+  EXPECT_FALSE(owner.age(of_commander(), now, 1h));
 }
 
 TEST_F(Ages, AreNotKnownAfterTheOwnClockStoodStill) {
   to_commander(1ms);
   to_owner(1ms);
   owner.arrived({of_commander() + 10s, {}, {}, false}, now);
-  EXPECT_FALSE(owner.age(of_commander(), now));
+  EXPECT_FALSE(owner.age(of_commander(), now, 1h));
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ struct ConnectionOfAProcess : testing::Test {
   VirtualScheduler time;
   std::vector<Bytes> writes;
   Connection connection{time};
-  transport::LocalCalls calls = connection.begin({[this](const Record&) { connection.send(frame(7, "answer")); }, {}});
+  transport::LocalCallbacks calls =
+      connection.begin({[this](const Record&) { connection.send(frame(7, "answer")); }, {}});
 };
 
 TEST_F(ConnectionOfAProcess, WritesTheFramesOfATurnAtOnceAndThoseOfOneWayAsOne) {

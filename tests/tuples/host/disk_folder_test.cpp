@@ -1,4 +1,4 @@
-#include "tuples/host/disk_folder.h"
+#include "tuples/host/folder.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 #include "support/collecting_log.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
-#include "transport/poll_sockets.h"
+#include "transport/poll_loop.h"
 #include "tuples/component.h"
 #include "tuples/host/host_ecology.h"
 
@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(On, FolderOnDisk, testing::Bool(),
 TEST_P(FolderOnDisk, IsMadeForItsUserAloneWhateverTheUmask) {
   const auto before = ::umask(0);
   auto folder = std::move(*open());
-  const auto listener = std::move(*folder->open("00000000000000aa", [](auto) { return transport::LocalCalls{}; }));
+  const auto listener = std::move(*folder->open("00000000000000aa", [](auto) { return transport::LocalCallbacks{}; }));
   ::umask(before);
   EXPECT_EQ(mode_of(path), 0700U);
   EXPECT_EQ(mode_of(path + "/default"), 0700U);
@@ -112,16 +112,16 @@ TEST_P(FolderOnDisk, RefusesAFolderThatOthersMayWriteToOrThatIsALinkOrAFile) {
   EXPECT_THAT(linked.error().text, HasSubstr("is a symbolic link: remove it, or set RUBICON_FOLDER"));
   std::filesystem::remove(path);
   std::ofstream(path) << "x";
-  EXPECT_THAT(open().error().text, HasSubstr("is no folder"));
+  EXPECT_THAT(open().error().text, HasSubstr("is not a folder"));
 }
 
 TEST_P(FolderOnDisk, RefusesASpaceThatIsNoNameAndAPathThatIsTooLong) {
   EXPECT_THAT(open("../x").error().text,
-              HasSubstr("'../x' is no space, expected 1 to 40 characters of A-Z a-z 0-9 . _ -, the first no dot"));
+              HasSubstr("'../x' is not a space, expected 1 to 40 characters of A-Z a-z 0-9 . _ -, the first no dot"));
   EXPECT_FALSE(open(""));
   path = around / std::string(100, 'd');
   auto folder = std::move(*open());
-  const auto listener = folder->open("00000000000000aa", [](auto) { return transport::LocalCalls{}; });
+  const auto listener = folder->open("00000000000000aa", [](auto) { return transport::LocalCallbacks{}; });
   EXPECT_EQ(listener.error().code, ErrorCode::kInvalid);
   EXPECT_THAT(listener.error().text, HasSubstr("the path of a socket has at most 107 bytes"));
 }

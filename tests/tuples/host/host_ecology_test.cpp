@@ -1,5 +1,5 @@
+#include "tuples/host/connection.h"
 #include "tuples/host/host_programs.h"
-#include "tuples/host/records.h"
 
 namespace rubicon::tuples::host {
 namespace {
@@ -160,6 +160,25 @@ TEST_F(HostEcologyInMemory, AProcessThatWasStoppedItselfCallsNobodySilent) {
   EXPECT_THAT(tool->take(), IsEmpty());
 }
 
+/// The question whether it lives waits behind 1 MB.
+TEST_F(HostEcologyInMemory, AProcessThatReadsSlowlyLives) {
+  auto island = begin(), tool = begin();
+  auto& home = island->start(kIsland);
+  const auto all = read_all(tool->start(kTool));
+  time.run_for(1s);
+  island->take();
+  host.slow_down(tool->number, 10'000);
+  const std::string picture(50'000, 'x');
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(home.set("picture-" + std::to_string(i % 100), picture));
+    time.run_for(100ms);
+  }
+  EXPECT_THAT(island->take(), IsEmpty());
+  host.stop(tool->number);
+  time.run_for(4s);
+  EXPECT_THAT(island->take(), ElementsAre("6541 lost 70001"));
+}
+
 TEST_F(HostEcologyInMemory, AStoppedProcessIsNamedUntilItTellsWhatItHas) {
   auto island = begin();
   island->start(kIsland);
@@ -275,7 +294,7 @@ TEST_F(HostEcologyInMemory, WhoAsksWithoutEndAndReadsNothingTakesNoMemory) {
   const auto folder = host.enter();
   const auto number = ++programs;
   const auto token = folder->make_token();
-  const auto listener = std::move(*folder->open(token, [](auto) { return transport::LocalCalls{}; }));
+  const auto listener = std::move(*folder->open(token, [](auto) { return transport::LocalCallbacks{}; }));
   std::size_t received = 0;
   std::unique_ptr<transport::LocalStream> stream;
   const auto doors = *folder->doors();

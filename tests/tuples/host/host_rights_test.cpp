@@ -1,6 +1,6 @@
 #include "support/rights.h"
 #include "tuples/host/host_programs.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::host {
 namespace {
@@ -18,10 +18,10 @@ struct UsersOfAHost : HostEcologyInMemory {
   UsersOfAHost() {
     host.name(kAnn, "ann");
     host.name(kBob, "bob");
-    options.judge = std::make_shared<trust::rights::RightsJudge>(
-        trust::rights::Rights({rule("user:ann", {Right::kRead, Right::kSet}, {"lamp"}),
-                               rule("user:1001", {Right::kRead}, {"**"}), rule("everybody", {Right::kRead}, {"clock"}),
-                               rule("group:4", {Right::kSet}, {"clock"})}),
+    options.judge = std::make_shared<rights::RightsJudge>(
+        rights::Rights({rule("user:ann", {Right::kRead, Right::kSet}, {"lamp"}),
+                        rule("user:1001", {Right::kRead}, {"**"}), rule("everybody", {Right::kRead}, {"clock"}),
+                        rule("group:4", {Right::kSet}, {"clock"})}),
         audit, "proxy", std::vector<std::string>{"user:0", "user:" + std::to_string(kService)});
     island = begin(options, kService);
     home = &island->start(kIsland);
@@ -101,7 +101,8 @@ TEST_F(UsersOfAHost, NobodyIsAnIslandOutsideTheFolderOfTheService) {
   thief->start(OwnerId(7));
   time.run_for(10ms);
   EXPECT_THAT(home->peers(), testing::IsEmpty());
-  EXPECT_THAT(island->log.lines, ElementsAre(HasSubstr("it says that it is island 7, but islands run as the service")));
+  EXPECT_THAT(island->log.lines,
+              ElementsAre(HasSubstr("it says that it is island 7, but here islands run only as the service")));
 }
 
 /// What an island says of roaming devices, and what it relays, counts by its id: nobody has that id meanwhile.

@@ -1,4 +1,4 @@
-#include "tuples/host/places.h"
+#include "tuples/host/folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tuples/host/records.h"
+#include "tuples/host/connection.h"
 
 #include <gtest/gtest.h>
 

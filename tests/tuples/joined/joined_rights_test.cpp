@@ -3,7 +3,7 @@
 #include "base/virtual_scheduler.h"
 #include "tuples/joined/joined_ecology.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::joined {
 namespace {
@@ -25,7 +25,7 @@ struct StrictJudge final : Judge {
   }
   Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
   const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
-  void record(const Member&, const Wish&, const Result<void>&) override {}
+  void record(const Member&, const OtherRequest&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view, const RemoteSet&, const Reply&) override {
     asked.push_back(who.name);
   }

@@ -3,9 +3,9 @@
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
 #include "tuples/joined/joined_ecology.h"
-#include "tuples/joined/met_peer.h"
+#include "tuples/joined/joined_link.h"
+#include "tuples/link.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/stand_in.h"
 
 namespace rubicon::tuples::joined {
 namespace {

@@ -20,7 +20,7 @@ struct End {
       : time_(time), clock(its_clock), ends{OwnerId(self), OwnerId(peer), 1, 1} {}
 
   void open(std::uint64_t stream) {
-    Channel::Calls calls;
+    Channel::Callbacks calls;
     calls.send = [this](const FrameHead& head, ByteView entries) {
       if (busy) return Channel::Sent::kLater;
       ++frames;
@@ -50,10 +50,8 @@ struct End {
   void read(ByteView entries) {
     struct Reader final : distant::FrameReader {
       explicit Reader(End& end) : end(end) {}
-      void on_changes(std::span<const Change>) override {}
       void on_set(RemoteSet&& set) override { end.got.push_back(set.request); }
       void on_reply(Reply&& reply) override { end.got.push_back(reply.request); }
-      void on_identity_check(const distant::IdentityCheck&) override {}
       void on_times(const distant::FrameTimes& times) override {
         end.channel->ages().arrived(times, end.time_.now().time_since_epoch() + end.clock);
       }

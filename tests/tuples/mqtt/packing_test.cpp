@@ -1,4 +1,4 @@
-#include "tuples/mqtt/packing.h"
+#include "tuples/mqtt/messages.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -27,11 +27,11 @@ TEST(WhoIsPresent, AComponentThatIsDoubtedLeavesTheOthersOfItsConnection) {
   const auto line = line_of("hall", 1);
   presence.show(line, LineShown{1, 20s});
   for (const auto id : {1, 2}) presence.show(line, OwnerId(id), ComponentShown{7, "host", {}});
-  presence.doubt(line, OwnerId(2));
+  presence.doubt(line, OwnerId(2), true);
   presence.review_all();
   EXPECT_TRUE(presence.reached(OwnerId(1)));
   EXPECT_FALSE(presence.reached(OwnerId(2)));
-  presence.believe(line, OwnerId(2));
+  presence.doubt(line, OwnerId(2), false);
   EXPECT_TRUE(presence.reached(OwnerId(2)));
 }
 
@@ -40,7 +40,7 @@ TEST(WhoIsLookedFor, OfOneUserAreNotMoreThanIsReadSoon) {
   const Topics topics("default");
   std::set<std::string> filters;
   std::uint64_t step = 0;
-  Search::Calls calls;
+  Search::Callbacks calls;
   calls.subscribe = [&](const std::string& filter) { filters.insert(filter); };
   calls.unsubscribe = [&](const std::string& filter) { filters.erase(filter); };
   calls.fence = [&](std::uint64_t number) { step = number; };
@@ -70,7 +70,7 @@ struct CountingTransports final : transport::Transports {
     return machine.open_file(path);
   }
   Result<std::unique_ptr<transport::MqttLine>> open_mqtt(const transport::MqttOptions& options,
-                                                         transport::MqttCalls calls) override {
+                                                         transport::MqttCallbacks calls) override {
     ++opened;
     return machine.open_mqtt(options, std::move(calls));
   }
@@ -84,7 +84,7 @@ struct Attempts : testing::Test {
     transports.machine.join(net, "10.0.0.9");
     std::vector<SpaceBroker> all(static_cast<std::size_t>(brokers));
     for (int i = 0; i < brokers; ++i) all[static_cast<std::size_t>(i)].line.host = fmt::format("10.0.0.{}", i + 1);
-    Uplink::Calls calls;
+    Uplink::Callbacks calls;
     calls.begins = [](const std::string&) { return transport::MqttWill{"will", {}, true, 1}; };
     base::LimitedLog limited(base::Log(log, "mqtt"), time);
     Uplink uplink(all, 5s, time, transports, limited, calls);

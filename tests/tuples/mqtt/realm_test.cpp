@@ -11,7 +11,7 @@
 #include "tuples/distant/frame_codec.h"
 #include "tuples/mqtt/mqtt_ecology.h"
 #include "tuples/mqtt/written_realm.h"
-#include "tuples/space_rights.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::mqtt {
 namespace {
@@ -40,7 +40,7 @@ struct MemberSite {
     at.line.user = at.user = user;
     at.line.password = "secret";
     options.watch_all = true;
-    options.judge = std::make_shared<trust::rights::RightsJudge>(trust::rights::Rights());
+    options.judge = std::make_shared<rights::RightsJudge>(rights::Rights());
     options.realm = realm;
     ecology =
         std::move(*MqttEcology::open(options, time, machine, log, [this] { return time.now().time_since_epoch(); }));
@@ -118,7 +118,7 @@ struct RealmAtABroker : testing::Test {
     options.host = kRealmBroker.address;
     options.user = "guest";
     options.password = "secret";
-    transport::MqttCalls calls;
+    transport::MqttCallbacks calls;
     calls.connected = [](const transport::MqttConnack&) {};
     calls.received = [this](const transport::MqttMessage& message) { answer(message); };
     calls.failed = [](const Error&) {};
@@ -138,10 +138,6 @@ struct RealmAtABroker : testing::Test {
     if (!head || entries.empty() || head->number != 0) return;
     ++questions;
     struct Asked final : distant::FrameReader {
-      void on_changes(std::span<const Change>) override {}
-      void on_set(RemoteSet&&) override {}
-      void on_reply(Reply&&) override {}
-      void on_times(const distant::FrameTimes&) override {}
       void on_identity_check(const distant::IdentityCheck& check) override { number = check.number; }
       std::uint64_t number = 0;
     } asked;
@@ -172,7 +168,7 @@ struct RealmAtABroker : testing::Test {
     options.host = kRealmBroker.address;
     options.user = user;
     options.password = "secret";
-    transport::MqttCalls calls;
+    transport::MqttCallbacks calls;
     calls.connected = [](const transport::MqttConnack&) {};
     calls.received = [](const transport::MqttMessage&) {};
     calls.failed = [](const Error&) {};
@@ -325,7 +321,7 @@ TEST_F(RealmAtABroker, OneShowsTheNewestAndOthersTakeTheirsAway) {
   broker.publish(kShown + "desk", kShutOut, true);
   broker.publish(kShown + "aaa", kShutOut, true);
   time.run_for(1s);
-  EXPECT_THAT(shown(), ElementsAre("aaa " + kShutOut, "desk " + kShutOut)) << "who is no member is not enough";
+  EXPECT_THAT(shown(), ElementsAre("aaa " + kShutOut, "desk " + kShutOut)) << "who is not a member is not enough";
   for (const auto* one : {&hall, &desk, &guest}) EXPECT_EQ((*one)->realm->document(), kShutOut);
   broker.restart({});
   time.run_for(1min);
@@ -349,7 +345,7 @@ TEST_F(RealmAtABroker, WhatIsWrongOldOrTooLongIsDroppedAndCounted) {
   EXPECT_EQ(lab->ecology->documents().refused, before.refused + 1);
   show(std::string(UserRealm::kMaxDocument + 1, 'x'));
   EXPECT_EQ(lab->ecology->documents().refused, before.refused + 2);
-  EXPECT_TRUE(lab->log.contains("the realm file that user guest shows is ignored: it is none of the authority"));
+  EXPECT_TRUE(lab->log.contains("the realm file that user guest shows is ignored: it is not signed by the authority"));
   show(kFirst);
   EXPECT_EQ(lab->ecology->documents().old, before.old + 1);
   EXPECT_EQ(lab->realm->document(), kShutOut);

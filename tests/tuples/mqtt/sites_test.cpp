@@ -50,7 +50,7 @@ struct Sites : testing::Test {
     transport::MqttOptions options;
     options.host = kBroker.address;
     options.client_id = "stranger" + std::to_string(strangers.size());
-    transport::MqttCalls calls;
+    transport::MqttCallbacks calls;
     calls.connected = [](const transport::MqttConnack&) {};
     calls.received = [](const transport::MqttMessage&) {};
     calls.failed = [](const Error&) {};
@@ -339,7 +339,7 @@ TEST_F(Sites, ABrokerThatHandsOnNothingIsNamedAndAskedAgain) {
   broker.ignored_topics = {"#"};
   const auto robot = site(kRobot, "10.0.0.5");
   time.run_for(30s);
-  EXPECT_TRUE(robot->log.contains("does not hand on what - sends to itself"));
+  EXPECT_TRUE(robot->log.contains("does not deliver what - sends to itself"));
   EXPECT_TRUE(robot->ecology->seeks(std::nullopt));
   broker.ignored_topics.clear();
   time.run_for(15s);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "tuples/user_realm.h"
+#include "tuples/judge.h"
 
 namespace rubicon::tuples::mqtt {
 

@@ -1,4 +1,4 @@
-#include "tuples/peis/annex.h"
+#include "tuples/peis/own_messages.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 
 #include "base/virtual_scheduler.h"
 #include "tuples/peis/capture.h"
+#include "tuples/peis/connection.h"
 #include "tuples/peis/fragments.h"
-#include "tuples/peis/packages.h"
 #include "tuples/peis/rewritten.h"
 
 namespace rubicon::tuples::peis {

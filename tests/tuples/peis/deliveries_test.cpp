@@ -43,7 +43,7 @@ class PeisDeliveries : public ::testing::Test {
   }
 
   VirtualScheduler time;
-  Counters counters;
+  NodeCounters counters;
   Emitted answer = Emitted::kSent;
   std::vector<Out> out;
   std::vector<Outcome> outcomes;
@@ -185,7 +185,7 @@ TEST_F(PeisDeliveries, TheWindowOfAKernelFollowsTheTimeOfItsAcks) {
     return window;
   };
   EXPECT_EQ(rounds(100ms), Deliveries::kOfKernel.packages);
-  EXPECT_EQ(rounds(350ms), Deliveries::kLeastOfKernel);
+  EXPECT_EQ(rounds(350ms), Deliveries::kMinOfKernel);
   EXPECT_EQ(rounds(100ms), Deliveries::kOfKernel.packages);
   EXPECT_EQ(counters.resends, 0u);
 }

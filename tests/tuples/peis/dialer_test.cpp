@@ -1,4 +1,4 @@
-#include "tuples/peis/dialer.h"
+#include "tuples/peis/discovery.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using ::testing::UnorderedElementsAre;
 class PeisDialer : public ::testing::Test {
  protected:
   void start(bool loopback_only, std::vector<base::HostPort> configured = {}) {
-    Dialer::Calls calls;
+    Dialer::Callbacks calls;
     calls.is_linked = calls.is_routable = [](OwnerId) { return false; };
     calls.record = [this](OwnerId) { return &record; };
     calls.claim = [](OwnerId) { return nullptr; };
@@ -59,7 +59,8 @@ TEST_F(PeisDialer, WithLoAloneAConfiguredNameOfAnotherHostIsATrouble) {
   start(true, {{"robot.lan", 8000}, {"10.9.9.2", 8000}});
   world.run(10s);
   EXPECT_THAT(dialed, IsEmpty());
-  EXPECT_THAT(errors, AllOf(Contains(HasSubstr("lo reaches no other host")), Each(HasSubstr("expected interfaces"))));
+  EXPECT_THAT(errors,
+              AllOf(Contains(HasSubstr("lo reaches no other host")), Each(HasSubstr("expected another interface"))));
 }
 
 TEST_F(PeisDialer, WithLoAloneANameIsTriedAtItsLoopbackAddress) {

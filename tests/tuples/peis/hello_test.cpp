@@ -4,8 +4,8 @@
 #include <deque>
 #include <random>
 
-#include "tuples/peis/identity.h"
-#include "tuples/peis/seen_ids.h"
+#include "tuples/peis/deliveries.h"
+#include "tuples/peis/own_messages.h"
 
 namespace rubicon::tuples::peis {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <functional>
 
-#include "tuples/peis/annex.h"
 #include "tuples/peis/link_to_a_kernel.h"
+#include "tuples/peis/own_messages.h"
 
 namespace rubicon::tuples::peis {
 namespace {

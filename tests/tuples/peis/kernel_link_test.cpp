@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tuples/peis/kernel_tuples.h"
+#include "tuples/peis/kernel_session.h"
 #include "tuples/peis/link_to_a_kernel.h"
 
 namespace rubicon::tuples::peis {

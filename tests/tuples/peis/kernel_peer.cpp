@@ -48,7 +48,7 @@ void KernelPeer::announce() {
   options.local = {std::string(kMulticastGroup), kMulticastPort};
   options.reuse_address = true;
   options.multicast = {{std::string(kMulticastGroup)}, "127.0.0.1", 3, true};
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.received = [this](const auto&, ByteView bytes) {
     const auto heard = read_announcement(bytes);
     if (!heard || heard->network != network || heard->host.id == id_) return;
@@ -74,8 +74,8 @@ void KernelPeer::connect(std::uint16_t port, std::uint32_t flags) {
   link.stream = std::move(*transports_.open_tcp({{"127.0.0.1", port}}, std::move(events)));
 }
 
-transport::TcpCalls KernelPeer::calls(std::uint64_t id) {
-  transport::TcpCalls calls;
+transport::TcpCallbacks KernelPeer::calls(std::uint64_t id) {
+  transport::TcpCallbacks calls;
   calls.received = [this, id](ByteView bytes) { arrived(id, bytes); };
   calls.failed = [this, id](const Error&) {
     const auto found = links_.find(id);

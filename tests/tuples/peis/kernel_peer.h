@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tuples/peis/packages.h"
+#include "tuples/peis/connection.h"
 #include "tuples/peis/peis_world.h"
 #include "tuples/peis/wire.h"
 
@@ -93,7 +93,7 @@ class KernelPeer {
     SteadyTime due{};
   };
 
-  transport::TcpCalls calls(std::uint64_t id);
+  transport::TcpCallbacks calls(std::uint64_t id);
   void begin(std::uint64_t id);
   void arrived(std::uint64_t id, ByteView bytes);
   void take_packages(std::uint64_t id, std::size_t most);

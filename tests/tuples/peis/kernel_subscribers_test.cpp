@@ -1,9 +1,7 @@
-#include "tuples/peis/kernel_subscribers.h"
+#include "tuples/peis/kernel_state.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "tuples/peis/kernel_copies.h"
 
 namespace rubicon::tuples::peis {
 namespace {

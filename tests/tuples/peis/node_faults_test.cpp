@@ -28,7 +28,7 @@ class NodeFaults : public ::testing::Test {
     world.until([&] { return own.sees(101); }, 60s);
     ASSERT_TRUE(own.sees(101));
   }
-  const Counters& counters() const { return own.node->counters(); }
+  const NodeCounters& counters() const { return own.node->counters(); }
   std::vector<Duration> times_of(const std::string& body) const {
     std::vector<Duration> times;
     for (const auto& package : kernel.received) {
@@ -445,7 +445,7 @@ TEST_F(NodeFaults, WhoConnectsAndDoesNotSpeakIsClosedAndSuchConnectionsAreFew) {
   std::vector<std::unique_ptr<transport::TcpStream>> streams;
   int ended = 0;
   for (int i = 0; i < 50; ++i) {
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.failed = [&](const Error&) { ++ended; };
     streams.push_back(std::move(*world.machine.open_tcp({own.node->local()}, std::move(calls))));
   }

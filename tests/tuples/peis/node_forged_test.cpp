@@ -55,7 +55,7 @@ class NodeForged : public ::testing::Test {
     ASSERT_TRUE(own.sees(110));
   }
   void announce(const HostRecord& record) { forger.send_datagram(write(Announcement{"default", record})); }
-  const Counters& counters() const { return own.node->counters(); }
+  const NodeCounters& counters() const { return own.node->counters(); }
 
   PeisWorld world;
   OwnNode own{world, 200};
@@ -287,7 +287,7 @@ class NodeUnmet : public ::testing::Test {
  protected:
   void connect(transport::MemoryTransports& from, std::uint32_t id) {
     auto stream = std::make_unique<Stream>();
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.connected = [id, one = stream.get()] {
       EXPECT_TRUE(one->tcp->send(write(ConnectMessage{OwnerId{id}, kForcedByCluster, "default"})));
     };

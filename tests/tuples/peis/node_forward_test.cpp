@@ -24,7 +24,7 @@ class NodeForward : public ::testing::Test {
     other.connect(own.node->local().port);
     world.run(1s);
   }
-  const Counters& counters() const { return own.node->counters(); }
+  const NodeCounters& counters() const { return own.node->counters(); }
 
   PeisWorld world;
   OwnNode own{world, 102};

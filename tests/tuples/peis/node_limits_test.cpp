@@ -24,7 +24,7 @@ class NodeLimits : public ::testing::Test {
     record.addresses.at(0).port = 7777;
     kernel.send_datagram(write(Announcement{"default", record}));
   }
-  const Counters& counters() const { return own.node->counters(); }
+  const NodeCounters& counters() const { return own.node->counters(); }
 
   PeisWorld world;
   OwnNode own{world, 200};

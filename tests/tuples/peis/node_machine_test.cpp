@@ -23,7 +23,7 @@ struct MachineNode {
     options.multicast = false;
     options.interfaces = {{"lo", "127.0.0.1", true, true, true}};
     options.connect = std::move(connect);
-    NodeCalls calls;
+    NodeCallbacks calls;
     calls.message = [this](OwnerId, Port, ByteView body) { texts.emplace_back(base::as_text(body)); };
     calls.host = [this](HostEvent event, const Identity& host) {
       if (event == HostEvent::kUp) ++ups;

@@ -1,4 +1,4 @@
-#include "tuples/peis/packages.h"
+#include "tuples/peis/connection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,11 @@
-#include "tuples/peis/patterns.h"
+#include "tuples/peis/translation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "tuples/peis/own_keys.h"
-#include "tuples/peis/values.h"
+#include "tuples/peis/kernel_state.h"
 
 namespace rubicon::tuples::peis {
 namespace {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
+#include "tuples/peer_policy.h"
 #include "tuples/peis/link_to_a_kernel.h"
-#include "tuples/space_rights.h"
 
 namespace rubicon::tuples::peis {
 namespace {
@@ -31,7 +31,7 @@ struct GateJudge final : Judge {
   }
   Handle speak_for(const Member&, OwnerId, std::uint64_t) override { return {}; }
   const Member* spoken_for(OwnerId, std::uint64_t) const override { return nullptr; }
-  void record(const Member&, const Wish&, const Result<void>&) override {}
+  void record(const Member&, const OtherRequest&, const Result<void>&) override {}
   void answered(const Member& who, std::string_view, const RemoteSet& set, const Reply& reply) override {
     answers.push_back(who.name + " " + set.key + " " + std::string(to_string(reply.verdict)));
   }

@@ -65,7 +65,7 @@ struct OwnNode {
   }
   Result<void> open() { return open(world.machine); }
   Result<void> open(transport::Transports& transports) {
-    NodeCalls calls;
+    NodeCallbacks calls;
     calls.message = [this](OwnerId from, Port port, ByteView body) {
       messages.push_back({from, port, std::string(base::as_text(body))});
       if (on_message) on_message(messages.back());

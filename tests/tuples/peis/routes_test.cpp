@@ -35,7 +35,7 @@ class PeisRoutes : public ::testing::Test {
     return false;
   }
 
-  Counters counters;
+  NodeCounters counters;
   std::set<std::uint32_t> over;
   Routes routes{kMiddle, counters, [this](OwnerId, std::uint32_t magic) { return over.contains(magic); }};
   SteadyTime now{1h};

@@ -5,7 +5,7 @@
 
 #include "rubicon/summary.hpp"
 #include "tuples/peis/link_to_a_kernel.h"
-#include "tuples/peis/metrics.h"
+#include "tuples/peis/session.h"
 #include "tuples/peis/troubles.h"
 
 namespace rubicon::tuples::peis {
@@ -43,9 +43,9 @@ TEST(Troubles, WhatIsReachedIsNoLongerUnreachable) {
 TEST(Metrics, NameEachCounterOnce) {
   std::set<std::string> names;
   const auto keep = [&names](std::string_view name, std::uint64_t) { names.emplace(name); };
-  each_counter(Counters(), keep);
+  each_counter(NodeCounters(), keep);
   each_counter(SessionCounters(), keep);
-  EXPECT_THAT(names, SizeIs((sizeof(Counters) + sizeof(SessionCounters)) / sizeof(std::uint64_t)));
+  EXPECT_THAT(names, SizeIs((sizeof(NodeCounters) + sizeof(SessionCounters)) / sizeof(std::uint64_t)));
   EXPECT_TRUE(names.contains("refused-keys"));
 }
 

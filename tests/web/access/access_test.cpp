@@ -72,7 +72,7 @@ TEST(Attempts, ANetworkOfIpv6CountsAsOne) {
 TEST(Attempts, ManyAddressesCostBoundedMemoryAndGetNoMoreGuesses) {
   Attempts attempts;
   for (int i = 0; i < 5000; ++i) attempts.failed("10.0." + std::to_string(i / 250) + "." + std::to_string(i % 250), {});
-  EXPECT_LE(attempts.addresses(), Attempts::kMostAddresses + 1);
+  EXPECT_LE(attempts.addresses(), Attempts::kMaxAddressCount + 1);
   EXPECT_FALSE(attempts.may_try("10.9.9.9", {})) << "shares the count of the rest";
 }
 
@@ -80,10 +80,10 @@ TEST(Sessions, AreBoundedAndTheLongestIdleGoes) {
   Sessions sessions;
   const auto first = sessions.open(sha256("a"), {});
   const auto second = sessions.open(sha256("a"), {});
-  for (std::size_t i = 2; i < Sessions::kMost; ++i) sessions.open(sha256("b"), SteadyTime(1s));
+  for (std::size_t i = 2; i < Sessions::kMaxCount; ++i) sessions.open(sha256("b"), SteadyTime(1s));
   EXPECT_TRUE(sessions.find(first, SteadyTime(2s)));
   sessions.open(sha256("c"), SteadyTime(3s));
-  EXPECT_EQ(sessions.size(), Sessions::kMost);
+  EXPECT_EQ(sessions.size(), Sessions::kMaxCount);
   EXPECT_TRUE(sessions.find(first, SteadyTime(4s)));
   EXPECT_FALSE(sessions.find(second, SteadyTime(4s)));
 }
@@ -165,6 +165,9 @@ TEST(Roles, EachIncludesThoseBeforeIt) {
       {Verb::kSet, "proxy.log.level.command", Role::kAdmin},
       {Verb::kSet, "proxy.log.property.replay-state.command", Role::kCommand},
       {Verb::kSet, "proxy.knx-hall.property.line.command", Role::kAdmin},
+      {Verb::kSet, "proxy.knx-hall.1_4_6.description", Role::kAdmin},
+      {Verb::kSet, "proxy.knx-hall.1_4_6.actuator.lamp-1.description", Role::kCommand},
+      {Verb::kSet, "proxy.overview", Role::kCommand},
       {Verb::kSet, "proxy.knx-hall.property.replay-state.command", Role::kCommand},
       {Verb::kSet, "proxy.knx-hall.1_4_6.property.line-1.command", Role::kCommand},
       {Verb::kSet, "proxy.recorder.7.actuator.switch-1.command", Role::kCommand},

@@ -56,9 +56,10 @@ TEST(TokenFile, HasNoNameThatMeansOthersInRights) {
   for (const auto* word : {"everybody", "peis", "all"}) {
     const auto tokens = parse_tokens("hall:view:" + hash + "\n" + word + ":view:" + hash + "\n");
     ASSERT_FALSE(tokens) << word;
-    EXPECT_EQ(tokens.error().text, fmt::format("line 2: '{}' is no name of a token: it means something else in rights, "
-                                               "expected another",
-                                               word));
+    EXPECT_EQ(tokens.error().text,
+              fmt::format("line 2: '{}' is not a name of a token: it means something else in rights, "
+                          "expected another",
+                          word));
     const auto roles = parse_tokens(fmt::format("tablet:view,{}:{}\n", word, hash));
     ASSERT_FALSE(roles) << word;
     EXPECT_NE(roles.error().text.find("not `everybody`, `peis` or `all`"), std::string::npos) << roles.error().text;

@@ -34,9 +34,9 @@ class FakeHistory final : public history::HistorySource {
     return later([text = std::move(text), call = std::move(call), result = known] { call(text(result)); });
   }
 
-  history::Counters counters() const override { return counted; }
+  history::HistoryCounters counters() const override { return counted; }
 
-  history::Counters counted;
+  history::HistoryCounters counted;
   Result<history::Answer> answer;
   std::vector<history::SeriesEntry> known;
   std::vector<history::Question> questions;

@@ -181,15 +181,15 @@ TEST_F(Rest, ATupleHasTheNamesOfTheCommandLine) {
   auto tuple = get("/api/v1/tuples/70000/a");
   EXPECT_GT(tuple["write"].get<double>(), 0);
   tuple.erase("write");
-  tuple.erase("time");
   EXPECT_EQ(tuple, Json({{"owner", 70000},
                          {"key", "a"},
                          {"value", "1"},
-                         {"mimetype", "text/plain"},
-                         {"seq", 1},
-                         {"user", 1.5},
+                         {"media", "text/plain"},
                          {"creator", 70000},
-                         {"expire", 0.0}}));
+                         {"sequence", 1},
+                         {"user", 1.5},
+                         {"expire", 0},
+                         {"present", true}}));
   const auto none = ask("GET", "/api/v1/tuples/70000/b");
   EXPECT_EQ(none.status, 404U);
   EXPECT_EQ(Json::parse(none.body)["error"], Json({{"code", "not-found"}, {"text", "no tuple 70000:b"}}));
@@ -339,13 +339,14 @@ TEST_F(Rest, APutSetsATupleWithTypeAndSequence) {
       {std::nullopt, "**"}, [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); },
       tuples::PolicyScope::kSetsAndAppends);
   const std::string target = "/api/v1/tuples/70000/note";
-  const auto first = ask("PUT", target + "?sequence=0&lifetime=1h", "{}", {{"content-type", "Application/JSON; x=y"}});
+  const auto first = ask("PUT", target + "?sequence=0&expire=1h", "{}", {{"content-type", "Application/JSON; x=y"}});
   EXPECT_EQ(first.status, 200U) << first.body;
   EXPECT_EQ(Json::parse(first.body)["state"], "applied");
   EXPECT_EQ(owner.get(OwnerId(70000), "note")->media_type, "application/json");
   EXPECT_NE(owner.get(OwnerId(70000), "note")->expire_time, WallTime{});
   EXPECT_EQ(ask("PUT", target + "?sequence=0", "{}").status, 409U);
-  EXPECT_EQ(ask("PUT", target + "?append", "!", {{"content-type", "application/x-www-form-urlencoded"}}).status, 200U);
+  EXPECT_EQ(ask("PUT", target + "?do=append", "!", {{"content-type", "application/x-www-form-urlencoded"}}).status,
+            200U);
   EXPECT_EQ(value(owner, 70000, "note"), "{}!");
 }
 
@@ -381,7 +382,7 @@ TEST_F(Rest, WrongRequestsAreAnsweredWithWhatWasExpected) {
       {"GET", "/api/v2", "", 404, "no resource"},
       {"DELETE", "/api/v1/devices", "", 405, "expected GET"},
       {"POST", "/api/v1/tuples/1/a", "", 405, "expected GET, PUT"},
-      {"GET", "/api/v1/devices?lmit=3", "", 400, "unknown parameter 'lmit'; did you mean 'limit'?"},
+      {"GET", "/api/v1/devices?lmit=3", "", 400, "unknown member 'lmit'; did you mean 'limit'?"},
       {"GET", "/api/v1/devices?limit=0", "", 400, "limit is '0'; expected a whole number from 1 to 1000"},
       {"GET", "/api/v1/devices?limit=1001", "", 400, "limit is '1001'"},
       {"GET", "/api/v1/devices?island=home", "", 400, "island is 'home'; expected a whole number"},
@@ -391,24 +392,24 @@ TEST_F(Rest, WrongRequestsAreAnsweredWithWhatWasExpected) {
       {"GET", "/api/v1/tuples?pattern=a..b", "", 400, "pattern: "},
       {"GET", "/api/v1/tuples/1/a..b", "", 400, "a..b"},
       {"GET", "/api/v1/tuples/1/a?raw=maybe", "", 400, "raw is 'maybe'; expected true or false"},
-      {"PUT", "/api/v1/tuples/1/a?ttl=soon", "x", 400, "ttl is 'soon'; expected a time such as 250ms"},
+      {"PUT", "/api/v1/tuples/1/a?ttl=soon", "x", 400, "ttl is 'soon'; expected seconds from 0"},
       {"PUT", "/api/v1/tuples/1/a?wait=1d", "x", 400, "wait is '1d'"},
-      {"PUT", "/api/v1/tuples/x/a", "x", 400, "'x' in the path"},
+      {"PUT", "/api/v1/tuples/x/a", "x", 404, "nothing is called 'x:a'"},
       {"POST", "/api/v1/inbox", "approve", 400, "expected a JSON object, got 'approve'"},
       {"POST", "/api/v1/inbox", R"({"aprove":"x"})", 400, "unknown member 'aprove'; did you mean 'approve'?"},
-      {"POST", "/api/v1/inbox", R"({"island":1})", 400, "inbox: approve is missing; expected NETWORK.DEVICE"},
+      {"POST", "/api/v1/inbox", R"({"island":1})", 400, "approve is missing; expected NETWORK.DEVICE"},
       {"POST", "/api/v1/inbox", R"({"approve":["x",7]})", 400, "or a list of 1 to 1000 of them"},
       {"POST", "/api/v1/inbox", R"({"ignore":[]})", 400, "or a list of 1 to 1000 of them"},
       {"POST", "/api/v1/inbox", R"({"approve":""})", 400, "expected NETWORK.DEVICE"},
       {"GET", "/api/v1/things/7", "", 400, "thing '7': expected an id such as 6541:proxy.wsn-1.7"},
       {"GET", "/api/v1/things/1:proxy.a.b", "", 404, "no thing 1:proxy.a.b"},
-      {"GET", "/api/v1/history?key=a", "", 400, "key: 'a' is no series, expected an owner and a key"},
-      {"GET", "/api/v1/history?from=-1h", "", 400, "key: 0 given; expected 1 to 32"},
+      {"GET", "/api/v1/history?key=a", "", 404, "nothing is called 'a'"},
+      {"GET", "/api/v1/history?from=-1h", "", 400, "key is missing; expected OWNER:KEY"},
       {"GET", "/api/v1/history?key=1:a&from=yesterday", "", 400, "from is 'yesterday'; expected seconds since 1970"},
       {"GET", "/api/v1/history?key=1:a&from=-1h&to=-2h", "", 400, "from: expected a time before `to`"},
       {"GET", "/api/v1/history?key=1:a", "", 404, "rubicon web --history FILE"},
       {"GET", "/api/v1/history/series", "", 404, "history: {file: home.history}"},
-      {"GET", "/metrics?all", "", 400, "unknown parameter 'all'"},
+      {"GET", "/metrics?all", "", 400, "unknown member 'all'"},
   };
   for (const auto& one : cases) {
     const auto response = ask(one.method, one.target, one.body);
@@ -478,7 +479,7 @@ TEST_F(Rest, AStreamTellsEachChangeAsAnEvent) {
   };
   run(100ms);
   EXPECT_THAT(text, testing::StartsWith("event: set\nid: 1\ndata: {\"owner\":1,\"key\":"));
-  EXPECT_THAT(text, HasSubstr("\"value\":\"20.5\",\"mimetype\":\"text/plain\""));
+  EXPECT_THAT(text, HasSubstr("\"value\":\"20.5\",\"media\":\"text/plain\""));
   EXPECT_THAT(text, testing::EndsWith("event: snapshot\nid: 2\ndata: {\"owner\":1}\n\n"));
   measure(21);
   run(1s);

@@ -24,7 +24,7 @@ class RightsOfCallers : public Sites {
     options.island = OwnerId(1);
     options.history = &history;
   }
-  void judge_by(std::vector<trust::rights::Rule> rules) {
+  void judge_by(std::vector<rights::Rule> rules) {
     ecology.judge(OwnerId(kSite), support::judge_of(std::move(rules), audit));
     start_lamp();
     devices_of(1).say("7", reading(sensor("light"), 100.0));
@@ -167,8 +167,8 @@ TEST_F(RightsOfCallers, WhatTheCallerMayNotReadCountsNowhere) {
   }
   Context context(scheduler, component(kSite), log, *access, options);
   EventStock stock;
-  const Feed::Calls calls{[] {}, [] {}, [](const char*) {}};
-  std::optional<Feed> feed(std::in_place, context, tablet(), stock, FeedOptions{*Pattern::parse("70000:**")},
+  const Feed::Callbacks calls{[] {}, [] {}, [](const char*) {}};
+  std::optional<Feed> feed(std::in_place, context, tablet(), stock, verbs::Subscription{*Pattern::parse("70000:**")},
                            std::make_unique<SocketWriter>(1, false), calls);
   scheduler.run_for(1s);
   EXPECT_EQ(stock.tuples, 50U);
@@ -299,8 +299,7 @@ TEST_F(RightsOfCallers, WhatTheRoleRefusesIsARefusedLine) {
 }
 
 TEST_F(RightsOfCallers, DecisionsAboutTheInboxNeedApproveAndNotSet) {
-  const std::vector<trust::rights::Rule> rules{rule("tablet", {Right::kSet}, {"proxy.**"}),
-                                               rule("warden", {Right::kApprove})};
+  const std::vector<rights::Rule> rules{rule("tablet", {Right::kSet}, {"proxy.**"}), rule("warden", {Right::kApprove})};
   ecology.judge(OwnerId(kSite), support::judge_of(rules, audit));
   start_island(1, "}\ndiscovery: {new-devices: ask");
   devices_of(1).say("7", lamp());

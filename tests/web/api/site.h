@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "scenarios/ecology.h"
 #include "web/api/api.h"
-#include "web/server/target.h"
+#include "web/server/http_text.h"
 
 namespace rubicon::web::api {
 

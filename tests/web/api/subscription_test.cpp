@@ -1,6 +1,6 @@
 #include "web/api/feed.h"
+#include "web/api/forms.h"
 #include "web/api/site.h"
-#include "web/api/tuple_forms.h"
 
 namespace rubicon::web::api {
 namespace {

@@ -3,9 +3,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "web/access/sha256.h"
-#include "web/files/embedded_page.h"
-#include "web/files/folder_page.h"
+#include "web/access/token_file.h"
+#include "web/files/page.h"
 
 namespace rubicon::web::files {
 namespace {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "web/server/tls.h"
+#include "web/server/server.h"
 
 namespace rubicon::web::server {
 

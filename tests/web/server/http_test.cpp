@@ -1,4 +1,4 @@
-#include "web/server/response_text.h"
+#include "web/server/http_text.h"
 #include "web/server/served.h"
 
 namespace rubicon::web::server {

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -79,6 +80,50 @@ TEST_F(WebLimits, ATransferCodingOfHttp10IsRefused) {
   EXPECT_TRUE(sly->is_closed());
   EXPECT_THAT(sly->received, HasSubstr(" 400 "));
   EXPECT_TRUE(site.requests.empty());
+}
+
+std::string upload_of(std::size_t size, const std::string& path = "/api/v1/upload") {
+  return fmt::format("POST {} HTTP/1.1\r\nHost: localhost\r\nContent-Length: {}\r\n\r\n", path, size);
+}
+
+TEST_F(WebLimits, OnlyAnUploadMayBeLongerThanARequest) {
+  serve();
+  constexpr std::size_t kSize = 2 << 20;
+  const auto other = client();
+  other->send(upload_of(kSize, "/api/v1/a"));
+  EXPECT_TRUE(other->gets("HTTP/1.1 413")) << "by its head alone";
+  const auto sly = client();
+  sly->send("POST /api/v1/a HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n180000\r\n" +
+            std::string(0x180000, 'x') + "\r\n0\r\n\r\n");
+  EXPECT_TRUE(sly->gets("HTTP/1.1 413"));
+  EXPECT_TRUE(site.requests.empty());
+  const auto file = client();
+  file->send(upload_of(kSize) + std::string(kSize, 'x'));
+  ASSERT_TRUE(file->gets("HTTP/1.1 200"));
+  EXPECT_EQ(site.requests.back().body.size(), kSize);
+  const auto huge = client();
+  huge->send(upload_of((32 << 20) + 1));
+  EXPECT_TRUE(huge->gets("HTTP/1.1 413"));
+}
+
+TEST_F(WebLimits, OneFileIsUploadedAtATimeAndHasMinutes) {
+  serve();
+  const auto first = client();
+  first->send(upload_of(6) + "abc");
+  world.settle();
+  const auto second = client();
+  second->send(upload_of(3) + "abc");
+  EXPECT_TRUE(second->gets("HTTP/1.1 429"));
+  world.pass(4min);
+  first->send("def");
+  EXPECT_TRUE(first->gets("HTTP/1.1 200"));
+  const auto third = client();
+  third->send(upload_of(6) + "abc");
+  world.pass(5min);
+  EXPECT_TRUE(third->gets("HTTP/1.1 408"));
+  const auto fourth = client();
+  fourth->send(upload_of(3) + "abc");
+  EXPECT_TRUE(fourth->gets("HTTP/1.1 200"));
 }
 
 TEST_F(WebLimits, ABodyThatDoesNotComeIsGivenUp) {

@@ -11,7 +11,7 @@ namespace rubicon::web::server {
 
 /// A conversation whose frames a test writes.
 struct FakeConversation final : Conversation {
-  FakeConversation(ConversationCalls c, std::vector<std::string>& r, int& o, bool n)
+  FakeConversation(ConversationCallbacks c, std::vector<std::string>& r, int& o, bool n)
       : calls(std::move(c)), received_frames(r), open(o), named(n) {
     ++open;
   }
@@ -32,7 +32,7 @@ struct FakeConversation final : Conversation {
     calls.wake();
   }
 
-  ConversationCalls calls;
+  ConversationCallbacks calls;
   std::vector<std::string>& received_frames;
   int& open;
   bool named;
@@ -47,19 +47,20 @@ struct FakeSite final : Site {
     if (request.path == "/api/v1/never") return waiting(std::move(respond));
     if (request.path == "/api/v1/stream") {
       Response response{.content_type = "text/event-stream"};
-      response.stream = [this](ConversationCalls calls) { return converse(std::move(calls)); };
+      response.stream = [this](ConversationCallbacks calls) { return converse(std::move(calls)); };
       respond(std::move(response));
       return nullptr;
     }
     respond({.content_type = "text/plain", .body = request.method + " " + request.path});
     return nullptr;
   }
-  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override {
+  bool takes_file(const Request& request) const override { return request.path == "/api/v1/upload"; }
+  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCallbacks calls) override {
     callers.push_back(caller);
     return converse(std::move(calls), caller.role != Role::kNone);
   }
 
-  std::unique_ptr<Conversation> converse(ConversationCalls calls, bool named = true) {
+  std::unique_ptr<Conversation> converse(ConversationCallbacks calls, bool named = true) {
     auto made = std::make_unique<FakeConversation>(std::move(calls), frames, conversations, named);
     conversation = made.get();
     return made;

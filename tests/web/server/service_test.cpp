@@ -8,6 +8,7 @@
 #include "support/rights.h"
 #include "tuples/memory/memory_ecology.h"
 #include "web/server/certificate.h"
+#include "web/server/frames.h"
 #include "web/server/served.h"
 #include "web/server/tls_client.h"
 #include "web/web_service.h"
@@ -98,6 +99,19 @@ TEST_F(SecureService, AReloadTakesBothOrNeither) {
   files_.put((folder_ / "web.tokens").string(), "?");
   EXPECT_FALSE(service_->reload());
   EXPECT_EQ(ask("first"), Answer("200", 1));
+}
+
+TEST_F(SecureService, AWrongTokenInTheHelloClosesTheWebSocketWithItsCode) {
+  service_.reset();
+  setup_.tls.reset();
+  open();
+  const auto address = service_->address();
+  const auto port = static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+  server::RawClient program(world_, {"127.0.0.1", port});
+  program.send(server::kUpgrade);
+  ASSERT_TRUE(program.gets("101 Switching Protocols")) << program.received;
+  program.send(server::frame(server::kText, R"({"id":1,"do":"hello","token":"guess"})"));
+  EXPECT_TRUE(program.gets(server::close_code(1008) + "the token was not accepted")) << program.received;
 }
 
 /// A feed was opened by rights that the reload may have taken away.

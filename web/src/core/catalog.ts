@@ -188,6 +188,8 @@ export class Catalog {
   readonly inboxes = new Map<string, Tuple>();
   /** What of each island needs a person, by OWNER:KEY. */
   readonly alerts = new Map<string, Tuple>();
+  /** What people arranged on the overview of each island, by owner. */
+  readonly overviews = new Map<number, Tuple>();
   /** What each history says of itself, by OWNER:KEY; any component may publish such a tuple. */
   readonly histories = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
@@ -269,6 +271,10 @@ export class Catalog {
         break;
       case "alerts":
         setOrDelete(this.alerts, tuple.id, now);
+        break;
+      case "overview":
+        if (now) this.overviews.set(tuple.owner, now);
+        else this.overviews.delete(tuple.owner);
         break;
       case "other":
         break;

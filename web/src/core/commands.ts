@@ -1,4 +1,5 @@
 import { list, number, text } from "./catalog";
+import { colourTypes, reciprocal } from "./colour";
 import type { Answer } from "./frames";
 
 /** What control a point gets, from its description alone. */
@@ -9,12 +10,19 @@ export type Control =
   | { kind: "slider"; minimum: number; maximum: number; step: number }
   | { kind: "number"; minimum?: number; maximum?: number; step: number | "any" }
   | { kind: "colour" }
+  | { kind: "white"; minimum: number; maximum: number; mired: boolean } // kelvin
   | { kind: "text"; json: boolean };
 
 /** Wider ranges say what is possible, not what one would choose by a slider. */
 const widestSlider = 1000;
 
+/** What lamps can do at most, in kelvin: types allow more. */
+const [warmest, coldest] = [1500, 10_000];
+
 export function controlOf(description: Record<string, unknown>): Control {
+  const type = text(description.type);
+  if (colourTypes.has(type)) return { kind: "colour" };
+  if (type === "colourTemperature" || type === "colourTemperatureMired") return whiteControl(description, type !== "colourTemperature");
   const words = list(description.words);
   const event = text(description.report) === "event";
   switch (text(description.data_type)) {
@@ -32,8 +40,14 @@ export function controlOf(description: Record<string, unknown>): Control {
     case "json":
       return { kind: "text", json: true };
     default:
-      return text(description.type) === "colourRgb" ? { kind: "colour" } : { kind: "text", json: false };
+      return { kind: "text", json: false };
   }
+}
+
+function whiteControl({ minimum, maximum }: Record<string, unknown>, mired: boolean): Control {
+  const kelvin = (bound: unknown) => (mired && number(bound) > 0 ? reciprocal(number(bound)) : number(bound));
+  const [low, high] = mired ? [kelvin(maximum), kelvin(minimum)] : [kelvin(minimum), kelvin(maximum)];
+  return { kind: "white", minimum: Math.max(low, warmest), maximum: Math.min(high || coldest, coldest), mired };
 }
 
 function numberControl(description: Record<string, unknown>, step: 1 | "any"): Control {
@@ -83,7 +97,8 @@ export function toneOf(state: string): Tone {
 export function advance(before: Outcome, answer: Answer, now: number): Outcome {
   if (answer.ok === false) {
     const lost = ["unreachable", "expired"].includes(answer.error?.code ?? "");
-    return { ...before, state: lost ? "unknown" : "refused", reason: answer.error?.text ?? "", since: now, until: 0, final: true };
+    const state = isFinal(answer.verdict ?? "") ? answer.verdict! : lost ? "unknown" : "refused";
+    return { ...before, state, reason: answer.error?.text ?? "", since: now, until: 0, final: true };
   }
   const state = answer.state ?? (answer.verdict === "applied" ? "queued" : (answer.verdict ?? before.state));
   const final = answer.final ?? (isFinal(state) && state !== "queued");

@@ -9,7 +9,7 @@ export type KeyMeaning =
   | { what: "network"; prefix: string; network: string; leaf: "status" | "devices" }
   | { what: "counter"; prefix: string; network: string; name: string; leaf: Leaf }
   | { what: "waiting"; prefix: string; network: string; device: string }
-  | { what: "inbox" | "alerts"; prefix: string }
+  | { what: "inbox" | "alerts" | "overview"; prefix: string }
   | { what: "other" };
 
 const kinds = new Set(["sensor", "actuator", "property"]);
@@ -23,7 +23,7 @@ export function readKey(key: string): KeyMeaning {
   const parts = key.split(".");
   const [prefix = "", network = "", device = "", third = "", point = "", leaf = ""] = parts;
   if (parts.length === 4 && network === "inbox") return { what: "waiting", prefix, network: device, device: third };
-  if (parts.length === 2 && (network === "inbox" || network === "alerts")) return { what: network, prefix };
+  if (parts.length === 2 && (network === "inbox" || network === "alerts" || network === "overview")) return { what: network, prefix };
   if (reserved.has(network)) return other;
   switch (parts.length) {
     case 3:

@@ -6,7 +6,7 @@ const address = /(?<![0-9a-z])(?:0x)?[0-9a-f]{16}(?![0-9a-z])/gi;
 /** The collator takes digits together as a number. Apart, those of an address are texts; after the nines, they follow all numbers. */
 const apart = (id: string) => (id.length < 16 ? id : id.replace(address, (digits) => `${"9".repeat(40)} ${[...digits].join(" ")}`));
 
-/** 2 before 10, a before B, IEEE addresses by their digits: the order of the API (src/base/natural_order.h). */
+/** 2 before 10, a before B, IEEE addresses by their digits: the order of the API (src/base/compare_text.h). */
 export function compareNatural(a: string, b: string): number {
   return natural.compare(apart(a), apart(b));
 }

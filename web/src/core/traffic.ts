@@ -1,12 +1,13 @@
 import { number, text } from "./catalog";
 
-/** What a network lets others watch: telegrams of KNX, packets of motes. */
-export type TrafficKind = "knx" | "wsn";
+/** What a network lets others watch: telegrams of KNX, packets of motes, messages of Zigbee2MQTT. */
+export type TrafficKind = "knx" | "wsn" | "zigbee";
 
-/** Request, reply and message types of each (docs/knx.md, docs/motes.md). */
+/** Request, reply and message types of each (docs/knx.md, docs/motes.md, docs/zigbee.md). */
 export const types = {
   knx: { request: "knx.request", reply: "knx.reply", message: "knx.telegram" },
   wsn: { request: "wsn.request", reply: "wsn.reply", message: "wsn.packet" },
+  zigbee: { request: "zigbee.request", reply: "zigbee.reply", message: "zigbee.message" },
 } as const;
 
 export interface Passing {
@@ -49,9 +50,20 @@ export function readPassing(kind: TrafficKind, raw: string, id: number): Passing
       value,
     };
   }
+  if (kind === "zigbee") return { ...common, ...messageOf(member) };
   const mote = typeof member.mote === "number" ? String(member.mote) : text(member.mote);
   const out = text(member.direction) === "out";
   return { ...common, out, kind: text(member.kind), from: out ? "" : mote, to: out ? mote : "", name: "", value: text(member.text) };
+}
+
+/** The topic of a device is its name, with `set`, `get` or `availability` behind it; those of the bridge begin with `bridge/`. */
+function messageOf(member: Record<string, unknown>): Omit<Passing, "id" | "time" | "hex" | "raw"> {
+  const topic = text(member.topic);
+  const [, name = topic, verb = ""] = /^(.*)\/(set|get|availability)$/.exec(topic) ?? [];
+  const ofBridge = topic.startsWith("bridge/");
+  const value = typeof member.text === "string" ? member.text : `${number(member.bytes)} bytes`;
+  const out = text(member.direction) === "out";
+  return { out, kind: ofBridge ? "bridge" : verb || "state", from: "", to: "", name: ofBridge ? topic.slice(7) : name, value };
 }
 
 export function searchedOf({ kind, from, to, name, value, hex }: Passing): string {

@@ -8,11 +8,13 @@ export function Dialog({
   onClose,
   children,
   bare,
+  wide,
 }: {
   title: string;
   onClose(): void;
   children: ComponentChildren;
   bare?: boolean;
+  wide?: boolean;
 }) {
   const dialog = useRef<HTMLDialogElement>(null);
   // Before the next key arrives: what is typed after `/` is for the dialog.
@@ -25,6 +27,7 @@ export function Dialog({
     <dialog
       ref={dialog}
       aria-label={title}
+      class={wide ? "wide" : undefined}
       onClose={onClose}
       onKeyDown={(event) => event.stopPropagation()}
       onClick={(event) => {

@@ -14,6 +14,9 @@ export const wide = media("(min-width: 1100px)");
 /** Fingers instead of a mouse. */
 export const coarse = media("(pointer: coarse)");
 
+/** Pixels of a line of small letters, and of such a letter on average. */
+const [line, letter] = [16, 6];
+
 /** The size of letters for which the heights of rows are given. */
 export const normalSize = 13;
 
@@ -27,6 +30,11 @@ function sizeOfLetters(): number {
 /** As many pixels as these are with letters of the size that the user has. */
 export function scaled(pixels: number): number {
   return Math.round((pixels * letters.value) / normalSize);
+}
+
+/** Pixels that lines after the first take of a text of so many letters, in a column at least so wide: what is not to be cut. */
+export function moreLines(letters: number, width: number): number {
+  return Math.max(0, Math.ceil((letters * letter) / width) - 1) * line;
 }
 
 /** Pixels of a row of a table. */

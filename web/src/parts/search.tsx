@@ -1,6 +1,9 @@
 import { signal } from "@preact/signals";
 import { useRef, useState } from "preact/hooks";
 import { catalog, chosenIsland } from "../app";
+import { list } from "../core/catalog";
+import { typeWords } from "../core/format";
+import { roomNames } from "../core/rooms";
 import { hrefTo } from "../core/router";
 import { matches } from "../core/text";
 import { views } from "../views/views";
@@ -22,7 +25,14 @@ interface Found {
   href: string;
 }
 
-/** Views, devices and networks whose texts contain all words of the search. */
+/** As devices list what they can do: their points may not be known yet. */
+function knownTypes(): Set<string> {
+  const types = new Set<string>();
+  for (const device of catalog.devices.values()) for (const type of list(device.description?.json.capabilities)) types.add(type);
+  return types;
+}
+
+/** Views, types, rooms, devices and networks whose texts contain all words of the search. */
 function find(search: string): { found: Found[]; more: number } {
   const all: Found[] = [];
   for (const view of views) {
@@ -30,6 +40,14 @@ function find(search: string): { found: Found[]; more: number } {
   }
   if (search.trim() !== "") {
     const island = chosenIsland();
+    for (const type of knownTypes()) {
+      if (matches(search, `${type} ${typeWords(type)}`))
+        all.push({ key: `t ${type}`, what: words.searchType, name: typeWords(type), more: "", href: hrefTo("devices", [], { type }) });
+    }
+    for (const room of roomNames(catalog.devices.values())) {
+      if (matches(search, room))
+        all.push({ key: `r ${room}`, what: words.searchRoom, name: room, more: "", href: hrefTo("overview", [room]) });
+    }
     const there = ({ owner }: { owner: number }) => !island || owner === island;
     for (const { id, owner, path, line } of [...catalog.networks.values()].filter(there)) {
       if (matches(search, `${id} ${owner}`))

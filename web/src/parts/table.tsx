@@ -3,7 +3,7 @@ import { useMemo } from "preact/hooks";
 import * as words from "../words/frame";
 import { Choice } from "./fields";
 import { normalSize, phone, rowHeight, scaled, wide } from "./screen";
-import { type ListProps, VirtualList } from "./virtual_list";
+import { type ListProps, rowOf, VirtualList } from "./virtual_list";
 
 export interface Column<T> {
   id: string;
@@ -43,6 +43,8 @@ interface TableProps<T> extends Pick<ListProps, "label" | "place"> {
   sorting?: Sorting;
   marked?(row: T): boolean;
   onOpen?(row: T): void;
+  /** Its rows may be dragged: the row, and null when it is let go. */
+  onDrag?(row: T | null): void;
   /** The rows in the document, after scrolling has paused. */
   onWindow?(rows: T[]): void;
   /** More keys of the active row. */
@@ -83,6 +85,13 @@ export function Table<T>(props: TableProps<T>) {
   return (
     <div
       class={`table${twoLines ? " two-lines" : ""}${props.sideways ? " sideways" : ""}`}
+      onDragStart={(event) => {
+        const entry = rows[rowOf(event.target as Element)];
+        if (!entry || !("row" in entry)) return;
+        event.dataTransfer?.setData("text/plain", props.nameOf(entry.row)); // without it, Firefox drags nothing
+        props.onDrag?.(entry.row);
+      }}
+      onDragEnd={() => props.onDrag?.(null)}
       style={`--columns:${inRem(shown.map((column) => column.width).join(" "))};--least:${inRem(`${leastWidth(shown)}px`)}`}
     >
       <VirtualList
@@ -123,6 +132,7 @@ export function Table<T>(props: TableProps<T>) {
               key={props.nameOf(row)}
               role="row"
               aria-rowindex={index + 2}
+              draggable={props.onDrag ? true : undefined}
               aria-selected={props.marked ? props.marked(row) : active}
               class={`row${active ? " active" : ""}${props.marked?.(row) ? " marked" : ""}${onOpen ? " opens" : ""}`}
               {...rest}

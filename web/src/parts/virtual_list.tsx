@@ -44,7 +44,7 @@ const places = new Map<string, { top: number; active: ActiveRow }>();
 let lists = 0;
 
 /** The index of the row in which an event happened, or -1. */
-function rowOf(target: Element): number {
+export function rowOf(target: Element): number {
   return Number(target.closest(".list-rows > *")?.id.replace(/^.*-/, "") ?? -1);
 }
 

@@ -1,22 +1,26 @@
-import { useEffect, useMemo } from "preact/hooks";
-import { active, baseFeeds, catalog, loadingOf, useFeeds, wokenSensors } from "../app";
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { active, baseFeeds, catalog, loadingOf, mayBe, measuredWants, useFeeds, wokenSensors } from "../app";
 import type { Device, Point } from "../core/catalog";
 import { prettyJson } from "../core/format";
 import { redraw, useFrame } from "../core/redraw";
 import { hrefTo, hrefToList } from "../core/router";
 import { pinnedDevices, togglePin } from "../core/settings";
 import { Age } from "../parts/age";
-import { patience } from "../parts/command";
+import { patience } from "../parts/sent";
 import { CopyButton } from "../parts/copy";
-import { coarse, phone } from "../parts/screen";
+import { MayNot } from "../parts/may_not";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { Table, type TableRow } from "../parts/table";
 import * as text from "../words/device";
+import * as commissionText from "../words/commission";
 import * as commandText from "../words/command";
 import * as plotsText from "../words/plots";
 import * as words from "../words/frame";
+import { DeviceDialog } from "./device_dialog";
 import { mostPoints } from "./plot_picker";
 import { pointColumns } from "./point_columns";
+import { heightOfPoint } from "./point_heights";
+import { PointDialog } from "./point_dialog";
 import { useHourOf } from "./sparkline";
 
 /** One device: its points with values and controls, and what it says about itself. */
@@ -29,6 +33,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
   const feeds = useFeeds([
     { pattern: `${base}.*.*.*` },
     ...(active.value ? [{ pattern: `${base}.sensor.*.value`, active: true, min: 50 }] : []),
+    ...measuredWants(),
   ]);
   const state = loadingOf([...baseFeeds, ...feeds]);
   const name = device?.name;
@@ -50,6 +55,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
   return (
     <section class={`view device${device.state === "unreachable" ? " offline" : ""}`}>
       <Header device={device} />
+      <MayNot needs="command" />
       <Loaded state={state} empty={device.points.size === 0 && <Empty title={text.noPoints} />}>
         <Points device={device} />
       </Loaded>
@@ -58,6 +64,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
 }
 
 function Header({ device }: { device: Device }) {
+  const [editing, setEditing] = useState(false);
   const pinned = pinnedDevices.value.includes(device.path);
   const plotted = device.ordered.flatMap((point) => (point.kind === "property" ? [] : [point.path])).slice(0, mostPoints);
   const facts = [
@@ -80,7 +87,12 @@ function Header({ device }: { device: Device }) {
           {device.reason && ` · ${device.reason}`}
         </span>
         <div class="thing-actions">
-          <TimeToLive device={device} />
+          {mayBe("command") && <TimeToLive device={device} />}
+          {mayBe("admin") && (
+            <button type="button" onClick={() => setEditing(true)}>
+              {commissionText.edit}
+            </button>
+          )}
           <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
             {pinned ? text.unpin : text.pin}
           </button>
@@ -95,6 +107,7 @@ function Header({ device }: { device: Device }) {
         </div>
       </div>
       <div class="muted facts">{facts.join(" · ")}</div>
+      {editing && <DeviceDialog device={device} onClose={() => setEditing(false)} />}
       <details class="about">
         <summary>{text.about}</summary>
         <Raw device={device} />
@@ -156,16 +169,9 @@ function rowsOf(device: Device): TableRow<Point>[] {
   return rows;
 }
 
-/** Room for a control where the point has one. */
-function heightOf(point: Point): number {
-  const description = point.description?.json;
-  const writable = String(description?.access ?? "").includes("write");
-  if (!phone.value) return writable && coarse.value ? 54 : 42;
-  return writable ? 160 : 68;
-}
-
 function Points({ device }: { device: Device }) {
   const ordered = device.ordered;
+  const [opened, setOpened] = useState<Point | null>(null);
   const rows = useMemo(() => rowsOf(device), [device, ordered]);
   const described = ordered.filter((point) => point.description).length;
   const hour = useHourOf(device, ordered);
@@ -174,14 +180,18 @@ function Points({ device }: { device: Device }) {
     wokenSensors.value = active.value ? ordered.filter((point) => point.kind === "sensor").length : 0;
   }, [active.value, ordered]);
   return (
-    <Table
-      label={text.points(device.name)}
-      columns={columns}
-      rows={rows}
-      rowsVersion={`${ordered.length} ${described} ${phone.value} ${coarse.value}`}
-      heightOf={heightOf}
-      nameOf={(point) => `${point.kind}.${point.id}`}
-      place={`device ${device.path}`}
-    />
+    <>
+      <Table
+        label={text.points(device.name)}
+        columns={columns}
+        rows={rows}
+        rowsVersion={`${ordered.length} ${described} ${ordered.map(heightOfPoint).join()}`}
+        heightOf={heightOfPoint}
+        nameOf={(point) => `${point.kind}.${point.id}`}
+        place={`device ${device.path}`}
+        onOpen={(point) => setOpened(point)}
+      />
+      {opened && <PointDialog point={opened} onClose={() => setOpened(null)} />}
+    </>
   );
 }

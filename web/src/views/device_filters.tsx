@@ -1,5 +1,5 @@
 import type { ComponentChildren } from "preact";
-import { catalog, chosenIsland } from "../app";
+import { catalog, chosenIsland, mayBe } from "../app";
 import type { Device } from "../core/catalog";
 import { typeWords } from "../core/format";
 import { usePaced } from "../core/hooks";
@@ -9,6 +9,7 @@ import { FilterField, Choice } from "../parts/fields";
 import { phone } from "../parts/screen";
 import { type Column, Outdated, SortSelect } from "../parts/table";
 import * as text from "../words/devices";
+import * as commissionText from "../words/commission";
 import * as words from "../words/frame";
 
 export const qualities = ["good", "assumed", "stored", "stale", "unknown", "bad", "device-offline", "network-down"];
@@ -34,10 +35,11 @@ interface Props {
   order: { outdated: number; refresh(): void };
   chosen: ReadonlySet<string>;
   onClear(): void;
+  onRoom(): void;
 }
 
 /** Filter, groups, order, and what is done with the chosen devices. */
-export function DeviceFilters({ filters, columns, shown, order, chosen, onClear }: Props) {
+export function DeviceFilters({ filters, columns, shown, order, chosen, onClear, onRoom }: Props) {
   const choices = usePaced(`${catalog.structure} ${catalog.points} ${chosenIsland()}`, () => choicesOf(chosenIsland()));
   const set = (name: string) => (value: string) => setQuery({ [name]: value });
   return (
@@ -80,6 +82,11 @@ export function DeviceFilters({ filters, columns, shown, order, chosen, onClear 
           <a class="button primary" href={hrefTo("devices", ["compare"], { d: [...chosen].join(",") })}>
             {text.compare(chosen.size)}
           </a>
+          {mayBe("admin") && (
+            <button type="button" onClick={onRoom}>
+              {commissionText.giveRoom(chosen.size)}
+            </button>
+          )}
           <button type="button" onClick={onClear}>
             {text.unselect}
           </button>

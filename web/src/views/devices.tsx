@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, loadingOf, noIslands, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
 import { useFrame } from "../core/redraw";
@@ -15,7 +15,9 @@ import { NoIsland } from "../parts/no_island";
 import { Compare } from "./compare";
 import { DevicePage } from "./device";
 import { deviceColumns, groupOf, qualityOf } from "./device_columns";
+import { RoomDialog } from "./device_dialog";
 import { DeviceFilters, type Filters, readFilters } from "./device_filters";
+import { dragged, RoomTargets } from "./room_targets";
 import type { View } from "./views";
 
 /** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
@@ -105,6 +107,7 @@ function DeviceList({ route }: { route: Route }) {
   const chosen = chosenDevices.value;
   const island = chosenIsland();
   const [window, setWindow] = useState<Device[]>([]);
+  const [placing, setPlacing] = useState<Device[]>([]);
   const known = usePoints(filters, window);
   const toggle = (device: Device) => {
     const next = new Set(chosen);
@@ -134,7 +137,10 @@ function DeviceList({ route }: { route: Route }) {
         order={order}
         chosen={chosen}
         onClear={() => (chosenDevices.value = new Set())}
+        onRoom={() => setPlacing(chosenOf(chosen))}
       />
+      {placing.length > 0 && <RoomDialog devices={placing} onClose={() => setPlacing([])} />}
+      <RoomTargets onOther={setPlacing} />
       <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
         <Table
           label={text.label}
@@ -147,6 +153,7 @@ function DeviceList({ route }: { route: Route }) {
           marked={(device) => chosen.has(device.path)}
           onOpen={(device) => go("devices", device.path.split("/"))}
           onWindow={(devices) => setWindow(devices)}
+          onDrag={mayBe("admin") ? (device) => drag(device, chosen) : undefined}
           keys={{
             " ": { what: words.keyboardPin, run: (device) => togglePin(pinnedDevices, device.path) },
             x: { what: text.select, run: toggle },
@@ -155,6 +162,15 @@ function DeviceList({ route }: { route: Route }) {
       </Loaded>
     </section>
   );
+}
+
+function chosenOf(chosen: ReadonlySet<string>): Device[] {
+  return [...chosen].map((path) => catalog.devices.get(path)).filter((device) => device !== undefined);
+}
+
+/** A chosen row takes the others that are chosen along; null: it was let go. */
+function drag(device: Device | null, chosen: ReadonlySet<string>): void {
+  dragged.value = device === null ? [] : chosen.has(device.path) ? chosenOf(chosen) : [device];
 }
 
 function NoDevices({ filtered }: { filtered: boolean }) {

@@ -12,15 +12,16 @@ import { hrefTo, hrefToList, rememberList, type Route, setQuery } from "../core/
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
 import { FilterField } from "../parts/fields";
+import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
-import { phone } from "../parts/screen";
+import { moreLines, phone } from "../parts/screen";
 import { Empty, Loaded, NoneMatch } from "../parts/state";
 import { compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import * as text from "../words/inbox";
 import * as devicesText from "../words/devices";
 import * as words from "../words/frame";
-import { inboxColumns, isIgnored, nameOf, searchedOf } from "./inbox_columns";
+import { inboxColumns, isIgnored, nameOf, searchedOf, whyOf } from "./inbox_columns";
 import { useIgnored } from "./inbox_ignored";
 import { inboxesOf, PatternForm } from "./inbox_pattern";
 import type { View } from "./views";
@@ -128,8 +129,10 @@ function Inbox({ route }: { route: Route }) {
   });
   const rows = order.rows;
   const tableRows = useMemo(() => rows.map((row) => ({ row })), [rows]);
-  const height = phone.value ? (mayDecide ? 156 : 92) : 44;
-  const heightOf = useMemo(() => () => height, [height]);
+  const heightOf = useMemo(() => {
+    const [height, width] = phone.value ? [mayDecide ? 156 : 92, innerWidth - 32] : [44, 160];
+    return (tuple: Tuple) => height + moreLines(whyOf(tuple).length, width);
+  }, [mayDecide, phone.value]);
   useEffect(() => setChosen(new Set(all.map(({ id }) => id).filter((id) => chosen.has(id)))), [all.length]);
   const picked = rows.filter(({ id }) => chosen.has(id));
   const decidePicked = (verb: Verb) => {
@@ -165,6 +168,7 @@ function Inbox({ route }: { route: Route }) {
         <span class="count">{words.tableShown(rows.length, all.length)}</span>
         <Outdated order={order} />
       </div>
+      <MayNot needs="admin" />
       <Pending />
       {mayDecide && !ignoring && <PatternForm waiting={catalog.waiting.values()} ignored={countIn("ignored")} decisions={decisions} />}
       <Loaded state={state} empty={rows.length === 0 && <Nothing all={all.length} filtered={q !== ""} ignoring={ignoring} />}>

@@ -96,7 +96,7 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
       width: "minmax(160px,1.4fr)",
       phone: "fourth",
       compare: by("why"),
-      cell: (tuple) => <span title={whyOf(tuple)}>{whyOf(tuple) || "–"}</span>,
+      cell: (tuple) => <span class="uncut">{whyOf(tuple) || "–"}</span>,
     },
     {
       id: "since",
@@ -112,7 +112,7 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
   return mayDecide ? columns : columns.filter(({ id }) => id !== "chosen" && id !== "decision");
 }
 
-function whyOf({ json }: Tuple): string {
+export function whyOf({ json }: Tuple): string {
   return [textOf(json.by), textOf(json.why)].filter(Boolean).join(": ");
 }
 

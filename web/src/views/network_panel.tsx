@@ -9,6 +9,7 @@ import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
 import { Icon } from "../parts/icons";
+import { MayNot } from "../parts/may_not";
 import { announce } from "../parts/notices";
 import { phone } from "../parts/screen";
 import { State } from "../parts/state";
@@ -16,6 +17,8 @@ import * as text from "../words/networks";
 import * as tuplesText from "../words/tuples";
 import * as words from "../words/frame";
 import { serverNow } from "../core/server_time";
+import { ZigbeePanel } from "./zigbee_panel";
+import { isZigbee } from "./zigbee_tool";
 
 /** When the island tries again to open the line. */
 export function NextAttempt({ network }: { network: Network }) {
@@ -111,6 +114,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
         <Fact name={text.island}>{network.owner}</Fact>
       </dl>
       <Reopening network={network} />
+      <MayNot needs="admin" />
       <div class="actions">
         <a class="button" href={hrefTo("devices", [], { network: network.id })}>
           {text.itsDevices(network.devices)}
@@ -119,6 +123,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
           {tuplesText.title}
         </a>
       </div>
+      {isZigbee(network) && network.line === "up" && <ZigbeePanel network={network} />}
       {order.map((kind) => (
         <Counters
           key={kind}
@@ -147,6 +152,27 @@ function Fact({ name, children }: { name: string; children: preact.ComponentChil
   );
 }
 
+/** What a network says of itself; of an object each member. */
+function FactValue({ tuple }: { tuple: Tuple }) {
+  const members = Object.entries(tuple.json);
+  if (members.length === 0) return <>{prettyJson(tuple.value ?? "") ? text.nothing : tuple.value}</>;
+  return (
+    <dl class="members">
+      {members.map(([name, value]) => (
+        <div key={name}>
+          <dt>{name.replaceAll("_", " ")}</dt>
+          <dd>{memberText(value)}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}
+
+function memberText(value: unknown): string {
+  if (typeof value === "boolean") return value ? text.yes : text.no;
+  return typeof value === "string" ? value : JSON.stringify(value);
+}
+
 function Counters({ title, kind, counters, rates }: { title: string; kind: CounterKind; counters: Counter[]; rates: CounterRates }) {
   if (counters.length === 0) return null;
   return (
@@ -159,7 +185,7 @@ function Counters({ title, kind, counters, rates }: { title: string; kind: Count
           return (
             <tr key={name}>
               <th scope="row">{name}</th>
-              <td>{prettyJson(value) ? <pre class="content">{prettyJson(value)}</pre> : kind === "fact" ? value : formatNumber(value)}</td>
+              <td>{kind === "fact" ? <FactValue tuple={tuple} /> : formatNumber(value)}</td>
               {kind !== "fact" && <td class="rate">{rate >= 0.05 ? text.perSecond(formatRate(rate)) : ""}</td>}
             </tr>
           );

@@ -1,20 +1,23 @@
 import { useMemo, useRef } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, loadingOf, noIslands, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import { type Network, number, text as textOf } from "../core/catalog";
 import { arrivalsOf, CounterRates, lossesOf } from "../core/counters";
 import { formatCount, formatRate } from "../core/format";
 import { useOrder } from "../core/hooks";
 import { second } from "../core/redraw";
-import { go, rememberList, type Route, setQuery } from "../core/router";
+import { go, hrefTo, rememberList, type Route, setQuery } from "../core/router";
 import { compareNatural, matches } from "../core/text";
 import { FilterField } from "../parts/fields";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
-import { phone } from "../parts/screen";
+import { coarse, moreLines, phone } from "../parts/screen";
 import { Empty, Loaded, State, NoneMatch } from "../parts/state";
 import { type Column, compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import * as text from "../words/networks";
+import * as setup from "../words/setup";
 import * as words from "../words/frame";
+import { AddNetwork } from "./add_network";
+import { KnxImport } from "./knx_import";
 import { NetworkPanel, NextAttempt } from "./network_panel";
 import type { View } from "./views";
 
@@ -106,7 +109,7 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
       title: text.reason,
       width: "minmax(200px,2.4fr)",
       cell: (network) => (
-        <span class="muted reason" title={textOf(network.status?.json.reason)}>
+        <span class="muted reason uncut">
           <NextAttempt network={network} />
           {textOf(network.status?.json.reason)}
         </span>
@@ -115,11 +118,17 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
   ];
 }
 
+/** Room for the whole reason. */
+function heightOf({ status }: Network): number {
+  const letters = textOf(status?.json.reason).length + (number(status?.json.next_attempt) > 0 ? 26 : 0);
+  return phone.value ? 60 + moreLines(letters, innerWidth - 150) : (coarse.value ? 44 : 30) + moreLines(letters, 200);
+}
+
 function PhoneFacts({ network, devices }: { network: Network; devices: string }) {
   const lost = lossesOf(network.counters);
   const reason = textOf(network.status?.json.reason);
   return (
-    <span>
+    <span class="uncut">
       {reason || devices}
       {lost > 0 && <span class="loss">{` · ${text.lostCount(lost)}`}</span>}
     </span>
@@ -177,6 +186,7 @@ function Networks({ route }: { route: Route }) {
         <h1>{text.title}</h1>
         <FilterField value={q} />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
+        {mayBe("admin") && <SetupLinks />}
         <span class="count">{words.tableShown(order.rows.length, catalog.networks.size)}</span>
         <Outdated order={order} />
       </div>
@@ -186,7 +196,8 @@ function Networks({ route }: { route: Route }) {
             label={text.title}
             columns={beside}
             rows={rows}
-            rowsVersion={order.version}
+            rowsVersion={`${order.version} ${order.rows.map(heightOf).join()}`}
+            heightOf={heightOf}
             nameOf={(network) => network.path}
             place={`networks ${q} ${sort}`}
             sorting={{ by: sort, set: (by) => setQuery({ sort: by === "name" ? "" : by }) }}
@@ -198,6 +209,19 @@ function Networks({ route }: { route: Route }) {
         </div>
       </Loaded>
     </section>
+  );
+}
+
+function SetupLinks() {
+  return (
+    <>
+      <a class="button" href={hrefTo("networks", ["add"])}>
+        {setup.add}
+      </a>
+      <a class="button" href={hrefTo("networks", ["import"])}>
+        {setup.importKnx}
+      </a>
+    </>
   );
 }
 
@@ -219,6 +243,11 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
       <Empty title={text.none}>
         <p>{text.noneText}</p>
         <pre class="content">{text.example}</pre>
+        {mayBe("admin") && (
+          <p class="actions">
+            <SetupLinks />
+          </p>
+        )}
       </Empty>
     );
   }
@@ -230,5 +259,9 @@ export const networksView: View = {
   title: text.title,
   key: "n",
   icon: "networks",
-  show: (route) => <Networks route={route} />,
+  show: (route) => {
+    const [what] = route.parts;
+    if (what === "add") return <AddNetwork />;
+    return what === "import" ? <KnxImport route={route} /> : <Networks route={route} />;
+  },
 };

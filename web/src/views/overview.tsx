@@ -1,213 +1,137 @@
-import type { ComponentChildren } from "preact";
-import { useEffect, useMemo, useState } from "preact/hooks";
-import {
-  baseFeeds,
-  catalog,
-  chosenIsland,
-  islands,
-  line,
-  type Loading,
-  loadingOf,
-  noIslands,
-  ownerPattern,
-  server,
-  store,
-  useFeeds,
-} from "../app";
-import { formatCount, formatRate } from "../core/format";
-import type { Component } from "../core/frames";
-import { Rates } from "../core/rates";
-import { second } from "../core/redraw";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { baseFeeds, catalog, islands, loadingOf, measuredWants, noIslands, ownerPattern, server, useFeeds } from "../app";
+import { moved } from "../core/overview";
+import { second, useFrame } from "../core/redraw";
+import type { Room } from "../core/rooms";
 import { hrefTo } from "../core/router";
-import { Age } from "../parts/age";
+import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
 import { NotWritten } from "../parts/not_written";
-import { Loaded, State } from "../parts/state";
+import { Empty, Loaded } from "../parts/state";
 import * as text from "../words/overview";
-import * as words from "../words/frame";
-import { type Alert, alertsIn, placeOf, reachableOf, waitingIn } from "./overview_facts";
+import { arrangeRooms, mayArrange, orderOfRooms } from "./arrangement";
+import { Attention } from "./attention";
+import { Islands } from "./overview_islands";
+import { Pinned } from "./pinned";
+import { RoomCard } from "./room_card";
+import { RoomPage, useRooms } from "./room";
 import type { View } from "./views";
 
-const shownAlerts = 12;
-const floods = 5;
-/** Seconds until rates mean something. */
-const settled = 4;
+/** Up to so many devices, controls and words of all points come along; beyond, values only. */
+const fewDevices = 1000;
 
-/** What there is, and what needs attention. Drawn once a second: it counts, it does not show values. */
+/** The building at a glance: what needs attention, curves, rooms with their values and controls. */
 function Overview() {
+  useFrame();
   void second.value;
+  const [arranging, setArranging] = useState(false);
   const owner = ownerPattern();
-  const values = useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 1000 }]);
   const state = loadingOf(baseFeeds);
+  const few = state === "ready" && catalog.devices.size <= fewDevices;
+  const leaves = few ? ["description", "status", "value"] : ["value"];
+  useFeeds([...leaves.map((leaf) => ({ pattern: `${owner}:*.*.*.*.*.${leaf}`, min: 500 })), ...measuredWants()]);
+  const rooms = useRooms(orderOfRooms());
   if (noIslands()) return <NoIsland />;
+  const may = mayArrange();
   return (
     <section class="overview">
-      <h1>{text.title}</h1>
+      <div class="overview-head">
+        <h1>{text.title}</h1>
+        {may && rooms.length > 1 && (
+          <button type="button" aria-pressed={arranging} onClick={() => setArranging(!arranging)}>
+            {arranging ? text.arranged : text.arrange}
+          </button>
+        )}
+      </div>
       <Loaded state={state} empty={state === "loading" && catalog.devices.size === 0}>
-        <Islands />
+        <MayNot needs="command" />
         <NotWritten owners={[...islands.value, server.value]} />
-        <div class="cards">
-          <Alerts state={state} />
-          <Inbox state={state} />
-          <Floods state={loadingOf(values)} />
-        </div>
+        <Attention state={state} />
+        <Pinned arranging={arranging} />
+        {rooms.length === 0 && state === "ready" && (
+          <Empty title={text.noDevices}>
+            <p>{text.noDevicesText}</p>
+          </Empty>
+        )}
+        <Rooms rooms={rooms} arranging={arranging && may} />
+        <Islands />
       </Loaded>
     </section>
   );
 }
 
-function Islands() {
-  const island = chosenIsland();
-  const rows = islands.value.filter(({ id }) => !island || id === island);
+/** Rooms first, then, below a title of their own, networks whose devices have none. */
+function Rooms({ rooms, arranging }: { rooms: Room[]; arranging: boolean }) {
+  const placed = rooms.filter((room) => room.placed);
+  const others = rooms.filter((room) => !room.placed);
+  const names = placed.map(({ id }) => id);
   return (
-    <div class="wide-table">
-      <table>
-        <thead>
-          <tr>
-            <th scope="col">{text.island}</th>
-            <th scope="col" class="desk">
-              {text.host}
-            </th>
-            <th scope="col" class="desk">
-              {text.program}
-            </th>
-            <th scope="col">{text.up}</th>
-            <th scope="col">{text.devices}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {rows.map((row) => (
-            <Island key={row.id} island={row} />
+    <>
+      {placed.length > 0 && <h2 class="spoken">{text.rooms}</h2>}
+      <Columns rooms={placed} arranging={arranging} order={names} />
+      {others.length > 0 && (
+        <div class="overview-head">
+          <h2>{text.unplaced}</h2>
+          <a href={hrefTo("devices", [], { group: "place" })}>{text.giveRooms}</a>
+        </div>
+      )}
+      <Columns rooms={others} arranging={false} order={[]} />
+    </>
+  );
+}
+
+const columnWidth = 330;
+
+/** Cards in columns of nearly one height. A card stays in its column whatever it shows, so that nothing jumps below the pointer. */
+function Columns({ rooms, arranging, order }: { rooms: Room[]; arranging: boolean; order: string[] }) {
+  const box = useRef<HTMLDivElement>(null);
+  const [count, setCount] = useState(1);
+  useLayoutEffect(() => {
+    const element = box.current;
+    if (!element) return undefined;
+    const observer = new ResizeObserver(() => setCount(Math.max(1, Math.floor(element.clientWidth / columnWidth))));
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, []);
+  const columns = Array.from({ length: Math.min(count, Math.max(rooms.length, 1)) }, () => ({ height: 0, rooms: [] as Room[] }));
+  for (const room of rooms) {
+    const column = columns.reduce((least, other) => (other.height < least.height ? other : least));
+    column.rooms.push(room);
+    column.height += 2 + Math.ceil(Math.min(room.facts.length, 6) / 3) * 2 + Math.min(room.tiles.length, 5) * 2;
+  }
+  return (
+    <div ref={box} class="room-columns">
+      {columns.map((column, index) => (
+        <div key={index}>
+          {column.rooms.map((room) => (
+            <RoomCard key={room.id} room={room}>
+              {arranging && <Movers name={room.name} order={order} />}
+            </RoomCard>
           ))}
-        </tbody>
-      </table>
+        </div>
+      ))}
     </div>
   );
 }
 
-function Island({ island }: { island: Component }) {
-  const { reachable, all } = reachableOf(catalog, island.id);
+function Movers({ name, order }: { name: string; order: string[] }) {
+  const move = (step: number) => arrangeRooms(moved(order, name, step));
   return (
-    <tr>
-      <th scope="row">
-        <a href={hrefTo("devices", [], { island: String(island.id) })}>{island.name || island.id}</a> <span class="muted">{island.id}</span>
-      </th>
-      <td class="desk">{island.host}</td>
-      <td class="desk">{[island.program, island.version].filter(Boolean).join(" ")}</td>
-      <td>
-        <Age time={island.since} />
-      </td>
-      <td>
-        <meter min={0} max={Math.max(all, 1)} value={reachable} aria-label={text.reachable(reachable, all)} />
-        {text.reachable(reachable, all)}
-      </td>
-    </tr>
+    <span class="movers">
+      <button type="button" class="small" aria-label={text.earlier(name)} disabled={order[0] === name} onClick={() => move(-1)}>
+        ←
+      </button>
+      <button type="button" class="small" aria-label={text.later(name)} disabled={order[order.length - 1] === name} onClick={() => move(1)}>
+        →
+      </button>
+    </span>
   );
 }
 
-interface CardProps {
-  title: string;
-  count: number;
-  none: string;
-  /** Of what it counts: there is none only when all of it has arrived. */
-  state: Loading;
-  more?: { href: string; label: string };
-  bad?: boolean;
-  children: ComponentChildren;
-}
-
-/** A section that says in its head how much there is, also when that is nothing. */
-function Card({ title, count, none, state, more, bad, children }: CardProps) {
-  const nothing = state === "ready" ? none : state === "loading" ? `${words.loading} …` : `${state.code}: ${state.text}`;
-  return (
-    <section class="card" aria-label={title}>
-      <header>
-        <h2>{title}</h2>
-        {count > 0 && <span class={`badge${bad ? " bad" : ""}`}>{formatCount(count)}</span>}
-        {more && count > 0 && <a href={more.href}>{more.label}</a>}
-      </header>
-      {count === 0 ? <p class="muted">{nothing}</p> : <ul class="facts-list">{children}</ul>}
-    </section>
-  );
-}
-
-type OfState = Pick<CardProps, "state">;
-
-function Alerts({ state }: OfState) {
-  const { alerts, more } = alertsIn(catalog, chosenIsland());
-  const count = alerts.length + more;
-  return (
-    <Card title={text.alerts} count={count} none={text.noAlerts} state={state} bad={alerts.some(({ problem }) => problem)}>
-      {alerts.slice(0, shownAlerts).map((alert) => (
-        <AlertRow key={alert.owner + alert.about + alert.what} alert={alert} />
-      ))}
-      {count > shownAlerts && <li class="muted">{text.moreAlerts(count - shownAlerts)}</li>}
-    </Card>
-  );
-}
-
-function AlertRow({ alert }: { alert: Alert }) {
-  const place = placeOf(catalog, alert);
-  return (
-    <li class="alert">
-      {place ? <a href={hrefTo(place.view, place.path)}>{alert.what}</a> : <span>{alert.what}</span>}
-      <State word={alert.problem ? text.problem : text.warning} tone={alert.problem ? "bad" : "waiting"} />
-      <Age time={alert.since} />
-      <p class="muted">{alert.fix}</p>
-    </li>
-  );
-}
-
-function Inbox({ state }: OfState) {
-  const { waiting, ignored } = waitingIn(catalog, chosenIsland());
-  return (
-    <Card
-      title={text.inbox}
-      count={waiting}
-      none={text.noneWaiting(ignored)}
-      state={state}
-      more={{ href: hrefTo("inbox"), label: text.decide }}
-    >
-      <li>{text.waiting(waiting, ignored)}</li>
-    </Card>
-  );
-}
-
-function Floods({ state }: OfState) {
-  const rates = useMemo(() => new Rates(store, performance.now()), []);
-  useEffect(() => () => rates.end(), [rates]);
-  const [samples, setSamples] = useState(0);
-  useEffect(() => {
-    rates.sample(performance.now());
-    if (state === "ready" && samples < settled) setSamples(samples + 1);
-  }, [second.value]);
-  useEffect(() => {
-    if (line.value === "lost") rates.interrupt();
-  }, [line.value]);
-  const island = chosenIsland();
-  const top = rates
-    .top(island ? 200 : floods)
-    .filter(({ tuple }) => !island || tuple.owner === island)
-    .slice(0, floods);
-  return (
-    <Card
-      title={text.floods}
-      count={top.length}
-      none={samples < settled ? text.measuring : text.quiet}
-      state={state}
-      more={{ href: hrefTo("tuples", [], { order: "rate" }), label: text.tuples }}
-    >
-      {top.map(({ tuple, rate }) => (
-        <li key={tuple.id}>
-          <a class="key" href={hrefTo("tuples", [tuple.id])} title={tuple.id}>
-            {tuple.key}
-          </a>
-          <span class="muted">{(tuple.value ?? "").slice(0, 40)}</span>
-          <span class="rate">{text.perSecond(formatRate(rate))}</span>
-        </li>
-      ))}
-    </Card>
-  );
-}
-
-export const overviewView: View = { id: "overview", title: text.title, key: "o", icon: "overview", show: () => <Overview /> };
+export const overviewView: View = {
+  id: "overview",
+  title: text.title,
+  key: "o",
+  icon: "overview",
+  show: ({ parts }) => (parts[0] ? <RoomPage key={parts[0]} id={parts[0]} /> : <Overview />),
+};

@@ -1,11 +1,12 @@
+import { nameOfPoint } from "../app";
 import type { Point } from "../core/catalog";
 import { number, text as textOf } from "../core/catalog";
 import { typeWords } from "../core/format";
 import { Age } from "../parts/age";
 import { CommandControl, OutcomeMark } from "../parts/command";
+import { isAsleep, MeasuredValue, whyAsleep } from "../parts/measure";
 import { State } from "../parts/state";
 import type { Column } from "../parts/table";
-import { Value } from "../parts/value";
 import * as text from "../words/device";
 import { type Hour, Sparkline } from "./sparkline";
 
@@ -14,7 +15,7 @@ function Name({ point }: { point: Point }) {
   const quantity = textOf(about?.quantity) || typeWords(point.type);
   return (
     <span class="point-name" title={`${point.path}\n${quantity}`}>
-      <span>{point.id}</span>
+      <span>{nameOfPoint(point)}</span>
       <span class="muted">{quantity}</span>
     </span>
   );
@@ -22,6 +23,7 @@ function Name({ point }: { point: Point }) {
 
 function Quality({ point }: { point: Point }) {
   const reason = textOf(point.status?.json.reason);
+  if (isAsleep(point)) return <span class="quality muted">{whyAsleep(point)}</span>;
   if (!point.quality) return <span class="muted">…</span>;
   return (
     <span class="quality" title={reason}>
@@ -33,10 +35,16 @@ function Quality({ point }: { point: Point }) {
 
 export function pointColumns(hour: Hour): Column<Point>[] {
   return [
-    { id: "name", title: text.point, width: "minmax(170px,1fr)", phone: "main", cell: (point) => <Name point={point} /> },
-    { id: "value", title: text.value, width: "minmax(90px,0.5fr)", phone: "side", cell: (point) => <Value point={point} /> },
+    { id: "name", title: text.point, width: "minmax(150px,1fr)", phone: "main", cell: (point) => <Name point={point} /> },
+    {
+      id: "value",
+      title: text.value,
+      width: "minmax(90px,0.5fr)",
+      phone: "side",
+      cell: (point) => <MeasuredValue point={point} label={nameOfPoint(point)} />,
+    },
     { id: "hour", title: text.hour, width: "124px", wide: true, cell: (point) => <Sparkline point={point} hour={hour} /> },
-    { id: "quality", title: text.quality, width: "minmax(110px,0.6fr)", phone: "sub", cell: (point) => <Quality point={point} /> },
+    { id: "quality", title: text.quality, width: "minmax(140px,0.7fr)", phone: "sub", cell: (point) => <Quality point={point} /> },
     {
       id: "heard",
       title: text.heard,
@@ -53,7 +61,7 @@ export function pointColumns(hour: Hour): Column<Point>[] {
       numeric: true,
       cell: (point) => <Age time={number(point.status?.json.changed)} />,
     },
-    { id: "control", title: text.control, width: "minmax(250px,0.9fr)", phone: "third", cell: (point) => <CommandControl point={point} /> },
-    { id: "outcome", title: text.outcome, width: "minmax(120px,1fr)", phone: "fourth", cell: (point) => <OutcomeMark point={point} /> },
+    { id: "control", title: text.control, width: "minmax(230px,0.9fr)", phone: "third", cell: (point) => <CommandControl point={point} /> },
+    { id: "outcome", title: text.outcome, width: "minmax(210px,1.3fr)", phone: "fourth", cell: (point) => <OutcomeMark point={point} /> },
   ];
 }

@@ -9,22 +9,15 @@ import { replayOf, type Replay } from "../core/replay";
 import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
-import { setTuple } from "../parts/command";
+import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
-import { notify } from "../parts/notices";
 import { Empty, Loaded, State } from "../parts/state";
 import * as text from "../words/recordings";
 import * as commandText from "../words/command";
 import * as networksText from "../words/networks";
 import { ReplayCard } from "./replay_card";
+import { steer } from "./steer";
 import type { View } from "./views";
-
-/** Sets a command of the island itself; its status shows the outcome, a refusal is shown at once. */
-export function steer(key: string, value: string): void {
-  setTuple(key, value, {}, (answer) => {
-    if (answer.error) notify(text.refused(value, answer.error.text), "bad");
-  });
-}
 
 function Recordings() {
   useFrame();
@@ -45,6 +38,7 @@ function Recordings() {
   return (
     <section class="overview recordings">
       <h1>{text.title}</h1>
+      <MayNot needs="admin" />
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={recorders.length + replays.length === 0 && <Nothing />}>
         {recorders.length > 0 && <h2>{text.recorders}</h2>}
         <div class="cards">

@@ -9,7 +9,7 @@ import { Age } from "../parts/age";
 import { State } from "../parts/state";
 import * as text from "../words/recordings";
 import * as commandText from "../words/command";
-import { steer } from "./recordings";
+import { steer } from "./steer";
 
 const tones: Record<string, Tone> = { playing: "good", paused: "waiting", ended: "neutral" };
 const speeds = ["0.1", "0.5", "1", "2", "5", "10", "100", "1000", "max"];

@@ -8,36 +8,20 @@ import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { FilterField, Choice } from "../parts/fields";
 import { Age } from "../parts/age";
-import { setTuple } from "../parts/command";
+import { setTuple } from "../parts/sent";
 import { CopyButton } from "../parts/copy";
 import { Dialog } from "../parts/dialog";
+import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { useWhole } from "../parts/whole";
 import * as text from "../words/settings";
+import * as setup from "../words/setup";
 import * as words from "../words/frame";
+import { ChangeDialog } from "./change_dialog";
+import { faultsOf, placeOf } from "./faults";
 import type { View } from "./views";
-
-interface Fault {
-  file: string;
-  line: number;
-  column: number;
-  text: string;
-}
-
-function faultsOf(status: Record<string, unknown>): Fault[] {
-  if (!Array.isArray(status.errors)) return [];
-  return status.errors.flatMap((error: unknown) => {
-    if (typeof error !== "object" || error === null) return [];
-    const member = error as Record<string, unknown>;
-    return [{ file: textOf(member.file), line: number(member.line), column: number(member.column), text: textOf(member.text) }];
-  });
-}
-
-function placeOf({ file, line, column }: Fault): string {
-  return [file, ...(line > 0 ? [line, column] : [])].filter((part) => part !== "").join(":");
-}
 
 function Settings({ route }: { route: Route }) {
   useFrame();
@@ -101,14 +85,20 @@ function useSettingsCommands(status: Tuple | undefined, command: string) {
   return { busy: asked !== null, preview, endPreview: () => setPreview(false), send };
 }
 
+/** Always the same one: a dialog asks once for each change. */
+const undo = { do: "undo" } as const;
+
 function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; search: string }) {
   const status = store.get(value.id.replace(/value$/, "status"));
   const { busy, preview, endPreview, send } = useSettingsCommands(status, value.id.replace(/value$/, "command"));
   const { text: whole, error } = useWhole(value);
   const lines = findLines(whole ?? "", search);
   const admin = mayBe("admin");
+  const [undoing, setUndoing] = useState(false);
+  const file = status?.json.file as Record<string, unknown> | undefined;
   return (
     <>
+      <MayNot needs="admin" />
       <div class="toolbar">
         <h1>{text.title}</h1>
         {all.length > 1 && (
@@ -129,6 +119,11 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
             <button type="button" disabled={busy} title={text.reloadTitle} onClick={() => send("try", true)}>
               {text.reload}
             </button>
+            {file?.previous === true && (
+              <button type="button" disabled={busy} title={setup.previousTitle} onClick={() => setUndoing(true)}>
+                {setup.previous}
+              </button>
+            )}
           </>
         )}
         {whole && <CopyButton text={whole} />}
@@ -153,6 +148,15 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
           </pre>
           <pre>{lines.map((line) => `${line.text}\n`).join("")}</pre>
         </div>
+      )}
+      {undoing && (
+        <ChangeDialog
+          owner={value.owner}
+          base={value.key.replace(/\.value$/, "")}
+          change={undo}
+          onClose={() => setUndoing(false)}
+          onDone={() => setUndoing(false)}
+        />
       )}
       {preview && status && (
         <Dialog title={text.preview(list(status.json.changes).length)} onClose={endPreview}>
@@ -185,7 +189,8 @@ function Changes({ status }: { status: Tuple }) {
 function Outcome({ status }: { status: Tuple }) {
   const { json } = status;
   const state = textOf(json.state);
-  const what = textOf(json.what) === "reload" ? "reload" : "try";
+  const asked = textOf(json.what);
+  const what = asked === "try" || json.tried === true ? "try" : "reload";
   const changes = list(json.changes);
   const faults = faultsOf(json);
   if (state === "idle" || state === "") return <div class="strip">{text.idle}</div>;

@@ -17,8 +17,8 @@ const mostAsked = 32;
 /** What is known of the last hour, by OWNER:KEY of values: [time, value] with NaN for gaps; live values are added. */
 export type Hour = Map<string, [number, number][]>;
 
-/** Asks the history once for all points of a device; without history, the hour starts now. */
-export function useHourOf(device: Device, points: Point[]): Hour {
+/** Asks the history once for all points of a device or of a list; without history, the hour starts now. */
+export function useHourOf(whose: Device | string, points: Point[]): Hour {
   const [hour, setHour] = useState<Hour>(() => new Map());
   const known = server.value?.history ?? false;
   const keys = points.filter((point) => point.kind !== "property").map((point) => `${point.path}.value`);
@@ -44,7 +44,7 @@ export function useHourOf(device: Device, points: Point[]): Hour {
       () => undefined, // the curve starts now
     );
     return () => cancel.abort();
-  }, [device, name, known]);
+  }, [whose, name, known]);
   return hour;
 }
 
@@ -87,7 +87,7 @@ export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
   }
   if (!Number.isNaN(before)) path += `H${width}`;
   return (
-    <svg class="spark" viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+    <svg class="spark" viewBox={`0 0 ${width} ${height}`} width={width} height={height} preserveAspectRatio="none" aria-hidden="true">
       <path d={path} />
     </svg>
   );

@@ -19,6 +19,7 @@ import { Table } from "../parts/table";
 import * as text from "../words/traffic";
 import * as logText from "../words/log";
 import * as words from "../words/frame";
+import { Floods } from "./floods";
 import { trafficColumns } from "./traffic_columns";
 import { kindOf, watchOf } from "./traffic_monitor";
 import { CaptureButton, WriteDialog } from "./traffic_tools";
@@ -54,6 +55,7 @@ function Traffic({ route }: { route: Route }) {
           />
         )}
       </Loaded>
+      <Floods />
     </section>
   );
 }

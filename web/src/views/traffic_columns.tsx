@@ -36,6 +36,27 @@ export function trafficColumns(kind: TrafficKind): Column<Passing>[] {
     width: "minmax(110px,0.8fr)",
     cell: (one) => <code title={one.hex}>{one.hex}</code>,
   };
+  if (kind === "zigbee") {
+    return [
+      time,
+      direction,
+      { id: "kind", title: text.kind, width: "92px", cell: (one) => one.kind },
+      {
+        id: "name",
+        title: text.name,
+        width: "minmax(120px,0.9fr)",
+        phone: "main",
+        cell: (one) => <span title={one.name}>{phone.value ? `${one.out ? "→" : "←"} ${one.kind} ${one.name}` : one.name}</span>,
+      },
+      {
+        id: "text",
+        title: text.content,
+        width: "minmax(220px,2fr)",
+        phone: "sub",
+        cell: (one) => <code title={one.value}>{one.value}</code>,
+      },
+    ];
+  }
   if (kind === "wsn") {
     return [
       time,

@@ -9,10 +9,12 @@ import { type TrafficKind, types } from "../core/traffic";
 import { replyOf, Watch } from "../core/watch";
 import { notify } from "../parts/notices";
 import * as text from "../words/traffic";
+import { isZigbee } from "./zigbee_tool";
 
 export function kindOf(network: Network): TrafficKind | null {
   if (network.counters.has("telegrams-received")) return "knx";
-  return network.counters.has("packets-read") ? "wsn" : null;
+  if (network.counters.has("packets-read")) return "wsn";
+  return isZigbee(network) ? "zigbee" : null;
 }
 
 /** Sends a request to the tools of a network. */

@@ -12,6 +12,7 @@ import type { Branch } from "../core/tree";
 import { Age } from "../parts/age";
 import { CopyButton } from "../parts/copy";
 import { Icon } from "../parts/icons";
+import { MayNot } from "../parts/may_not";
 import * as text from "../words/tuples";
 import * as words from "../words/frame";
 import { TupleForm } from "./tuple_form";
@@ -79,7 +80,7 @@ function Facts({ tuple, rate }: { tuple: Tuple; rate: number }) {
       </dl>
       <h3>{text.value}</h3>
       <TupleContent tuple={tuple} />
-      {mayBe("command") && <TupleForm tuple={tuple} />}
+      {mayBe("command") ? <TupleForm tuple={tuple} /> : <MayNot needs="command" />}
     </>
   );
 }

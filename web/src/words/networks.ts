@@ -28,4 +28,7 @@ export const reopened = (network: string, state: string, reason: string) => `Ope
 export const perSecond = (rate: string) => `${rate}/s`;
 export const itsDevices = (count: number) => many(count, "device");
 export const kinds = { loss: "Lost or refused", oddity: "Unusual", flow: "Traffic", fact: "State" };
+export const nothing = "none";
+export const yes = "yes";
+export const no = "no";
 export const zeros = (count: number) => many(count, "counter is 0", "counters are 0");

@@ -13,7 +13,7 @@ export const noneText = (most: number) => `Choose up to ${most} points. Numbers 
 export const pick = "Choose points";
 export const points = "Points …";
 export const choose = (count: number, most: number) => `Points (${count} of ${most})`;
-export const searchHint = "Device, place, network, type …";
+export const searchHint = "Device, room, network, type …";
 export const noneFound = "No point matches.";
 export const noPoints = "No device has a point.";
 export const more = (count: number) => `${many(count, "more point")}: type more words.`;

@@ -2,7 +2,7 @@
 
 export const title = "Traffic";
 export const network = "Network";
-export const none = "Monitoring needs a network of type knx or wsn.";
+export const none = "Monitoring needs a network of type knx, wsn or zigbee.";
 export const start = "Watch";
 export const stop = "Stop";
 export const toggleKey = "watch, or stop";
@@ -35,6 +35,7 @@ export const source = "Source";
 export const group = "Group";
 export const name = "Name";
 export const decoded = "Decoded";
+export const content = "Content";
 export const hex = "Hex";
 export const unknownGroup = "not configured";
 export const whole = "The whole telegram or packet";
@@ -55,3 +56,7 @@ export const sending = "Sending …";
 export const noReply = "the network does not reply";
 export const written = (address: string, hex: string) => `Written to ${address}: ${hex}`;
 export const notWritten = (why: string) => `Not written: ${why}`;
+export const floods = "Set most often";
+export const counting = "Counting …";
+export const quiet = "Nothing is being set.";
+export const allByRate = "All tuples by rate";

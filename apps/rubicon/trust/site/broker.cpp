@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "apps/rubicon/trust/site/commands.h"
-#include "base/host_port.h"
 #include "base/own_file.h"
+#include "base/text.h"
 #include "model/json_members.h"
 #include "trust/site/site_folder.h"
 
@@ -40,7 +40,7 @@ Result<void> check_unit_name(const std::string& name) {
   return fail(ErrorCode::kInvalid, fmt::format("--name {}: expected letters, digits, `-` and `_`", name));
 }
 
-/// Whether nobody listens there, on any address.
+/// Whether the port is free on all addresses.
 bool is_port_free(std::uint16_t port) {
   const auto socket = base::OwnFile::of_descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
@@ -159,7 +159,7 @@ void add_broker(Cli& cli, CLI::App* parent) {
   app->add_flag("--no-passwords", options->no_passwords, "members need a certificate (default)")->excludes(passwords);
   auto* name = app->add_option("--name", options->name, "name of the unit: rubicon-broker@NAME");
   name->capture_default_str();
-  app->add_option("--out", options->folder, "another folder than /etc/rubicon/broker/NAME; no unit runs it")
+  app->add_option("--out", options->folder, "folder to write instead of /etc/rubicon/broker/NAME; no unit uses it")
       ->type_name("FOLDER")
       ->excludes(name);
   add_realm_option(app, options->realm);

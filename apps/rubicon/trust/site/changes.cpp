@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "apps/rubicon/trust/phrase.h"
+#include "apps/rubicon/trust/commands.h"
 #include "apps/rubicon/trust/site/commands.h"
 #include "base/text.h"
 #include "model/json_members.h"
@@ -56,7 +56,7 @@ Result<void> reload_now(const std::string& asked) {
   const auto process = base::parse_number<pid_t>(asked);
   if (!process) return reload_unit(asked);
   if (*process > 1 && ::kill(*process, SIGHUP) == 0) return {};
-  return fail(ErrorCode::kIo, fmt::format("process {} cannot be told to reload: {}", asked,
+  return fail(ErrorCode::kIo, fmt::format("process {} does not get the signal to reload: {}", asked,
                                           *process > 1 ? std::strerror(errno) : "expected the number of a broker"));
 }
 
@@ -68,7 +68,7 @@ std::vector<std::string> commands_after(const std::vector<BrokerUpdate>& updates
   return commands;
 }
 
-/// A member of this host is easily meant otherwise. Scripts are not asked.
+/// Asks before it revokes a member of this host, because the user may mean another one. Does not ask scripts.
 Result<bool> is_member_meant(const std::filesystem::path& folder, const RevokedMember& options) {
   const auto& name = options.name;
   if (options.yes || !::isatty(STDIN_FILENO) || !rubicon::trust::check_member_name(name)) return true;
@@ -131,7 +131,7 @@ void add_change(Cli& cli, CLI::App* parent) {
 }  // namespace
 
 void add_reload_option(CLI::App* app, std::string& asked) {
-  app->add_option("--reload", asked, "process or unit of the broker, which is told to read its files again")
+  app->add_option("--reload", asked, "process or unit of the broker, so that it reads its files again")
       ->type_name("PID|UNIT");
 }
 
@@ -161,7 +161,7 @@ void add_changes(Cli& cli, CLI::App* parent) {
   const auto [app, options] = cli.command_with<RevokedMember>(
       {"revoke", "Shut a member out for good: from the brokers, and at all other members",
        "  sudo rubicon trust revoke hall\n"
-       "Says how the broker reads its files again, or tells it by --reload. Asks first, on a terminal,\n"
+       "Prints how to make the broker read its files again; --reload does it. Asks first, on a terminal,\n"
        "if the key of the member is on this host.\n",
        parent},
       revoke_member);

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "model/json_members.h"
-#include "trust/site/site_place.h"
+#include "trust/site/site_identity.h"
 
 namespace rubicon::cli::trust::site {
 
@@ -44,10 +44,11 @@ void add_realm_option(CLI::App* app, std::string& folder) {
 
 Result<fs::path> realm_folder(const std::string& named) {
   if (!named.empty() && named.find('/') == named.npos)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("--realm {0}: is no folder, expected one with a /, such as ./{0}; `init --name {0}` names "
-                            "a realm",
-                            named));
+    return fail(
+        ErrorCode::kInvalid,
+        fmt::format("--realm {0}: is not a folder, expected one with a /, such as ./{0}; `init --name {0}` names "
+                    "a realm",
+                    named));
   if (!named.empty()) return fs::path(named);
   const auto variable = realm_variable();
   return variable.empty() ? fs::path(rubicon::trust::site::kHostSiteFolder) : fs::path(variable);

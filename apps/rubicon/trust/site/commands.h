@@ -23,11 +23,11 @@ void add_broker(Cli& cli, CLI::App* parent);
 
 /// --realm FOLDER.
 void add_realm_option(CLI::App* app, std::string& folder);
-/// That of --realm, else of RUBICON_REALM, else of the host. kInvalid: it is no folder.
+/// That of --realm, else of RUBICON_REALM, else of the host. kInvalid: it is not a folder.
 Result<std::filesystem::path> realm_folder(const std::string& named);
-/// The same, but that of the person where neither names one, and the host has none.
+/// The same. If neither names a folder and the host has none, it is the folder of the person.
 std::filesystem::path folder_to_show(const std::string& named);
-/// The folder that a person writes: that of the host for root, else the one in the home directory.
+/// The folder that this user writes: for root the folder of the host, for others the one in the home directory.
 Result<std::filesystem::path> joined_folder(const std::string& named);
 
 /// name, roles, islands, until

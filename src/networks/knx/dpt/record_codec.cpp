@@ -6,7 +6,6 @@
 
 #include "model/json_text.h"
 #include "networks/knx/dpt/codec.h"
-#include "networks/knx/dpt/float16.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx::dpt {

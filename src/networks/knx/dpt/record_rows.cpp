@@ -1,6 +1,5 @@
-#include "networks/knx/dpt/catalogue.h"
+#include "networks/knx/dpt/bit_words.h"
 #include "networks/knx/dpt/records.h"
-#include "networks/knx/dpt/set_words.h"
 #include "networks/knx/dpt/table.h"
 
 namespace rubicon::networks::knx::dpt {

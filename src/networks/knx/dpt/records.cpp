@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "networks/knx/dpt/set_words.h"
-#include "networks/knx/dpt/system_words.h"
+#include "networks/knx/dpt/bit_words.h"
+#include "networks/knx/dpt/mode_words.h"
 
 namespace rubicon::networks::knx::dpt {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "networks/knx/dpt/form.h"
+#include "networks/knx/dpt/dpt.h"
 
 /// The layouts of types of several fields (knx.md 9.3 and 9.8 after KNX 3/7/2).
 namespace rubicon::networks::knx::dpt {

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-#include "base/printable.h"
-#include "base/utf8.h"
+#include "base/text.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/wire/cemi.h"
 

@@ -18,7 +18,7 @@ std::optional<Number> number_in(std::string_view text) {
   return base::parse_number<Number>(text);
 }
 
-/// `learn 5` -> `5` where the text begins with the word.
+/// Removes the word if the text begins with it: `learn 5` -> `5`.
 bool drop_leading_word(std::string_view& text, std::string_view word) {
   if (text.size() <= word.size() || !same_word(text.substr(0, word.size()), word)) return false;
   if (text[word.size()] != ' ' && text[word.size()] != ',') return false;

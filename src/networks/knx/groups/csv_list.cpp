@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "base/printable.h"
+#include "base/text.h"
 #include "networks/knx/groups/csv_layout.h"
-#include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"
+#include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_list_builder.h"
-#include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx::groups {

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/printable.h"
-#include "base/utf8.h"
+#include "base/text.h"
 
 namespace rubicon::networks::knx::groups {
 
@@ -121,24 +120,6 @@ std::string clean_text(std::string_view utf8, std::size_t most) {
   if (first == std::string::npos) return {};
   out.erase(out.find_last_not_of(" \n") + 1);
   out.erase(0, first);
-  return out;
-}
-
-std::string to_lower(std::string_view utf8) {
-  std::string out(utf8);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto byte = static_cast<std::uint8_t>(out[i]);
-    if (byte >= 'A' && byte <= 'Z') {
-      out[i] = static_cast<char>(byte + 0x20);
-    } else if (byte == 0xc3 && i + 1 < out.size()) {  // U+00C0..U+00DE, but not the sign of multiplication
-      const auto next = static_cast<std::uint8_t>(out[++i]);
-      if (next >= 0x80 && next <= 0x9e && next != 0x97) out[i] = static_cast<char>(next + 0x20);
-    } else if ((byte == 0xc4 || byte == 0xc5) && i + 1 < out.size()) {  // U+0100..U+0137, U+014A..U+0177
-      const auto next = static_cast<std::uint8_t>(out[++i]);
-      const bool even_is_big = byte == 0xc4 ? next <= 0xb7 && next != 0xb0 : next >= 0x8a && next <= 0xb7;
-      if (even_is_big && (next & 1) == 0) out[i] = static_cast<char>(next + 1);
-    }
-  }
   return out;
 }
 

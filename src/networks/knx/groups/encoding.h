@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/letter_case.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx::groups {
@@ -19,11 +20,11 @@ Encoding encoding_of(std::string_view bytes);
 /// How text in units of 16 bits is stored.
 enum class Wide : std::uint8_t { kLittle, kBig };
 
-/// By the byte order mark of UTF-16, else by the zero bytes that letters of ASCII have in it; nullopt: it is not
+/// Recognises UTF-16 by its byte order mark, else by the zero bytes that ASCII letters have in it. nullopt: it is not
 /// UTF-16.
 std::optional<Wide> utf16_of(std::string_view bytes);
-/// UTF-16, without its byte order mark. Halves of a pair that stand alone become U+FFFD. kInvalid: the last character
-/// is cut.
+/// The text in UTF-8, without a byte order mark. Half of a surrogate pair becomes U+FFFD. kInvalid: the last character
+/// is cut off.
 Result<std::string> from_utf16(std::string_view bytes, Wide form);
 
 /// What a file of bytes that is no text seems to be, for an error: `UTF-32`, `a workbook of Excel`; empty = text.
@@ -38,8 +39,7 @@ std::string from_windows_1252(std::string_view bytes);
 /// within a character.
 std::string clean_text(std::string_view utf8, std::size_t max_bytes);
 
-/// Lower case of ASCII, Latin-1 and the letter pairs of Latin Extended-A; other characters are unchanged.
-std::string to_lower(std::string_view utf8);
+using base::to_lower;
 
 /// The byte order mark of UTF-8.
 inline constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";

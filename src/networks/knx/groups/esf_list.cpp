@@ -4,10 +4,10 @@
 #include <array>
 #include <charconv>
 
-#include "base/printable.h"
+#include "base/text.h"
 #include "networks/knx/groups/encoding.h"
+#include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_list_builder.h"
-#include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx::groups {
@@ -81,7 +81,7 @@ class EsfList {
   void take(std::size_t line, std::string_view text) {
     const auto columns = split(text, '\t');
     if (columns.size() < 3) {
-      return list_.report.error(line, {}, "columns missing, expected address, name and type with tabs between");
+      return list_.report.error(line, {}, "columns missing, expected address, name and type, separated by tabs");
     }
     const auto dot = columns[0].rfind('.');
     const auto address_text = dot == text.npos ? columns[0] : columns[0].substr(dot + 1);

@@ -25,7 +25,7 @@ enum class Use : std::uint8_t {
   kUnknown,    ///< no device is known to use it
   kCommanded,  ///< devices take what is written to it, and none reports a value of its own on it
   kReported,   ///< devices report their values on it, and none takes what is written to it
-  kShared,     ///< both: a sensor and who uses its values, or a button and a lamp
+  kShared,     ///< both: a sensor and a user of its values, or a button and a lamp
 };
 
 /// One group address of an ETS export.
@@ -94,5 +94,20 @@ struct GroupList {
   bool knows_plain = false;
   Report report;
 };
+
+/// The group addresses in the text of a file. An error in a line does not affect other lines; a file that is not a list
+/// of this kind is refused (`report.refused`). Nothing but `text` is read.
+
+/// ETS group address export as CSV: names in one to three columns, addresses in one to three; tab, semicolon or comma;
+/// with or without header.
+GroupList read_csv(std::string_view text);
+/// ETS group address export as XML (http://knx.org/xml/ga-export/01). UTF-8, UTF-16, ISO-8859-1, Windows-1252; a
+/// document with a document type declaration is refused.
+GroupList read_xml(std::string_view text);
+/// OPC export of ETS (.esf). It has main types only.
+GroupList read_esf(std::string_view text);
+
+/// Recognises the format by content: XML, ESF, else CSV. Refuses text that is too large, empty or of another kind.
+GroupList read_group_list(std::string_view text);
 
 }  // namespace rubicon::networks::knx::groups

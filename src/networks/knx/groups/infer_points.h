@@ -1,11 +1,18 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "networks/knx/dpt/dpt.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/group_list.h"
-#include "networks/knx/groups/group_point.h"
 
 namespace rubicon::networks::knx::groups {
+
+/// The most likely kind of a group address of this type. Switches, dimming, blinds, scenes, setpoints,
+/// modes and colours are commanded; measured values, counters, texts, dates and sets of status bits are read. Without
+/// a type: a sensor, which cannot be commanded by mistake. docs/knx-import.md has the table.
+Kind kind_of_type(std::optional<dpt::DptId> type);
 
 /// Makes points from group addresses, sorted by address. Where the use of an address is known and one-sided, it decides
 /// whether the address is a sensor or an actuator, else its type does. With `by_name`, state addresses that a project

@@ -4,7 +4,7 @@
 #include <array>
 #include <map>
 
-#include "base/printable.h"
+#include "base/text.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_file.h"
 

@@ -30,9 +30,9 @@ extern const std::vector<SenseOfWord> kWordTable;
 /// The words of a name.
 struct NameWords {
   std::array<bool, 7> has{};
-  std::string rest;   ///< its words in lower case without those of state, command, switch and filler
-  std::string stem;   ///< `rest` without the words of actual and set values
-  std::string shown;  ///< its words that are in the table, for the report
+  std::string rest;   ///< its words in lower case, without words for state, command and switch, and without fillers
+  std::string stem;   ///< `rest` without words for actual and set values
+  std::string shown;  ///< those of its words that the table has, for the report
   bool means(Sense sense) const { return has[static_cast<std::size_t>(sense)]; }
 };
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "networks/knx/groups/encoding.h"
+#include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_list_builder.h"
-#include "networks/knx/groups/readers.h"
 #include "networks/knx/xml/xml_parser.h"
 #include "rubicon/key.hpp"
 

@@ -6,9 +6,91 @@
 #include <set>
 #include <utility>
 
+#include "base/bytes.h"
+#include "base/text.h"
+#include "model/findings.h"
+
 namespace rubicon::networks::knx::keyring {
 
 namespace {
+
+constexpr std::string_view kSalt = "1.keyring.ets.knx.org";
+/// ETS 5.7 pads to multiples of 32, other writers to multiples of 16.
+constexpr std::size_t kRandomBytes = 8, kMaxPadding = 32;
+
+/// Length without the padding: n bytes of value n. 0 = wrong padding, or nothing but that.
+std::size_t unpadded(ByteView bytes) {
+  if (bytes.empty()) return 0;
+  const std::size_t padding = bytes.back();
+  if (padding < 1 || padding > kMaxPadding || padding >= bytes.size()) return 0;
+  const auto tail = bytes.last(padding);
+  const bool good = std::all_of(tail.begin(), tail.end(), [&](auto byte) { return byte == padding; });
+  return good ? bytes.size() - padding : 0;
+}
+
+}  // namespace
+
+Result<Cipher> Cipher::make(const secure::Secret& password, std::string_view created) {
+  auto key = secure::key_of_password(password.view(), kSalt);
+  if (!key) return fail(key.error());
+  return of_key(std::move(*key), created);
+}
+
+Result<Cipher> Cipher::of_key(secure::Key key, std::string_view created) {
+  const auto digest = secure::sha256(base::as_bytes(created));
+  if (!digest) return fail(digest.error());
+  secure::Block start{};
+  std::copy_n(digest->begin(), start.size(), start.begin());
+  return Cipher(std::move(key), start);
+}
+
+Result<secure::Key> Cipher::key(ByteView encrypted) const {
+  const auto content = secure::decrypt_cbc(key_, start_, encrypted);
+  if (!content) return fail(content.error());
+  return secure::Key::from(content->view());
+}
+
+std::size_t Cipher::padding(ByteView encrypted) const {
+  const auto content = secure::decrypt_cbc(key_, start_, encrypted);
+  if (!content) return 0;
+  const auto size = unpadded(content->view());
+  return size == 0 ? 0 : content->view().size() - size;
+}
+
+Result<secure::Secret> Cipher::password(ByteView encrypted) const {
+  const auto content = secure::decrypt_cbc(key_, start_, encrypted);
+  if (!content) return fail(content.error());
+  const auto size = unpadded(content->view());
+  if (size < kRandomBytes) return fail(ErrorCode::kInvalid, "a password does not decrypt");
+  const auto text = content->view().first(size).subspan(kRandomBytes);
+  if (!base::is_utf8(base::as_text(text))) return fail(ErrorCode::kInvalid, "a password does not decrypt");
+  return secure::Secret(text);
+}
+
+Result<secure::Block> Cipher::sign(ByteView signed_bytes) const {
+  auto key_text = base::to_base64(base::as_text(key_.view()));
+  Bytes all(signed_bytes.begin(), signed_bytes.end());
+  all.reserve(all.size() + 1 + key_text.size());  // no copy with the key is left behind
+  all.push_back(static_cast<std::uint8_t>(key_text.size()));
+  all.insert(all.end(), key_text.begin(), key_text.end());
+  const auto digest = secure::sha256(all);
+  secure::wipe(all);
+  secure::wipe(key_text);
+  if (!digest) return fail(digest.error());
+  secure::Block out{};
+  std::copy_n(digest->begin(), out.size(), out.begin());
+  return out;
+}
+
+Result<bool> Cipher::signed_by_this(const KeyringFile& file) const {
+  const auto expected = sign(file.signed_bytes);
+  if (!expected) return fail(expected.error());
+  return secure::equal(*expected, file.signature);
+}
+
+namespace {
+
+namespace findings = model::findings;
 
 constexpr auto kChanged =
     "the keyring was changed after ETS exported it (its signature does not fit, although the password does): export it "
@@ -20,9 +102,9 @@ constexpr auto kEither =
 
 constexpr std::size_t kBlock = 16;
 
-/// What shows that the password is right although the signature does not fit: it decrypts the stored passwords. A wrong
-/// one makes garbage of them. Of one block that is text by chance in 1 of 10,000 cases, of several practically never.
-/// After a change of `Created` only the first block is garbage: the padding in the last one still fits.
+/// Whether the password is right although the signature does not fit: it decrypts the stored passwords. A wrong one
+/// makes garbage of them. Of one block that is text by chance in 1 of 10,000 cases, of several practically never. After
+/// a change of `Created` only the first block is garbage: the padding in the last one still fits.
 class Evidence {
  public:
   void add(const Bytes& encrypted, const Cipher& cipher) {
@@ -64,9 +146,9 @@ Error explain(const KeyringFile& file, const Cipher& cipher) {
     evidence.add(one.management_password, cipher);
     evidence.add(one.authentication, cipher);
   }
-  if (evidence.is_empty()) return {ErrorCode::kRefused, kEither};
-  return evidence.password_is_right() ? Error{ErrorCode::kInvalid, kChanged}
-                                      : Error{ErrorCode::kRefused, kWrongPassword};
+  if (evidence.is_empty()) return {ErrorCode::kRefused, kEither, findings::kKeyringUnclear};
+  return evidence.password_is_right() ? Error{ErrorCode::kInvalid, kChanged, findings::kKeyringChanged}
+                                      : Error{ErrorCode::kRefused, kWrongPassword, findings::kKeyringPassword};
 }
 
 /// The password, or nothing where there is none.
@@ -199,11 +281,13 @@ Result<TunnelAccess> Keyring::wanted_tunnel(wire::IndividualAddress address) con
                                   [&](const auto& one) { return one.is_tunnel && one.access.address == address; });
   if (found == interfaces_.end())
     return fail(ErrorCode::kNotFound,
-                fmt::format("the keyring has no tunnel {}, only: {}", to_string(address), tunnels_text()));
+                fmt::format("the keyring has no tunnel {}, only: {}", to_string(address), tunnels_text()),
+                findings::kKeyringNoTunnel);
   if (found->access.user == 0 || !found->has_password)
-    return fail(ErrorCode::kNotFound, fmt::format("the keyring has no user and password for the tunnel {}, only for: "
-                                                  "{}",
-                                                  to_string(address), tunnels_text()));
+    return fail(ErrorCode::kNotFound,
+                fmt::format("the keyring has no user and password for the tunnel {}, only for: {}", to_string(address),
+                            tunnels_text()),
+                findings::kKeyringNoUser);
   return access_of(*found);
 }
 
@@ -217,19 +301,22 @@ Result<TunnelAccess> Keyring::free_tunnel(const Selection& selection) const {
     hosts.insert(one.access.host);
   }
   if (all.empty())
-    return fail(ErrorCode::kNotFound, selection.server
-                                          ? fmt::format("the keyring has no tunnel of the interface {}, only: {}",
-                                                        to_string(*selection.server), tunnels_text())
-                                          : std::string("the keyring has no tunnel with a user and a password"));
+    return fail(ErrorCode::kNotFound,
+                selection.server ? fmt::format("the keyring has no tunnel of the interface {}, only: {}",
+                                               to_string(*selection.server), tunnels_text())
+                                 : std::string("the keyring has no tunnel with a user and a password"),
+                findings::kKeyringNoTunnel);
   if (!selection.server && hosts.size() > 1)
     return fail(ErrorCode::kInvalid,
-                fmt::format("the keyring has tunnels of several interfaces, name one: {}", tunnels_text()));
+                fmt::format("the keyring has tunnels of several interfaces, name one: {}", tunnels_text()),
+                findings::kKeyringSeveralInterfaces);
   std::sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->access.user < b->access.user; });
   for (const auto* one : all) {
     if (std::find(selection.taken.begin(), selection.taken.end(), one->access.address) == selection.taken.end())
       return access_of(*one);
   }
-  return fail(ErrorCode::kBusy, fmt::format("all tunnels of the keyring are in use: {}", tunnels_text()));
+  return fail(ErrorCode::kBusy, fmt::format("all tunnels of the keyring are in use: {}", tunnels_text()),
+              findings::kKeyringTunnelsInUse);
 }
 
 // Groups.

@@ -29,7 +29,7 @@ class Cipher {
   Result<secure::Secret> password(ByteView encrypted) const;
   /// Bytes of valid padding at the end of what comes out; 0 = none.
   std::size_t padding(ByteView encrypted) const;
-  /// Whether the signature of the file is that of this key.
+  /// Whether this key signed the file.
   Result<bool> signed_by_this(const KeyringFile& file) const;
   /// The signature of these bytes.
   Result<secure::Block> sign(ByteView signed_bytes) const;
@@ -67,7 +67,7 @@ class Keyring {
   static Result<Keyring> open(const KeyringFile& file, const secure::Secret& password);
   static Result<Keyring> open(const KeyringFile& file, const Cipher& cipher);
 
-  /// Which tunnel is wanted: by its own address, else by that of its server.
+  /// The wanted tunnel: named by its own address, or by the address of its server.
   struct Selection {
     std::optional<wire::IndividualAddress> tunnel{}, server{};
     std::span<const wire::IndividualAddress> taken{};  ///< tunnels that are in use
@@ -78,9 +78,9 @@ class Keyring {
   Result<TunnelAccess> tunnel(const Selection& selection) const;
   /// nullopt: the keyring has no backbone key.
   const std::optional<RoutingAccess>& routing() const { return routing_; }
-  /// Senders are those of the interface that has the line's address, or of all interfaces for a group that it is not
-  /// linked with. Telegrams may be sent from the addresses of the interfaces that are linked with the group, and from
-  /// those that any interface lists as senders; from each address where no interface knows the group.
+  /// The senders come from the interface with the line's address. For groups that it is not linked with, they come from
+  /// all interfaces. Telegrams may be sent from the addresses of the interfaces that are linked with the group, and
+  /// from those that any interface lists as senders; from each address where no interface knows the group.
   secure::GroupKeys groups() const;
   /// The keyring has a tunnel with a user and a password.
   bool has_secure_tunnel() const;

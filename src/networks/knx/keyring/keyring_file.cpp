@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/base64.h"
-#include "base/printable.h"
+#include "base/bytes.h"
 #include "base/text.h"
 #include "networks/knx/xml/xml_parser.h"
-#include "transport/read_text.h"
+#include "transport/transports.h"
 
 namespace rubicon::networks::knx::keyring {
 

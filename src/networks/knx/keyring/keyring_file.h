@@ -35,7 +35,7 @@ struct KeyringFile {
     wire::IndividualAddress host{};     ///< of the server; 0.0.0 = none, as for USB
     std::optional<std::uint8_t> user;   ///< 1 to 127
     Encrypted password, authentication;
-    std::vector<Group> groups;  ///< in which it takes part
+    std::vector<Group> groups;  ///< groups that the tunnel takes part in
   };
   struct GroupKey {
     wire::GroupAddress address{};

@@ -73,7 +73,7 @@ class GatewayLine final : public Line {
   LineState state_;
   std::size_t current_ = 0;        ///< of line_
   std::size_t next_gateway_ = 0;   ///< of next_
-  std::size_t tried_ = 0;          ///< in this round, in vain
+  std::size_t tried_ = 0;          ///< tried in this round without success
   std::vector<std::string> whys_;  ///< the last failure of each
   bool up_ = false;
   std::string used_;  ///< the host of the last tunnel that was up

@@ -1,19 +1,44 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "networks/knx/secure/group_guard.h"
 #include "networks/knx/secure/line_keys.h"
+#include "networks/knx/secure/secured_apdu.h"
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/wire/telegram.h"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx::line {
 
-/// What became of a telegram that was given to a line.
+// The telegrams of a line through its guard of secured groups; without a guard they are written and read as they are.
+
+/// The cEMI frame of a telegram that leaves from the address `own`. `max_apdu`: the longest secured APDU that the line
+/// carries, in bytes; nullopt = not known. kUnsupported: the telegram is longer once it is secured.
+inline Result<Bytes> encode(secure::GroupGuard* guard, wire::CemiCode code, const wire::Telegram& telegram,
+                            wire::IndividualAddress own, std::optional<std::uint16_t> max_apdu = {}) {
+  if (guard == nullptr) return wire::write_telegram(code, telegram);
+  if (max_apdu && guard->secures(telegram.destination)) {
+    if (auto fits = secure::fits_secured(telegram, *max_apdu); !fits) return fail(fits.error());
+  }
+  return guard->protect(code, telegram, own);
+}
+
+/// `own`: the present address of the line.
+inline secure::GroupGuard::Opened decode(secure::GroupGuard* guard, const wire::DataFrame& frame,
+                                         wire::IndividualAddress own) {
+  if (guard != nullptr) return guard->open(frame, own);
+  auto telegram = wire::to_telegram(frame);
+  if (!telegram) return tl::unexpected<secure::GroupGuard::Dropped>(secure::GroupGuard::Dropped{});
+  return std::move(*telegram);
+}
+
+/// The outcome of a telegram that a line got to send.
 enum class SendOutcome : std::uint8_t {
   kSent,             ///< confirmed by L_Data.con; with routing: transmitted
   kNotAcknowledged,  ///< L_Data.con with its error bit: no device on the bus acknowledged it
@@ -27,6 +52,7 @@ struct LineState {
   enum class Phase : std::uint8_t { kOff, kResolving, kConnecting, kUp, kWaiting, kRefused };
   Phase phase = Phase::kOff;
   std::string reason;             ///< for the user: "all tunnels of the interface are in use (status 24)"
+  std::string_view finding{};     ///< for the reason, as Error has it
   std::string server;             ///< name and endpoint, as far as known
   wire::IndividualAddress own{};  ///< the tunnel's address; with routing: the configured one
   bool tunnel_in_use = false;     ///< waits because the interface has no free tunnel for it

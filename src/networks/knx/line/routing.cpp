@@ -22,7 +22,7 @@ Routing::Routing(Scheduler& scheduler, Options options, Callbacks callbacks)
     : scheduler_(scheduler),
       options_(options),
       callbacks_(std::move(callbacks)),
-      outbox_(scheduler, options.limits, [this] { pump(); }),
+      telegrams_(scheduler, options.limits, [this] { pump(); }),
       busy_rule_(options.seed),
       wake_(scheduler, [this] { pump(); }) {}
 
@@ -34,14 +34,14 @@ void Routing::up(Endpoint own) {
 
 void Routing::down() {
   if (!std::exchange(up_, false)) return;
-  outbox_.line_lost();
+  telegrams_.line_lost();
   attempts_ = 0;
   sent_.clear();
 }
 
 void Routing::send(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
   telegram.source = options_.address;
-  outbox_.push(std::move(telegram), expires, std::move(done));
+  telegrams_.push(std::move(telegram), expires, std::move(done));
 }
 
 /// True while a router is busy or the last frame is too recent; pump() then runs later.
@@ -59,13 +59,13 @@ void Routing::pump() {
     wake_.set(Duration::zero());
     return callbacks_.changed();
   }
-  if (outbox_.in_flight()) return transmit();
-  const auto* telegram = outbox_.take();
+  if (telegrams_.in_flight()) return transmit();
+  const auto* telegram = telegrams_.take();
   if (telegram == nullptr) return;
   auto cemi = encode(options_.guard, wire::CemiCode::kDataIndication, *telegram, options_.address);
   if (!cemi) {
     wake_.set(Duration::zero());
-    return outbox_.finish(SendOutcome::kRefused, cemi.error().text);
+    return telegrams_.finish(SendOutcome::kRefused, cemi.error().text);
   }
   cemi_ = std::move(*cemi);
   frame_ = write(wire::Message(wire::RoutingIndication{cemi_}));
@@ -90,7 +90,7 @@ void Routing::transmit() {
   const auto watch = lifetime_.watch();
   const auto cemi = std::exchange(cemi_, {});
   callbacks_.frame(cemi, true);
-  if (!watch.ended()) outbox_.finish(SendOutcome::kSent, "");
+  if (!watch.ended()) telegrams_.finish(SendOutcome::kSent, "");
 }
 
 void Routing::give_up(Error why) {
@@ -203,15 +203,20 @@ std::string Routing::problem() const {
 }
 
 std::map<std::string, std::uint64_t> Routing::counters() const {
-  const auto& outbox = outbox_.counters();
-  std::map<std::string, std::uint64_t> all{
-      {"telegrams-sent", counters_.sent},    {"telegrams-received", counters_.received},
-      {"own-frames", counters_.own},         {"bad-frames", counters_.bad},
-      {"other-frames", counters_.other},     {"busy", counters_.busy},
-      {"lost-messages", counters_.lost},     {"doubled-address", counters_.duplicate_address},
-      {"send-retries", counters_.retries},   {"telegrams-waiting", outbox_.waiting()},
-      {"telegrams-refused", outbox.refused}, {"telegrams-expired", outbox.expired},
-      {"telegrams-lost", outbox.lost}};
+  const auto& telegrams = telegrams_.counters();
+  std::map<std::string, std::uint64_t> all{{"telegrams-sent", counters_.sent},
+                                           {"telegrams-received", counters_.received},
+                                           {"own-frames", counters_.own},
+                                           {"bad-frames", counters_.bad},
+                                           {"other-frames", counters_.other},
+                                           {"busy", counters_.busy},
+                                           {"lost-messages", counters_.lost},
+                                           {"doubled-address", counters_.duplicate_address},
+                                           {"send-retries", counters_.retries},
+                                           {"telegrams-waiting", telegrams_.waiting()},
+                                           {"telegrams-refused", telegrams.refused},
+                                           {"telegrams-expired", telegrams.expired},
+                                           {"telegrams-lost", telegrams.lost}};
   if (options_.guard != nullptr) all.merge(options_.guard->counters());
   return all;
 }

@@ -5,14 +5,12 @@
 #include <map>
 #include <string>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
 #include "base/scheduler.h"
-#include "networks/knx/line/busy_rule.h"
-#include "networks/knx/line/guarded.h"
-#include "networks/knx/line/outbox.h"
+#include "networks/knx/line/line.h"
+#include "networks/knx/line/pauses.h"
+#include "networks/knx/line/telegram_queue.h"
 #include "networks/knx/wire/message.h"
-#include "transport/udp.h"
+#include "transport/sockets.h"
 
 namespace rubicon::networks::knx::line {
 
@@ -42,7 +40,7 @@ class Routing {
     /// Least time between two frames; doubled in the slow phase after a ROUTING_BUSY.
     Duration gap = std::chrono::milliseconds(20);
     std::uint64_t seed = 0;  ///< for the random part of pauses
-    Outbox::Limits limits{0, 1, 10000};
+    TelegramQueue::Limits limits{0, 1, 10000};
     secure::GroupGuard* guard = nullptr;  ///< of secured groups; must outlive this
   };
   /// The group that a datagram was sent to.
@@ -91,7 +89,7 @@ class Routing {
   Scheduler& scheduler_;
   Options options_;
   Callbacks callbacks_;
-  Outbox outbox_;
+  TelegramQueue telegrams_;
   BusyRule busy_rule_;
   base::Deadline wake_;
   bool up_ = false;

@@ -116,7 +116,7 @@ Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   transport::UdpOptions options{group};
   options.multicast = transport::UdpMulticast{{group.address}, options_.interface_address, options_.ttl};
   options.reuse_address = true;
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.received = [this, role](const Endpoint& from, ByteView bytes) { receive(from, bytes, role); };
   calls.undelivered = [](const Error&) {};
   calls.failed = [this](Error error) { lost(std::move(error)); };
@@ -131,7 +131,7 @@ Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
 Result<void> RoutingLine::open_sender() {
   transport::UdpOptions options{{options_.interface_address, 0}};
   options.multicast = transport::UdpMulticast{{}, options_.interface_address, options_.ttl};
-  transport::UdpCalls calls;
+  transport::UdpCallbacks calls;
   calls.received = [](const Endpoint&, ByteView) {};
   calls.undelivered = [](const Error&) {};  // one datagram to a group; lasting errors show when sending
   calls.failed = [this](Error error) { lost(std::move(error)); };
@@ -189,6 +189,7 @@ void RoutingLine::lost(Error why) {
   silence_.clear();
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
+  state_.finding = why.finding;
   close_later_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] { report_lost(why); });
 }
 
@@ -204,7 +205,11 @@ void RoutingLine::report_state() {
   if (state_.phase != LineState::Phase::kUp) return;
   state_.reason = routing_.problem();
   shown_problem_ = guard_ ? guard_->problem() : "";
-  if (state_.reason.empty()) state_.reason = shown_problem_;
+  state_.finding = {};
+  if (state_.reason.empty() && guard_) {
+    state_.reason = shown_problem_;
+    state_.finding = guard_->finding();
+  }
   if (callbacks_.changed) callbacks_.changed(state_);
 }
 

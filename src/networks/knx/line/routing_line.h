@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/line/line.h"
 #include "networks/knx/line/routing.h"
@@ -17,10 +17,10 @@ struct RoutingOptions {
   std::string
       interface_address{};  ///< IPv4; empty = the system's choice; own frames are then recognised by their bytes
   std::uint8_t ttl = 16;    ///< the default of ETS projects
-  wire::IndividualAddress address{0xfffa};  ///< own: 15.15.250; unique on the backbone
-  Outbox::Limits limits{0, 1, 10000};       ///< in addition to the 50 per second of routing; default: none
-  secure::GroupGuard* guard = nullptr;      ///< of secured groups; must outlive the line
-  std::uint64_t seed = 0;                   ///< different in each process: for the pauses after ROUTING_BUSY
+  wire::IndividualAddress address{0xfffa};    ///< own: 15.15.250; unique on the backbone
+  TelegramQueue::Limits limits{0, 1, 10000};  ///< in addition to the 50 per second of routing; default: none
+  secure::GroupGuard* guard = nullptr;        ///< of secured groups; must outlive the line
+  std::uint64_t seed = 0;                     ///< different in each process: for the pauses after ROUTING_BUSY
   /// KNX IP Secure: nothing is sent or taken in plain but searches. nullopt = plain.
   std::optional<secure::RoutingKeys> secure{};
   secure::GroupStorage storage{};  ///< keeps the timer of the secure group

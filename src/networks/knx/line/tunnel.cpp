@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx::line {
@@ -13,6 +14,51 @@ namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
+
+// knx.md, section 5.1.
+constexpr Duration kAnswerTime = 10s;
+constexpr Duration kPeriod = 60s;
+constexpr Duration kPauseAfterError = 1s;
+constexpr unsigned kMaxHeartbeats = 4;
+
+}  // namespace
+
+TunnelHeartbeat::TunnelHeartbeat(Scheduler& scheduler, TunnelCounters& counters, Callbacks callbacks)
+    : counters_(counters), callbacks_(std::move(callbacks)), deadline_(scheduler, [this] { reached(); }) {}
+
+void TunnelHeartbeat::start() {
+  deadline_.set(kPeriod);
+}
+
+void TunnelHeartbeat::reached() {
+  if (!awaits_answer()) return request();
+  ++counters_.missing_heartbeats;
+  if (attempts_ >= kMaxHeartbeats) return callbacks_.unanswered("the interface does not answer heartbeats");
+  request();
+}
+
+void TunnelHeartbeat::request() {
+  ++attempts_;
+  state_ = State::kAwaitsAnswer;
+  deadline_.set(kAnswerTime);
+  callbacks_.request();
+}
+
+void TunnelHeartbeat::succeeded() {
+  if (awaits_answer()) start();
+  state_ = State::kWaits;
+  attempts_ = 0;
+}
+
+void TunnelHeartbeat::failed(std::uint8_t status) {
+  if (!awaits_answer()) return;  // the answer to a connection check of the sender
+  ++counters_.missing_heartbeats;
+  if (attempts_ >= kMaxHeartbeats) return callbacks_.unanswered(wire::describe_status(status));
+  state_ = State::kWaits;
+  deadline_.set(kPauseAfterError);
+}
+
+namespace {
 
 // knx.md, section 5.1.
 constexpr Duration kConnectTime = 10s;
@@ -24,7 +70,7 @@ constexpr Duration kSameAnswer = 1s;
 /// How long telegrams wait for the server to say which APDU it carries; some never do.
 constexpr Duration kApduAnswer = 500ms;
 /// Every medium carries this (knx.md, section 4); a server that says less does not know.
-constexpr std::uint16_t kLeastApdu = 15;
+constexpr std::uint16_t kMinApdu = 15;
 /// Consecutive requests that the operating system reports as undeliverable before the tunnel ends.
 constexpr unsigned kMaxUndelivered = 2;
 
@@ -177,7 +223,7 @@ void Tunnel::ask_max_apdu() {
 
 void Tunnel::know_max_apdu(std::optional<std::uint16_t> bytes) {
   apdu_deadline_.clear();
-  if (bytes && *bytes < kLeastApdu) bytes.reset();
+  if (bytes && *bytes < kMinApdu) bytes.reset();
   if (callbacks_.max_apdu) callbacks_.max_apdu(bytes);
 }
 
@@ -297,7 +343,7 @@ void Tunnel::stop() {
 void Tunnel::close() {
   if (phase_ == Phase::kUp) {
     disconnect(channel_);
-    // Nothing will repeat it, and a lost one costs the server a tunnel for two minutes.
+    // It is not repeated. If it is lost, the server keeps the tunnel occupied for two minutes.
     if (!settings_.stream) disconnect(channel_);
   }
   stop();

@@ -5,14 +5,44 @@
 #include <optional>
 #include <string>
 
-#include "base/deadline.h"
 #include "base/scheduler.h"
-#include "networks/knx/line/tunnel_heartbeat.h"
 #include "networks/knx/line/tunnel_sender.h"
+#include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/message.h"
-#include "networks/knx/wire/status.h"
 
 namespace rubicon::networks::knx::line {
+
+/// Asks the server each minute whether it still knows the channel (knx.md, section 5.4). Part of Tunnel.
+class TunnelHeartbeat {
+ public:
+  struct Callbacks {
+    std::function<void()> request;                    ///< sends a CONNECTIONSTATE_REQUEST
+    std::function<void(std::string why)> unanswered;  ///< no attempt succeeded
+  };
+
+  TunnelHeartbeat(Scheduler& scheduler, TunnelCounters& counters, Callbacks callbacks);
+
+  void start();
+  void stop() { deadline_.clear(); }
+  /// A heartbeat was sent and its answer is due.
+  bool awaits_answer() const { return state_ == State::kAwaitsAnswer; }
+  /// The server knows the channel, asked by a heartbeat or otherwise.
+  void succeeded();
+  /// The server answered with another error than that it does not know the channel.
+  void failed(std::uint8_t status);
+
+ private:
+  enum class State : std::uint8_t { kWaits, kAwaitsAnswer };
+
+  void reached();
+  void request();
+
+  TunnelCounters& counters_;
+  Callbacks callbacks_;
+  State state_ = State::kWaits;
+  unsigned attempts_ = 0;
+  base::Deadline deadline_;
+};
 
 /// One connection to a KNXnet/IP server, from CONNECT_REQUEST to its end: the state machines of tunnelling (KNX 3/8/4;
 /// knx.md, sections 5.3 to 6.3), without sockets. Frames enter by receive() and leave by `transmit`. Each callback is

@@ -15,8 +15,8 @@ using Phase = LineState::Phase;
 
 constexpr unsigned kSilentBus = 3;  ///< consecutive telegrams without a confirmation
 constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
-/// Over TCP there are no acks, so that a silent bus looks like an interface that does not work.
 constexpr const char* kOtherAddress = "other-tunnel-address";
+/// Over TCP there are no acks, so that a silent bus looks like an interface that does not work.
 constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
 
 struct Report {
@@ -52,7 +52,7 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
       sockets_({over_tcp(), options_.local_port}, transports, socket_callbacks()),
       hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
                 std::hash<std::string>{}(options_.host)),
-      outbox_(scheduler, options_.limits, [this] { pump(); }) {
+      telegrams_(scheduler, options_.limits, [this] { pump(); }) {
   state_.server = options_.host;
 }
 
@@ -72,14 +72,13 @@ Result<void> TunnelLine::open() {
 
 void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
   const auto lookup = std::move(lookup_);  // destroyed at the end: this is its callback
-  if (!addresses) return fail_line(addresses.error().code, addresses.error().text);
+  if (!addresses) return fail_line(addresses.error());
   const auto four = std::find_if(addresses->begin(), addresses->end(), is_ipv4);
   if (four == addresses->end())
-    return fail_line(ErrorCode::kUnreachable, fmt::format("{} has no IPv4 address", options_.host));
+    return fail_line({ErrorCode::kUnreachable, fmt::format("{} has no IPv4 address", options_.host)});
   const transport::Endpoint control{*four, options_.port};
   state_.server = fmt::format("{} ({})", options_.host, to_string(control));
-  if (auto opened = sockets_.open(control, !over_tcp() && !route_back_); !opened)
-    return fail_line(opened.error().code, opened.error().text);
+  if (auto opened = sockets_.open(control, !over_tcp() && !route_back_); !opened) return fail_line(opened.error());
   connect();
 }
 
@@ -184,7 +183,7 @@ void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
   path_ = Tunnel::Path::kControl;
 }
 
-/// Whoever sends may still need the tunnel. It ends in a turn of its own.
+/// The sender may still need the tunnel. It ends in a turn of its own.
 void TunnelLine::put(Tunnel::Path path, ByteView frame) {
   if (sockets_.send(path, frame) || send_failure_.pending()) return;
   send_failure_ = scheduler_.after(Duration::zero(), [this] {
@@ -220,16 +219,6 @@ void TunnelLine::session_ended(secure::Session::End end) {
 
 void TunnelLine::note(const std::string& subject, std::string_view text) {
   if (callbacks_.note) callbacks_.note(subject, text);
-}
-
-/// Adds possible causes where the server did not answer.
-std::string TunnelLine::reason_for(const Tunnel::End& end) const {
-  const bool silence = end.cause == Tunnel::Cause::kNoAnswer || end.cause == Tunnel::Cause::kSilent;
-  auto why = end.why;
-  if (silence && !sockets_.send_error().empty()) why += fmt::format(" ({})", sockets_.send_error());
-  if (end.cause == Tunnel::Cause::kNoAnswer && !sockets_.stranger().empty())
-    why += fmt::format("; {} sent a datagram instead (wrong-source)", sockets_.stranger());
-  return why;
 }
 
 // Callbacks of the tunnel.
@@ -296,7 +285,7 @@ void TunnelLine::finish(Tunnel::Outcome outcome) {
   count_unconfirmed(outcome);
   if (watch.ended()) return;
   const auto report = report_of(outcome, over_tcp());
-  outbox_.finish(report.sent, report.why);
+  telegrams_.finish(report.sent, report.why);
   if (!watch.ended()) pump();
 }
 
@@ -331,9 +320,9 @@ void TunnelLine::ended(Tunnel::End end) {
   hold_off_.ended(lived);
   settle(end);
   if (watch.ended()) return;
-  outbox_.line_lost();
+  telegrams_.line_lost();
   if (retries_later(end, lived)) return;
-  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_for(end)));
+  fail_line({ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_for(end)), finding_of(end)});
 }
 
 void TunnelLine::retire() {
@@ -343,24 +332,12 @@ void TunnelLine::retire() {
   retired_session_ = std::move(session_);
 }
 
-/// Adds what helps against it, as far as we know.
-void TunnelLine::explain_refusal(Tunnel::End& end) {
-  const bool route_back_before = std::exchange(route_back_, route_back_ || (retired_ && retired_->route_back_works()));
-  if (end.cause != Tunnel::Cause::kRefused) return;
-  if (!route_back_before && route_back_ && wire::meaning_of(end.status).remedy == wire::Remedy::kWaitForSlot)
-    end.why += "; our first request may occupy one for two minutes, because its answer did not reach us (NAT)";
-  if (end.status == wire::status::kConnectionType && !options_.secure)
-    end.why += "; if it does, configure `keyring: FILE.knxkeys` of the ETS project and `via: tunnel-tcp`";
-  if (end.status == wire::status::kUnauthorised && options_.secure)
-    end.why += fmt::format("; user {} has no tunnel there", options_.secure->user);
-}
-
 /// Reports the pending telegram if the server is known to have accepted it.
 void TunnelLine::settle(const Tunnel::End& end) {
-  if (!outbox_.in_flight() || !end.outcome) return;
+  if (!telegrams_.in_flight() || !end.outcome) return;
   if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
   const auto report = report_of(*end.outcome, over_tcp());
-  outbox_.finish(report.sent, report.why);
+  telegrams_.finish(report.sent, report.why);
 }
 
 bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
@@ -369,10 +346,12 @@ bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (wire::meaning_of(end.status).remedy) {
     case wire::Remedy::kWaitForSlot: state_.tunnel_in_use = true; [[fallthrough]];
-    case wire::Remedy::kRetry: retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
+    case wire::Remedy::kRetry:
+      retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why, finding_of(end));
+      return true;
     case wire::Remedy::kConfiguration:
       state_.user_refused = options_.secure && end.status == wire::status::kUnauthorised;
-      retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why);
+      retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why, finding_of(end));
       return true;
     case wire::Remedy::kBusDown:
       state_.bus = false;
@@ -393,9 +372,13 @@ bool TunnelLine::retries_closed(Duration lived) {
 bool TunnelLine::retries_session(Duration lived) {
   using Cause = secure::Session::Cause;
   switch (session_end_->cause) {
-    case Cause::kNoneFree: retry_after(Phase::kWaiting, hold_off_.slot_taken(), session_end_->why); return true;
-    case Cause::kWrongServer: retry_after(Phase::kRefused, hold_off_.misconfigured(), session_end_->why); return true;
-    case Cause::kNotAuthenticated: retry_password(session_end_->why); return true;
+    case Cause::kNoneFree:
+      retry_after(Phase::kWaiting, hold_off_.slot_taken(), session_end_->why, session_end_->finding());
+      return true;
+    case Cause::kWrongServer:
+      retry_after(Phase::kRefused, hold_off_.misconfigured(), session_end_->why, session_end_->finding());
+      return true;
+    case Cause::kNotAuthenticated: retry_password(*session_end_); return true;
     case Cause::kClosed:
     case Cause::kForgotten: return retries_closed(lived);
     case Cause::kNoAnswer:
@@ -405,20 +388,20 @@ bool TunnelLine::retries_session(Duration lived) {
 }
 
 /// A password with letters beyond ASCII has several forms; the others are tried once and at once.
-void TunnelLine::retry_password(std::string why) {
+void TunnelLine::retry_password(const secure::Session::End& end) {
   const auto forms = options_.secure->user_key.forms();
   password_form_ = (password_form_ + 1) % forms;
   if (++refused_forms_ < forms)
     return retry_after(Phase::kConnecting, {}, "the password has another form, which is tried now");
   refused_forms_ = 0;
   state_.user_refused = true;
-  retry_after(Phase::kRefused, hold_off_.misconfigured(), std::move(why));
+  retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why, end.finding());
 }
 
-void TunnelLine::retry_after(Phase phase, Duration pause, std::string why) {
+void TunnelLine::retry_after(Phase phase, Duration pause, std::string why, std::string_view finding) {
   next_attempt_ = scheduler_.wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
   retry_timer_ = scheduler_.after(pause, [this] { retry(); });
-  set_state(phase, std::move(why));
+  set_state(phase, std::move(why), finding);
 }
 
 bool TunnelLine::reopen() {
@@ -446,31 +429,31 @@ void TunnelLine::use_gateway(std::string host, std::optional<secure::SessionKeys
 
 void TunnelLine::hand_over(TunnelLine& to) {
   retires_ = true;
-  outbox_.hand_over(to.outbox_);
+  telegrams_.hand_over(to.telegrams_);
 }
 
 void TunnelLine::retry() {
   state_.phase = Phase::kOff;
   state_.tunnel_in_use = state_.user_refused = false;
   ++counters_.attempts;
-  if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
+  if (auto opened = open(); !opened) fail_line(opened.error());
 }
 
 // Sending.
 
 void TunnelLine::send(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
-  outbox_.push(std::move(telegram), expires, after_settled(std::move(done), callbacks_));
+  telegrams_.push(std::move(telegram), expires, after_settled(std::move(done), callbacks_));
 }
 
 void TunnelLine::pump() {
   const auto watch = lifetime_.watch();
   while (tunnel_ && tunnel_->idle() && !retires_) {
-    const auto* telegram = outbox_.take();
+    const auto* telegram = telegrams_.take();
     if (telegram == nullptr) return;
     const auto cemi = encode(options_.guard, wire::CemiCode::kDataRequest, *telegram, state_.own,
                              options_.max_apdu ? options_.max_apdu : max_apdu_);
     if (!cemi) {
-      outbox_.finish(SendOutcome::kRefused, cemi.error().text);
+      telegrams_.finish(SendOutcome::kRefused, cemi.error().text);
       if (watch.ended()) return;
       continue;
     }
@@ -482,17 +465,18 @@ void TunnelLine::pump() {
 
 // States.
 
-void TunnelLine::set_state(Phase phase, std::string reason) {
+void TunnelLine::set_state(Phase phase, std::string reason, std::string_view finding) {
   state_.phase = phase;
   state_.reason = std::move(reason);
+  state_.finding = finding;
   if (callbacks_.changed) callbacks_.changed(state_);
 }
 
-void TunnelLine::fail_line(ErrorCode code, std::string why) {
+void TunnelLine::fail_line(Error why) {
   sockets_.close();
   const auto watch = lifetime_.watch();
-  set_state(Phase::kOff, why);
-  if (!watch.ended() && callbacks_.failed) callbacks_.failed({code, std::move(why)});
+  set_state(Phase::kOff, why.text, why.finding);
+  if (!watch.ended() && callbacks_.failed) callbacks_.failed(std::move(why));
 }
 
 }  // namespace rubicon::networks::knx::line

@@ -4,11 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "base/lifetime.h"
-#include "networks/knx/line/guarded.h"
-#include "networks/knx/line/hold_off.h"
+#include "base/scheduler.h"
 #include "networks/knx/line/line.h"
-#include "networks/knx/line/outbox.h"
+#include "networks/knx/line/pauses.h"
+#include "networks/knx/line/telegram_queue.h"
 #include "networks/knx/line/tunnel.h"
 #include "networks/knx/line/tunnel_sockets.h"
 #include "networks/knx/secure/session.h"
@@ -28,7 +27,7 @@ struct TunnelOptions {
   std::optional<wire::IndividualAddress> wanted{};  ///< requested tunnel address; servers of version 1 ignore it
   /// Keys of KNX IP Secure: everything goes through a session of their user. Without them everything is plain.
   std::optional<secure::SessionKeys> secure{};
-  Outbox::Limits limits{};
+  TelegramQueue::Limits limits{};
   std::optional<std::uint16_t> max_apdu{};  ///< longest secured APDU in bytes, whatever the interface says
   secure::GroupGuard* guard = nullptr;      ///< of secured groups; must outlive the line
 };
@@ -55,7 +54,7 @@ class TunnelLine final : public Line {
   /// Gives the telegrams that wait to another line, and sends no more; their callbacks are called by that one.
   void hand_over(TunnelLine& to);
   /// A telegram is on its way: its outcome is not known yet.
-  bool sending() const { return outbox_.in_flight(); }
+  bool sending() const { return telegrams_.in_flight(); }
   void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;
@@ -100,7 +99,7 @@ class TunnelLine final : public Line {
   bool retries_later(const Tunnel::End& end, Duration lived);
   bool retries_session(Duration lived);
   bool retries_closed(Duration lived);
-  void retry_password(std::string why);
+  void retry_password(const secure::Session::End& end);
   void explain_refusal(Tunnel::End& end);
   void settle(const Tunnel::End& end);
   void retire();
@@ -108,10 +107,11 @@ class TunnelLine final : public Line {
   void pump();
   void note(const std::string& subject, std::string_view text);
   std::string reason_for(const Tunnel::End& end) const;
-  void set_state(LineState::Phase phase, std::string reason);
-  void retry_after(LineState::Phase phase, Duration pause, std::string why);
+  std::string_view finding_of(const Tunnel::End& end) const;
+  void set_state(LineState::Phase phase, std::string reason, std::string_view finding = {});
+  void retry_after(LineState::Phase phase, Duration pause, std::string why, std::string_view finding = {});
   void retry();
-  void fail_line(ErrorCode code, std::string why);
+  void fail_line(Error why);
   void add_session_counters(std::map<std::string, std::uint64_t>& all) const;
 
   TunnelOptions options_;
@@ -138,7 +138,7 @@ class TunnelLine final : public Line {
   TunnelCounters tunnel_counters_;
   secure::SessionCounters session_counters_;
   Counters counters_;
-  Outbox outbox_;
+  TelegramQueue telegrams_;
   base::Lifetime lifetime_;
 };
 

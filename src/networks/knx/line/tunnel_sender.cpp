@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/wire/status.h"
 
 namespace rubicon::networks::knx::line {
 
@@ -81,7 +81,7 @@ void TunnelSender::await_confirmation() {
 }
 
 /// A confirmation without an ack shows that the ack was lost and the server accepted the request. Otherwise the request
-/// is repeated once, and the server is asked whether it still knows the channel: some drop it without notice.
+/// is repeated once, and the server is asked whether it still knows the channel: some servers drop it without notice.
 void TunnelSender::ack_missing() {
   ++counters_.missing_acks;
   if (request_.early_outcome) {

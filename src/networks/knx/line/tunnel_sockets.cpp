@@ -1,14 +1,38 @@
 #include "networks/knx/line/tunnel_sockets.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace rubicon::networks::knx::line {
 
+void FrameStream::append(ByteView bytes) {
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
+  begin_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+Result<ByteView> FrameStream::next() {
+  const auto rest = ByteView(buffer_).subspan(begin_);
+  const auto size = wire::frame_size(rest);
+  if (!size) return fail(size.error());
+  if (*size > kMaxFrame)
+    return fail(ErrorCode::kInvalid, fmt::format("KNXnet/IP total length {}, expected at most {}", *size, kMaxFrame));
+  if (*size == 0 || *size > rest.size()) return ByteView{};
+  begin_ += *size;
+  return rest.first(*size);
+}
+
+void FrameStream::clear() {
+  buffer_.clear();
+  begin_ = 0;
+}
+
 namespace {
 
-constexpr std::size_t kLargestDatagram = 2048;
+constexpr std::size_t kMaxDatagram = 2048;
 
-transport::UdpCalls no_calls() {
+transport::UdpCallbacks no_calls() {
   return {[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
 }
 
@@ -29,24 +53,24 @@ Result<void> TunnelSockets::open(const transport::Endpoint& control, bool finds_
   finds_own_ = finds_own;
   send_error_.clear();
   stranger_.clear();
-  return settings_.stream ? open_tcp() : open_udp(finds_own);
+  return settings_.stream ? open_tcp() : open_udp();
 }
 
 /// A connected probe socket tells which of our addresses the server sees. The socket of the tunnel is not connected,
-/// since the data endpoint of a server may be another address.
-Result<void> TunnelSockets::open_udp(bool finds_own) {
-  transport::UdpOptions options;
-  if (finds_own) {
-    transport::UdpOptions probe;
-    probe.remote = control_;
+/// since the data endpoint of a server may be another address. It is bound to our address with route back too: without
+/// that address it cannot send, while another one, which the server does not know, would get no answer.
+Result<void> TunnelSockets::open_udp() {
+  transport::UdpOptions options, probe;
+  probe.remote = control_;
+  {
     const auto found = transports_.open_udp(probe, no_calls());
     if (!found) return fail(found.error());
     options.local = (*found)->local();
-    if (!is_ipv4(options.local.address)) options.local.address.clear();
   }
+  if (!is_ipv4(options.local.address)) options.local.address.clear();
   options.local.port = settings_.local_port;
-  options.largest = kLargestDatagram;
-  transport::UdpCalls calls;
+  options.largest = kMaxDatagram;
+  transport::UdpCallbacks calls;
   calls.received = [this](const transport::Endpoint& from, ByteView bytes) { datagram(from, bytes); };
   calls.undelivered = [this](const Error&) { callbacks_.undelivered(); };
   calls.failed = [this](const Error& error) { callbacks_.failed(error); };
@@ -60,7 +84,7 @@ Result<void> TunnelSockets::open_tcp() {
   frames_.clear();
   transport::TcpOptions options;
   options.remote = control_;
-  transport::TcpCalls calls;
+  transport::TcpCallbacks calls;
   calls.connected = [this] { callbacks_.connected(); };
   calls.received = [this](ByteView bytes) { stream_received(bytes); };
   calls.failed = [this](const Error& error) { callbacks_.failed(error); };

@@ -4,12 +4,31 @@
 #include <memory>
 #include <string>
 
-#include "base/lifetime.h"
-#include "networks/knx/line/frame_stream.h"
+#include "base/scheduler.h"
 #include "networks/knx/line/tunnel.h"
+#include "networks/knx/wire/frame.h"
 #include "transport/transports.h"
 
 namespace rubicon::networks::knx::line {
+
+/// Cuts a stream of bytes into frames by their total length (knx.md, section 3). Holds at most one
+/// incomplete frame.
+class FrameStream {
+ public:
+  /// Far longer than any frame of the services over TCP: a header with a larger length is an error.
+  static constexpr std::size_t kMaxFrame = 2048;
+
+  /// Adds received bytes; only after next() has returned an empty view.
+  void append(ByteView bytes);
+  /// The next whole frame, valid until the next call to this; empty if it is incomplete. kInvalid: the stream is broken
+  /// and must be closed.
+  Result<ByteView> next();
+  void clear();
+
+ private:
+  Bytes buffer_;
+  std::size_t begin_ = 0;
+};
 
 /// Of a numeric address.
 inline bool is_ipv4(const std::string& address) {
@@ -29,7 +48,7 @@ class TunnelSockets {
   struct Callbacks {
     std::function<void()> connected;  ///< of a stream
     std::function<void(ByteView frame)> received;
-    /// A datagram of another host, which was ignored.
+    /// A datagram came from another host and was ignored.
     std::function<void()> stranger;
     /// The operating system reports that a datagram could not be delivered.
     std::function<void()> undelivered;
@@ -64,7 +83,7 @@ class TunnelSockets {
   const std::string& stranger() const { return stranger_; }
 
  private:
-  Result<void> open_udp(bool finds_own);
+  Result<void> open_udp();
   Result<void> open_tcp();
   void datagram(const transport::Endpoint& from, ByteView bytes);
   void stream_received(ByteView bytes);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 
-#include "networks/knx/project/archive_end.h"
 #include "networks/knx/project/zip_source.h"
 #include "rubicon/key.hpp"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "networks/knx/project/kept_texts.h"
+#include "networks/knx/project/document.h"
 #include "networks/knx/wire/address.h"
 #include "networks/knx/xml/xml_parser.h"
 

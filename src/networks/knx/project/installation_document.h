@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -9,6 +10,12 @@
 #include "networks/knx/project/installation.h"
 
 namespace rubicon::networks::knx::project {
+
+/// The id in the application program of what is in an instance of a module, or of a module in a module:
+/// `MD-2_M-20_MI-1_O-2_R-3` -> `MD-2_O-2_R-3`, and `MD-4_M-15_MI-1_SM-1_M-1_MI-1-1-2_SM-1_O-3_R-2` ->
+/// `MD-4_SM-1_O-3_R-2`. `module` becomes the instance: `MD-2_M-20_MI-1`; it stays as it is for other ids (knx.md,
+/// section 21.9).
+std::string without_module(std::string_view id, std::string& module);
 
 /// Bounds of one project: a file beyond them is refused.
 inline constexpr std::size_t kMaxDevices = 65'536, kMaxSpaces = 65'536, kMaxObjects = 200'000, kMaxLinks = 500'000,
@@ -30,7 +37,7 @@ class InstallationDocument final : public KeepingDocument {
  private:
   struct Space {
     std::string name;
-    bool board = false;  ///< a distribution board is no room of what its devices control
+    bool board = false;  ///< a distribution board is not the room of the things that its devices control
   };
   /// The rooms of buildings get the names of these if there are several.
   struct Place {

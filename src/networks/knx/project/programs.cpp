@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "base/printable.h"
+#include "base/text.h"
 #include "networks/knx/project/project_documents.h"
 
 namespace rubicon::networks::knx::project {

@@ -13,7 +13,6 @@
 #include "networks/knx/project/programs.h"
 #include "networks/knx/project/project_documents.h"
 #include "networks/knx/project/project_file.h"
-#include "networks/knx/project/types.h"
 #include "networks/knx/project/usage.h"
 #include "rubicon/key.hpp"
 
@@ -45,9 +44,10 @@ class Collisions {
   void report(const std::vector<Installation>& all, std::size_t place, groups::Report& report) const {
     for (const auto& [other, found] : by_other_) {
       report.doubled += found.second;
-      report.error(0, found.first,
-                   fmt::format("{} has it, and so has {} ({} such addresses): those of the latter are left out",
-                               installation_text(all, other), installation_text(all, place), found.second));
+      report.error(
+          0, found.first,
+          fmt::format("{} has it, and so has {} ({} such addresses): the addresses of the second one are left out",
+                      installation_text(all, other), installation_text(all, place), found.second));
     }
   }
 

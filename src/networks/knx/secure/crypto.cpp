@@ -156,8 +156,8 @@ namespace {
 
 constexpr std::uint8_t kNoKey[Key::kSize] = {};
 
-/// Encrypts in place, then replaces the key schedule of the context by that of zeros, so that memory which a core dump
-/// includes never holds a key for longer than a call.
+/// Encrypts in place, then replaces the key in the context by zeros. So memory that a core dump includes never holds a
+/// key for longer than a call.
 bool encrypt_once(EVP_CIPHER_CTX* context, const Key& key, const Block& start, std::span<std::uint8_t> bytes) {
   int written = 0;
   const bool done =

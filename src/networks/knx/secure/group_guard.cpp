@@ -13,7 +13,7 @@ using Drop = GroupGuard::Drop;
 using Dropped = GroupGuard::Dropped;
 
 constexpr std::uint8_t kStandardFrame = 0x80;
-constexpr std::size_t kLongestStandard = 15, kLongestExtended = 254;
+constexpr std::size_t kMaxStandard = 15, kMaxExtended = 254;
 
 constexpr std::array<std::string_view, GroupGuard::kDrops> kCounters{"",
                                                                      "data-secure-plain-dropped",
@@ -119,12 +119,12 @@ Result<Bytes> GroupGuard::secure(const Bytes& plain, const Key& key) {
   auto frame = wire::read_data_frame(plain);
   if (!frame) return fail(frame.error());
   const auto length = frame->tpdu.size() - 1 + kSecurityBytes;
-  if (length > kLongestExtended) return fail(ErrorCode::kOutOfRange, "the value is too long for a secured telegram");
+  if (length > kMaxExtended) return fail(ErrorCode::kOutOfRange, "the value is too long for a secured telegram");
   const auto sequence = own_sequence_.next();
   if (!sequence) return fail(sequence.error());
   const auto tpdu = seal(ccm_, key, *frame, control::kEncrypted, *sequence);
   if (!tpdu) return fail(tpdu.error());
-  if (length > kLongestStandard) frame->control1 = static_cast<std::uint8_t>(frame->control1 & ~kStandardFrame);
+  if (length > kMaxStandard) frame->control1 = static_cast<std::uint8_t>(frame->control1 & ~kStandardFrame);
   frame->tpdu = *tpdu;
   return wire::write(*frame);
 }
@@ -159,7 +159,7 @@ GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame, wire:
   if (!group->second.any_sender && !group->second.senders_to(own).contains(frame.source))
     return drop(Drop::kUnknownSender,
                 fmt::format("secured telegram from {}: not a sender of this group", path_of(frame)));
-  // What we sent ourselves and somebody recorded is no value of a device.
+  // A recorded telegram that we sent ourselves is no value of a device.
   if (number(own) != 0 && frame.source == own)
     return drop(
         Drop::kOldSequence,
@@ -167,7 +167,8 @@ GroupGuard::Opened GroupGuard::check_secured(const wire::DataFrame& frame, wire:
   return accept(frame, *secured, *group->second.key);
 }
 
-/// The MAC comes first: an old number of a good telegram is a repetition, that of a bad one says nothing.
+/// The MAC is checked first: an old number in a valid telegram means a repetition, in an invalid telegram it means
+/// nothing.
 GroupGuard::Opened GroupGuard::accept(const wire::DataFrame& frame, const SecuredApdu& secured, const Key& key) {
   const auto plain = secure::open(ccm_, key, frame);
   if (!plain && plain.error().code == ErrorCode::kRefused)

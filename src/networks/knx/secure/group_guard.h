@@ -59,7 +59,7 @@ class GroupGuard {
 
   /// The cEMI frame of a telegram: encrypted if its group is secured, with `own` as the source and the next sequence
   /// number. kRefused: no key, no storage, not a sender of this group, no own address; else the errors of
-  /// write_telegram. A frame that is not sent costs a sequence number and no more.
+  /// write_telegram. If the frame is not sent, only a sequence number is lost.
   Result<Bytes> protect(wire::CemiCode code, const wire::Telegram& telegram, wire::IndividualAddress own);
   /// The telegram in a received frame. A secured one counts as received: an equal frame is dropped from then on. `own`:
   /// our present address; what has it as its source is not of a device.

@@ -12,11 +12,11 @@ namespace rubicon::networks::knx::secure {
 
 namespace {
 
-constexpr std::size_t kSecureHeap = std::size_t{4} << 20U, kSmallestBlock = 16;
+constexpr std::size_t kSecureHeap = std::size_t{4} << 20U, kMinBlock = 16;
 
 /// Another part of the program may have made the secure heap before; one without it can only use ordinary memory.
 bool make_secure_heap() {
-  return CRYPTO_secure_malloc_initialized() != 0 || CRYPTO_secure_malloc_init(kSecureHeap, kSmallestBlock) != 0;
+  return CRYPTO_secure_malloc_initialized() != 0 || CRYPTO_secure_malloc_init(kSecureHeap, kMinBlock) != 0;
 }
 
 std::uint8_t* allocate(std::size_t size) {

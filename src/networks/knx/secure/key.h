@@ -56,7 +56,7 @@ class Key {
 
   /// All zero.
   Key() : bytes_(kSize) {}
-  /// A copy of the first kSize bytes, of which there must be as many.
+  /// A copy of the first kSize bytes; `bytes` must have as many.
   explicit Key(ByteView bytes);
   /// kInvalid, without the bytes in the text, unless there are kSize.
   static Result<Key> from(ByteView bytes);

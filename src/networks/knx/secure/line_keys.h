@@ -13,7 +13,7 @@ struct SessionKeys {
   /// 1 is the management user; tunnels have 2 to 127. Other numbers are reserved.
   std::uint8_t user = 2;
   PasswordKey user_key;
-  /// None: the client cannot verify that the server is the device it wants.
+  /// nullopt: the client cannot verify that the server is the device that it expects.
   std::optional<PasswordKey> device_code{};
 };
 

@@ -19,13 +19,13 @@ RoutingClock::RoutingClock(Scheduler& scheduler, Settings settings, Callbacks ca
     : scheduler_(scheduler),
       settings_(settings),
       callbacks_(std::move(callbacks)),
-      base_(std::min(settings.start, kMost)),
+      base_(std::min(settings.start, kMaxTimer)),
       base_time_(scheduler.now()),
       random_(settings.seed),
       deadline_(scheduler, [this] { due(); }) {}
 
 std::uint64_t RoutingClock::now() const {
-  return std::min(base_ + ticks_of(scheduler_.now() - base_time_), kMost);
+  return std::min(base_ + ticks_of(scheduler_.now() - base_time_), kMaxTimer);
 }
 
 void RoutingClock::start() {
@@ -43,7 +43,7 @@ void RoutingClock::stop() {
 }
 
 void RoutingClock::take_over(std::uint64_t timer) {
-  base_ = std::min(timer, kMost);
+  base_ = std::min(timer, kMaxTimer);
   base_time_ = scheduler_.now();
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <random>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 #include "networks/knx/secure/frames.h"
 
 namespace rubicon::networks::knx::secure {
@@ -18,7 +18,7 @@ namespace rubicon::networks::knx::secure {
 class RoutingClock {
  public:
   /// 48 bits.
-  static constexpr std::uint64_t kMost = (1ULL << 48U) - 1;
+  static constexpr std::uint64_t kMaxTimer = (1ULL << 48U) - 1;
 
   enum class Verdict : std::uint8_t {
     kAccepted,
@@ -46,13 +46,13 @@ class RoutingClock {
   RoutingClock& operator=(const RoutingClock&) = delete;
 
   /// The sockets are open: asks the group for its timer. Without an answer within 100 ms + 1.2 L + 2 L (L = latency
-  /// tolerance) this is the keeper. The timer runs on in stop().
+  /// tolerance) this is the keeper. The timer continues after stop().
   void start();
   void stop();
 
   bool synchronised() const { return phase_ == Phase::kFollower || phase_ == Phase::kKeeper; }
   bool keeper() const { return phase_ == Phase::kKeeper; }
-  /// ms, at most kMost.
+  /// ms, at most kMaxTimer.
   std::uint64_t now() const;
   Duration latency() const { return settings_.latency; }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "model/findings.h"
+
 namespace rubicon::networks::knx::secure {
 
 namespace {
@@ -61,7 +63,7 @@ Result<std::uint64_t> first_timer(const Scheduler& scheduler, const GroupStorage
   if (!fits || !equal(*check, row.subspan(kTimerSize)))
     return fail(ErrorCode::kInvalid, "it is damaged, or of another backbone key");
   const auto then = number_at(row, 16), now = wall_milliseconds(scheduler);
-  const auto away = now > then ? std::min(now - then, milliseconds(RoutingGuard::kLongestAway)) : 0;
+  const auto away = now > then ? std::min(now - then, milliseconds(RoutingGuard::kMaxAway)) : 0;
   return std::max(number_at(row, 0) + away, number_at(row, 8));
 }
 
@@ -139,7 +141,7 @@ bool RoutingGuard::store(std::uint64_t limit) {
 Result<ByteView> RoutingGuard::wrap(ByteView frame) {
   if (!synchronised())
     return fail(ErrorCode::kRefused, "the timer of the secure routing group is not known yet, so nothing can be sent");
-  if (clock_.now() >= RoutingClock::kMost)
+  if (clock_.now() >= RoutingClock::kMaxTimer)
     return fail(ErrorCode::kRefused,
                 "the timer of the secure routing group is at its end, so nothing can be sent: give the backbone a new "
                 "key in ETS");
@@ -152,7 +154,7 @@ Result<ByteView> RoutingGuard::wrap(ByteView frame) {
 }
 
 void RoutingGuard::send_notify(const Serial& serial, std::uint16_t tag) {
-  if (clock_.now() >= RoutingClock::kMost) return;
+  if (clock_.now() >= RoutingClock::kMaxTimer) return;
   reserve();
   TimerNotify notify{clock_.now(), serial, tag, {}};
   const auto plain = write(notify);
@@ -238,7 +240,7 @@ bool RoutingGuard::accept(const std::string& from, const WrapperHead& head) {
 }
 
 void RoutingGuard::remember(const Seen& one) {
-  if (seen_.size() == kMostRemembered) {
+  if (seen_.size() == kMaxRemembered) {
     floor_ = std::max(floor_, seen_.front().timer + 1);
     seen_.pop_front();
   }
@@ -281,6 +283,11 @@ std::string RoutingGuard::problem() const {
              ? "what the group sends has another backbone key: compare the keyring with the ETS project"
              : "no other member of the secure routing group was heard yet: is a secure router there, and is it this "
                "multicast group?";
+}
+
+std::string_view RoutingGuard::finding() const {
+  if (problem().empty()) return {};
+  return counters_.wrong_mac > 0 ? model::findings::kBackboneOther : model::findings::kBackboneAlone;
 }
 
 std::map<std::string, std::uint64_t> RoutingGuard::counters() const {

@@ -23,10 +23,10 @@ class RoutingGuard {
   /// The pause after a failure to store it.
   static constexpr Duration kStoreAgain = std::chrono::seconds(10);
   /// What the pause between two starts adds to a stored timer at most: the wall clock may have been wrong.
-  static constexpr Duration kLongestAway = std::chrono::hours(10 * 365 * 24);
+  static constexpr Duration kMaxAway = std::chrono::hours(10 * 365 * 24);
   /// Wrappers within the latency tolerance that are remembered to find repetitions; with more of them the tolerance
   /// becomes shorter.
-  static constexpr std::size_t kMostRemembered = 4096;
+  static constexpr std::size_t kMaxRemembered = 4096;
 
   struct Callbacks {
     /// Sends a datagram to the group. Does not destroy this.
@@ -64,6 +64,8 @@ class RoutingGuard {
   /// Why the line may be useless although it is synchronised, for the user: no member of the group was heard yet. Empty
   /// as soon as one was.
   std::string problem() const;
+  /// For the problem, as Error has it.
+  std::string_view finding() const;
 
   /// By name (`secure-...`).
   std::map<std::string, std::uint64_t> counters() const;
@@ -102,8 +104,8 @@ class RoutingGuard {
   std::deque<Seen> seen_;
   std::deque<Seen> notifies_;  ///< the last that were sent: multicast brings them back
   std::uint64_t floor_ = 0;    ///< an older wrapper can no longer be distinguished from a repetition
-  std::uint64_t began_ = 0;    ///< the timer when it was synchronised: what is older may have been taken before
-  std::uint64_t limit_ = 0;    ///< what is stored: no timer beyond it was sent
+  std::uint64_t began_ = 0;    ///< the timer when it was synchronised; older frames may have been accepted before
+  std::uint64_t limit_ = 0;    ///< the stored timer; no later timer was sent
   bool used_ = false;          ///< a timer was sent
   SteadyTime store_again_{};   ///< after a failure
   Bytes in_, out_;             ///< their memory is used again

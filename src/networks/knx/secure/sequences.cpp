@@ -17,7 +17,7 @@ constexpr std::size_t kOwnSize = 8, kSenderSize = 7;
 constexpr std::chrono::sys_days kEpoch = std::chrono::year{2018} / 1 / 5;
 
 /// No host runs this program earlier.
-constexpr std::chrono::sys_days kLeastTime = std::chrono::year{2025} / 1 / 1;
+constexpr std::chrono::sys_days kMinWallTime = std::chrono::year{2025} / 1 / 1;
 
 std::uint64_t milliseconds_since_epoch(WallTime now) {
   const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(now - kEpoch).count();
@@ -63,7 +63,7 @@ Result<void> OwnSequence::load() {
 
 Result<void> OwnSequence::usable() {
   if (auto loaded = load(); !loaded) return loaded;
-  if (next_ > 1 || scheduler_.wall_now() >= kLeastTime) return {};
+  if (next_ > 1 || scheduler_.wall_now() >= kMinWallTime) return {};
   return fail(ErrorCode::kRefused,
               "the clock of this host was never set, and no earlier sequence number is known: devices would ignore the "
               "telegrams");

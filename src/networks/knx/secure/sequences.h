@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "base/paced_call.h"
+#include "base/scheduler.h"
 #include "networks/knx/secure/group_keys.h"
 
 namespace rubicon::networks::knx::secure {

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "networks/knx/secure/handshake.h"
+#include "model/findings.h"
+#include "networks/knx/secure/session_channel.h"
 
 namespace rubicon::networks::knx::secure {
 
@@ -233,8 +234,8 @@ void Session::receive_status(const wire::Frame& frame) {
     case Status::kAuthenticationFailed:
     case Status::kUnauthenticated: return refused(*status);
     case Status::kTimeout:
-      return end(Cause::kClosed, "the interface ended the secure session, because it heard nothing (session status 3)",
-                 3);
+      return end(Cause::kClosed,
+                 "the interface ended the secure session, because it received nothing (session status 3)", 3);
     case Status::kClose: return end(Cause::kClosed, "the interface closed the secure session (session status 5)", 5);
     case Status::kKeepAlive: return;
   }
@@ -270,6 +271,19 @@ void Session::stop() {
   deadline_.clear();
   channel_.reset();
   pair_.reset();
+}
+
+std::string_view Session::End::finding() const {
+  switch (cause) {
+    case Cause::kNoneFree: return model::findings::kSessionsInUse;
+    case Cause::kWrongServer: return model::findings::kWrongInterface;
+    case Cause::kNotAuthenticated: return model::findings::kUserRefused;
+    case Cause::kNoAnswer: return model::findings::kSessionUnanswered;
+    case Cause::kClosed:
+    case Cause::kForgotten:
+    case Cause::kBroken: break;
+  }
+  return {};
 }
 
 void Session::end(Cause cause, std::string why, std::uint8_t status) {

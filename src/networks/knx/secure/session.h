@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "base/deadline.h"
 #include "base/scheduler.h"
 #include "networks/knx/secure/line_keys.h"
 #include "networks/knx/secure/session_channel.h"
@@ -47,6 +46,9 @@ class Session {
     Cause cause{};
     std::uint8_t status = 0;  ///< of a SESSION_STATUS
     std::string why;          ///< for the user
+
+    /// For the reason, as Error has it.
+    std::string_view finding() const;
   };
 
   struct Callbacks {

@@ -3,9 +3,23 @@
 #include <cstdint>
 #include <optional>
 
+#include "networks/knx/secure/crypto.h"
 #include "networks/knx/secure/frames.h"
 
 namespace rubicon::networks::knx::secure {
+
+/// The computations with which both ends of a session begin (knx.md, section 10.2; KNX 3/8/9).
+
+/// The first 16 bytes of the SHA-256 of the shared secret.
+Result<Key> session_key(const Secret& shared);
+
+/// The MAC of SESSION_RESPONSE as transmitted. `device`: the device authentication code of the server.
+Result<Block> response_mac(Ccm& ccm, const Key& device, std::uint16_t session, const PublicKey& client,
+                           const PublicKey& server);
+
+/// The MAC of SESSION_AUTHENTICATE as transmitted.
+Result<Block> authenticate_mac(Ccm& ccm, const Key& user_key, std::uint8_t user, const PublicKey& client,
+                               const PublicKey& server);
 
 /// One end of an agreed session, client or server: wraps frames, and opens what the peer wraps (knx.md, section 10.2).
 /// Both directions use one key; they differ by the serial numbers of the two ends.

@@ -1,12 +1,47 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "base/bytes.h"
-#include "networks/knx/wire/telegram.h"
+#include "networks/knx/wire/address.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx::wire {
+
+/// The service of a group telegram (KNX 3/3/7): APCI 000, 040, 080.
+enum class Service : std::uint8_t { kRead, kResponse, kWrite };
+
+/// Numbered as on the wire (KNX 3/6/3, Ctrl1 b3-2). System is the highest, then urgent, normal, low.
+enum class Priority : std::uint8_t { kSystem, kNormal, kUrgent, kLow };
+
+/// The value in a telegram. `small`: a value of up to 6 bits that is part of the APCI byte; `bytes` then has one byte
+/// of 0..63. Values of 8 bits or more never have this form, even if they would fit.
+struct PayloadView {
+  ByteView bytes;
+  bool small = false;
+};
+
+struct Payload {
+  Bytes bytes;  ///< at most 253 (kMaxPayload)
+  bool small = false;
+
+  operator PayloadView() const { return {bytes, small}; }
+  friend bool operator==(const Payload&, const Payload&) = default;
+};
+
+/// A telegram to a group address, received or to be sent.
+struct Telegram {
+  Service service = Service::kWrite;
+  GroupAddress destination{};
+  Payload payload;             ///< empty in a read
+  IndividualAddress source{};  ///< 0.0.0 in a telegram to be sent: the server or the line sets it
+  Priority priority = Priority::kLow;
+  std::uint8_t hops = 6;  ///< 0..7
+  bool repeated = false;  ///< received: a repetition on the bus (Ctrl1 b5 = 0)
+
+  friend bool operator==(const Telegram&, const Telegram&) = default;
+};
 
 /// Message codes of cEMI that are used here (KNX 3/6/3); frames may have others.
 enum class CemiCode : std::uint8_t {
@@ -77,5 +112,9 @@ Result<Bytes> write_telegram(CemiCode code, const Telegram& telegram);
 bool confirms(ByteView confirmation, ByteView request);
 /// Ctrl1 of an L_Data frame; 0 for any other frame.
 std::uint8_t control1_of(ByteView cemi);
+
+/// A cEMI frame as readable text in one line: `L_Data.ind low from 1.1.201 to 1/2/5 hops 5 GroupValueResponse (small)
+/// 01`. Frames that cannot be read are given in hex with the reason. Never fails.
+std::string describe(ByteView cemi, Notation notation = Notation::kThreeLevel);
 
 }  // namespace rubicon::networks::knx::wire

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "base/assert.h"
-#include "base/utf8.h"
+#include "base/text.h"
 
 namespace rubicon::networks::knx::wire {
 

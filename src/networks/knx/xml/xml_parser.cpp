@@ -14,7 +14,7 @@ namespace rubicon::networks::knx::xml {
 namespace {
 
 /// Expat takes the length of a piece as an int.
-constexpr std::size_t kLargestPiece = std::size_t{1} << 20U;
+constexpr std::size_t kMaxPiece = std::size_t{1} << 20U;
 
 std::string_view without_prefix(std::string_view name) {
   const auto colon = name.find(':');
@@ -157,8 +157,8 @@ Result<void> Parser::parse(std::string_view piece, bool last) {
 
 Result<void> Parser::feed(std::string_view piece) {
   while (!piece.empty()) {
-    if (auto read = parse(piece.substr(0, kLargestPiece), false); !read) return read;
-    piece.remove_prefix(std::min(piece.size(), kLargestPiece));
+    if (auto read = parse(piece.substr(0, kMaxPiece), false); !read) return read;
+    piece.remove_prefix(std::min(piece.size(), kMaxPiece));
   }
   return {};
 }

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/rate_limit.h"
-#include "motes/forwarder_stream.h"
+#include "base/log.h"
+#include "motes/framing.h"
 #include "motes/mote_packet.h"
 #include "motes/mote_records.h"
 
@@ -63,7 +63,7 @@ struct Forwarder::Impl {
   Impl(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCallbacks c)
       : options(std::move(o)), scheduler(s), transports(t), callbacks(std::move(c)) {}
 
-  void accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& stream_calls);
+  void accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCallbacks& stream_calls);
   void received(Client& client, ByteView bytes);
   ByteView take(Client& client, ByteView bytes);
   bool is_wanted(Client& client, ByteView packet);
@@ -111,7 +111,7 @@ std::size_t Forwarder::Impl::connected() const {
   return static_cast<std::size_t>(std::count_if(clients.begin(), clients.end(), is_there));
 }
 
-void Forwarder::Impl::accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& stream_calls) {
+void Forwarder::Impl::accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCallbacks& stream_calls) {
   const auto name = to_string(stream->remote());
   if (const auto now = connected(); now >= options.clients)
     return note("refused-clients",
@@ -299,7 +299,7 @@ Result<void> Forwarder::open() {
   auto listener = impl_->transports.listen_tcp(
       impl_->options.listen,
       [impl = impl_.get()](std::unique_ptr<transport::TcpStream> stream) {
-        transport::TcpCalls stream_calls;
+        transport::TcpCallbacks stream_calls;
         impl->accept(std::move(stream), stream_calls);
         return stream_calls;
       },

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "base/expiring_queues.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "networks/wsn/sink/sink.h"
 
 namespace rubicon::networks::wsn::sink {

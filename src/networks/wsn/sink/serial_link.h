@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "base/lifetime.h"
-#include "motes/hdlc.h"
+#include "base/scheduler.h"
+#include "motes/framing.h"
 #include "networks/wsn/sink/send_queue.h"
-#include "networks/wsn/sink/sink_notifier.h"
+#include "networks/wsn/sink/sink.h"
 
 namespace rubicon::networks::wsn::sink {
 

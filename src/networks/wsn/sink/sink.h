@@ -5,12 +5,37 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "base/scheduler.h"
-#include "networks/wsn/sink/source.h"
+#include "rubicon/result.hpp"
 #include "transport/transports.h"
 
 namespace rubicon::networks::wsn::sink {
+
+/// Where the packets of a sink come from, in the notation of the original (wsn.md 1.3).
+struct Source {
+  enum class Kind : std::uint8_t {
+    kSerial,     ///< `serial@DEVICE:BAUD`: a serial line or pseudo-terminal
+    kStream,     ///< `network@HOST:PORT`: the bytes of a serial line over TCP
+    kForwarder,  ///< `sf@HOST:PORT`: a serial forwarder that owns the sink
+    kFile        ///< `file@PATH`: a packet log, played back
+  };
+  Kind kind = Kind::kForwarder;
+  std::string path;   ///< of kSerial and kFile
+  unsigned baud = 0;  ///< of kSerial
+  std::string host;   ///< of kStream and kForwarder
+  std::uint16_t port = 0;
+  std::string record;  ///< the file that `+file@PATH` names: traffic is recorded there; empty: not recorded
+
+  friend bool operator==(const Source&, const Source&) = default;
+};
+
+/// Parses a source string; elements are joined by `+` or `>>` (wsn.md 1.3). kInvalid names the faulty part, its
+/// position and what was expected; kUnsupported for `tossim-...@` and `peis@`, with the replacement to use.
+Result<Source> parse_source(std::string_view text);
+/// Without the file to record to: `serial@/dev/ttyUSB0:115200`.
+std::string to_string(const Source& source);
 
 /// Priority of a packet, best first. SendQueue lets no lane starve.
 enum class Lane : std::uint8_t { kCommand, kClient, kSampling, kProbe };
@@ -81,5 +106,37 @@ class Sink {
 /// Scheduler and transports must outlive the sink.
 std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
                                 SinkCallbacks callbacks);
+
+/// Holds the state of a Sink and calls its callbacks. Each of these may destroy the sink, and with it this object:
+/// methods that return false were the last thing to happen in it, and their caller must return at once.
+class SinkNotifier {
+ public:
+  explicit SinkNotifier(SinkCallbacks callbacks) : callbacks_(std::move(callbacks)) {}
+  SinkNotifier(const SinkNotifier&) = delete;
+  SinkNotifier& operator=(const SinkNotifier&) = delete;
+
+  /// For open(): sets the phase without a callback.
+  void connecting() { state_ = {SinkState::Phase::kConnecting, {}}; }
+  bool set_state(SinkState::Phase phase, std::string reason);
+  /// The line is lost: phase kOff with this reason.
+  bool failed(Error why);
+  /// A packet from the sink. Packets whose dispatch byte is not 00 (serial AM) are counted and discarded (wsn.md 2,
+  /// rule 6).
+  bool received(ByteView packet);
+  /// A packet was sent for the first time.
+  bool sent(ByteView packet);
+  bool note(const std::string& subject, std::string_view text);
+  void room(Lane lane) const;
+
+  const SinkState& state() const { return state_; }
+  /// Adds the counters `packets-read`, `packets-written` and `unknown-dispatches`.
+  void count(std::map<std::string, std::uint64_t>& into) const;
+
+ private:
+  SinkCallbacks callbacks_;
+  SinkState state_;
+  std::uint64_t read_ = 0, written_ = 0, unknown_dispatches_ = 0;
+  base::Lifetime lifetime_;
+};
 
 }  // namespace rubicon::networks::wsn::sink

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cctype>
 
-#include "base/printable.h"
 #include "base/text.h"
 #include "networks/zigbee/bridge/json_tree.h"
-#include "transport/mqtt_topics.h"
+#include "transport/mqtt.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {

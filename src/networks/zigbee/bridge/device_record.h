@@ -34,7 +34,7 @@ struct DeviceRecord {
   std::string firmware;
   std::string power_source;  ///< as written: `Battery`, `Mains (single phase)`; empty = not known yet
   std::vector<exposes::Leaf> leaves;
-  std::vector<std::string> skipped;  ///< what of `exposes` is no leaf
+  std::vector<std::string> skipped;  ///< what of `exposes` is not a leaf
   std::vector<Reporting> reportings;
 
   /// Has a power source other than a battery, or is a router without a known one: it can be polled (zigbee.md, section
@@ -49,7 +49,7 @@ struct DeviceRecord {
 /// this size can take 5 ms.
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{128} * 1024;
 
-/// `0x00124B0010000000` -> `00124b0010000000`; empty if it is no ieee_address.
+/// `0x00124B0010000000` -> `00124b0010000000`; empty if it is not an ieee_address.
 std::string address_of(std::string_view ieee);
 /// The other direction, for requests to the bridge.
 std::string ieee_of(std::string_view address);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "model/json_text.h"
 #include "networks/zigbee/bridge/json_tree.h"
 
 namespace rubicon::networks::zigbee::bridge {
@@ -32,7 +34,7 @@ void read_members(const JsonObject& object, Group& group) {
 
 Result<Group> read_group(const JsonElement& element) {
   JsonObject object;
-  if (element.get(object)) return fail(ErrorCode::kInvalid, "bridge/groups: a record is no object");
+  if (element.get(object)) return fail(ErrorCode::kInvalid, "bridge/groups: a record is not an object");
   Group group;
   group.id = small_count_at(object, "id");
   group.name = text_at(object, "friendly_name");
@@ -146,8 +148,22 @@ Result<GroupList> read_groups(std::string_view payload) {
   return list;
 }
 
+std::string members_to_json(const std::vector<Group>& groups) {
+  auto list = nlohmann::json::array();
+  std::size_t bytes = 0;
+  for (const auto& group : groups) {
+    nlohmann::json one{{"address", group.address()}, {"members", group.members}};
+    bytes += model::dump(one).size() + 1;
+    if (bytes >= kMaxMembersText) break;
+    list.push_back(std::move(one));
+  }
+  return model::dump(list);
+}
+
 GroupChanges Groups::replace(std::vector<Group> groups, const FindDevice& find) {
   groups_ = std::move(groups);
+  members_ = members_to_json(groups_);
+  arrived_ = true;
   GroupChanges changes;
   std::set<std::string> present;
   for (const auto& group : groups_) {

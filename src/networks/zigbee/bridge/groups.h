@@ -27,12 +27,17 @@ struct GroupList {
   std::vector<std::string> skipped;  ///< why records were left out
 };
 
-/// kInvalid if it is no array of records.
+/// kInvalid if it is not an array of records.
 Result<GroupList> read_groups(std::string_view payload);
+
+/// `[{"address":"group-7","members":["00124b0010000001"]}]`, at most kMaxMembersText bytes: further groups are left
+/// out.
+std::string members_to_json(const std::vector<Group>& groups);
+inline constexpr std::size_t kMaxMembersText = std::size_t{64} << 10U;
 
 using FindDevice = std::function<const DeviceRecord*(const std::string& address)>;
 
-/// What is different after a new list of groups, or after a change of members.
+/// The differences after a new list of groups, or after a change of members.
 struct GroupChanges {
   std::vector<DeviceRecord> changed;  ///< new, or different in any way
   std::vector<std::string> left;      ///< addresses
@@ -45,6 +50,10 @@ class Groups {
   GroupChanges replace(std::vector<Group> groups, const FindDevice& find);
   /// `members`: addresses of devices that are new or gone, or whose leaves changed. Only their groups are rebuilt.
   GroupChanges members_changed(const std::set<std::string>& members, const FindDevice& find);
+  /// A list came.
+  bool arrived() const { return arrived_; }
+  /// Who belongs to which group, by addresses: JSON (members_to_json).
+  const std::string& members() const { return members_; }
   /// By address.
   const std::map<std::string, DeviceRecord>& records() const { return records_; }
 
@@ -52,6 +61,8 @@ class Groups {
   void rebuild(const Group& group, const FindDevice& find, GroupChanges& changes);
 
   std::vector<Group> groups_;
+  std::string members_ = "[]";
+  bool arrived_ = false;
   std::map<std::string, DeviceRecord> records_;
 };
 

@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "base/text.h"
-#include "networks/zigbee/bridge/list_slices.h"
+#include "networks/zigbee/bridge/json_tree.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {
@@ -82,7 +81,7 @@ struct Inventory::Impl {
     bool lost = false;  ///< the line was lost since it was received
   };
 
-  Impl(Scheduler& used_scheduler, std::size_t most, Calls used_calls)
+  Impl(Scheduler& used_scheduler, std::size_t most, Callbacks used_calls)
       : scheduler(used_scheduler),
         most_devices(most),
         calls(std::move(used_calls)),
@@ -115,7 +114,7 @@ struct Inventory::Impl {
 
   Scheduler& scheduler;
   std::size_t most_devices;
-  Calls calls;
+  Callbacks calls;
   std::map<std::string, Known> devices;      ///< by address
   std::map<std::string, Presence> expected;  ///< by address; none of the devices
   std::optional<WaitingList> waiting;
@@ -254,8 +253,9 @@ bool Inventory::Impl::still_true(const Slice& slice, TextHash hash) {
 
 Inventory::Impl::Slice Inventory::Impl::read(std::string_view slice, TextHash hash) {
   ++counters.parsed;
-  auto record = slice.empty() ? Result<DeviceRecord>(fail(ErrorCode::kInvalid, "bridge/devices: a record is no object"))
-                              : read_device_record(slice);
+  auto record = slice.empty()
+                    ? Result<DeviceRecord>(fail(ErrorCode::kInvalid, "bridge/devices: a record is not an object"))
+                    : read_device_record(slice);
   if (record) return apply(std::move(*record), hash);
   Slice unread{Slice::Kind::kUnreadable, slice.size() <= 4 * kMaxRecordBytes ? address_in(slice) : std::string()};
   listed(unread.address);
@@ -382,7 +382,7 @@ void Inventory::Impl::unreadable(const Error& error) {
   calls.unreadable(error);
 }
 
-Inventory::Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls)
+Inventory::Inventory(Scheduler& scheduler, std::size_t most_devices, Callbacks calls)
     : impl_(std::make_unique<Impl>(scheduler, most_devices, std::move(calls))) {}
 Inventory::~Inventory() = default;
 

@@ -1,16 +1,50 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "base/scheduler.h"
 #include "networks/zigbee/bridge/device_record.h"
-#include "networks/zigbee/bridge/presence.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::zigbee::bridge {
+
+/// Whether the lists of the bridge have a device, and when their lack of it means that it is gone: a list can be
+/// published in the middle of a change (zigbee.md, section 9), and a retained copy can be older than the bridge.
+class Presence {
+ public:
+  static constexpr Duration kAbsence = std::chrono::seconds(10);
+  /// The same for a device that only a retained copy lacks: a living device with a battery reports within this time.
+  static constexpr Duration kRetainedAbsence = std::chrono::hours(25);
+
+  /// A list has the device. `list`: its number; `received`: number of messages received up to then.
+  void listed(std::uint64_t list, std::uint64_t received);
+  bool in_list(std::uint64_t list) const { return listed_in_ == list; }
+  /// A complete list lacks it. Why it is gone, or nullptr if it is not gone yet.
+  const char* lacked(bool live_list, SteadyTime now);
+  /// The same by the time alone.
+  const char* overdue(SteadyTime now) const;
+  /// When overdue() is to be asked; nullopt: the last list has the device, or nothing is known.
+  std::optional<SteadyTime> due() const;
+  /// A live message of the device or about it.
+  void heard();
+  /// Number of lists that had arrived when the bridge reported that the device left, or removed it.
+  void leaving(std::uint64_t received) { leaving_after_ = received; }
+  /// Another connection, another chance.
+  void line_lost();
+
+ private:
+  std::uint64_t listed_in_ = 0;
+  std::optional<SteadyTime> missing_since_;
+  bool missing_live_ = false;  ///< a live list lacks it
+  bool heard_ = false;         ///< since the line was lost
+  std::optional<std::uint64_t> leaving_after_;
+};
 
 /// The devices of a bridge, kept by its `bridge/devices` lists; the coordinator is none. Compares each list with the
 /// one before by ieee address, in turns of bounded work; a list equal to the one before is dropped, and only records
@@ -22,7 +56,7 @@ class Inventory {
   static constexpr std::size_t kComparedPerTurn = std::size_t{1} * 1024 * 1024, kParsedPerTurn = std::size_t{48} * 1024;
 
   /// Called in turns of their own, never inside a call to the inventory. Each may destroy the inventory.
-  struct Calls {
+  struct Callbacks {
     /// A new device, interviewed and supported; or one whose record changed in any way: name, definition, power source.
     /// A device that was usable stays so while it is interviewed again.
     std::function<void(const DeviceRecord& record)> changed;
@@ -48,7 +82,7 @@ class Inventory {
     std::uint64_t unreadable = 0;  ///< lists and records
     std::size_t longest_turn = 0;  ///< most bytes parsed in one turn
   };
-  Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls);
+  Inventory(Scheduler& scheduler, std::size_t most_devices, Callbacks calls);
   ~Inventory();
 
   /// A payload of `bridge/devices`, copied once. An empty payload is ignored. `retained`: as the broker marks it; after

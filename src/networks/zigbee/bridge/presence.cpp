@@ -1,4 +1,4 @@
-#include "networks/zigbee/bridge/presence.h"
+#include "networks/zigbee/bridge/inventory.h"
 
 namespace rubicon::networks::zigbee::bridge {
 

@@ -15,8 +15,8 @@ constexpr std::string_view kResponse = "response/";
 
 /// A payload of `<name>/availability`: nothing but the word. A state has more members, or `state` is another word.
 bool is_availability(std::string_view payload) {
-  constexpr std::size_t kLongest = 64;
-  return payload.size() <= kLongest && read_online(payload).has_value();
+  constexpr std::size_t kMaxLength = 64;
+  return payload.size() <= kMaxLength && read_online(payload).has_value();
 }
 
 bool is_of_the_bridge(std::string_view name) {

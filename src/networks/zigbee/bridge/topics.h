@@ -8,12 +8,12 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/by_text.h"
+#include "base/compare_text.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::networks::zigbee::bridge {
 
-/// Why no device or group may get this friendly name: name_problem(), or its topics would be those of something else:
+/// Why no device or group may get this friendly name: name_problem(), or something else has the same topics:
 /// `bridge/...` of the bridge; `a/set`, `a/get/b` and `a/availability` of a device `a`, which may come later. Empty if
 /// it may.
 std::string new_name_problem(std::string_view name);
@@ -54,8 +54,8 @@ class Topics {
   /// nullopt: the topic belongs to no known device or group. The payload decides if a topic has two meanings: the state
   /// of the device `a/availability`, and the availability of `a`.
   std::optional<Found> find(std::string_view topic, std::string_view payload) const;
-  /// Why a name cannot be used: its topics are those of something else (`bridge/state`, or `a/set` where there is a
-  /// device `a`). Empty = usable. Messages to such a topic are not the state of the device.
+  /// Why a name cannot be used: something else has the same topics (`bridge/state`, or `a/set` where there is a device
+  /// `a`). Empty = usable. Messages to such a topic are not the state of the device.
   std::string conflict(const std::string& address) const;
 
   /// All filters: the bridge's own topics and those of the entities. After each connect.

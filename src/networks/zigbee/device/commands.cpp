@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/append.h"
+#include "base/text.h"
 
 namespace rubicon::networks::zigbee::device {
 
@@ -53,9 +53,9 @@ void append_key(std::string& json, std::string_view key) {
   json += '"';
 }
 
-Commands::Commands(Scheduler& scheduler, Calls calls)
+Commands::Commands(Scheduler& scheduler, Callbacks calls)
     : scheduler_(scheduler),
-      calls_(std::move(calls)),
+      callbacks_(std::move(calls)),
       turn_(scheduler, [this] { flush(); }),
       deadline_(scheduler, [this] { flush(); }) {}
 
@@ -133,7 +133,7 @@ void Commands::publish_waiting() {
 }
 
 void Commands::publish(std::vector<Command> batch) {
-  const auto done = calls_.publish(set_payload(batch));
+  const auto done = callbacks_.publish(set_payload(batch));
   hold_until_ = scheduler_.now() + kHold;
   if (done) ++messages_;
   for (auto& command : batch) {
@@ -147,7 +147,7 @@ void Commands::publish(std::vector<Command> batch) {
 
 void Commands::sent(Command command) {
   command.published = scheduler_.wall_now();
-  calls_.published(command);
+  callbacks_.published(command);
   command.answer_by = std::min(command.answer_by, std::max(scheduler_.now() + kEchoTime, command.expires));
   if (!command.echoed) return echoless_.push_back(std::move(command));
   std::erase_if(published_, [&](const Command& older) {
@@ -191,7 +191,7 @@ SteadyTime Commands::next_time() const {
 }
 
 void Commands::answer(const Command& command, Outcome outcome, std::string text) {
-  calls_.answer(command.request, outcome, std::move(text));
+  callbacks_.answer(command.request, outcome, std::move(text));
 }
 
 }  // namespace rubicon::networks::zigbee::device

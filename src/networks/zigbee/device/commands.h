@@ -6,8 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/deadline.h"
-#include "base/lifetime.h"
+#include "base/scheduler.h"
 #include "model/message.h"
 #include "rubicon/result.hpp"
 
@@ -34,8 +33,8 @@ struct Command {
 /// for kEchoTime. The broker answers the messages of a connection in their order (MQTT 5, section 4.6).
 class Commands {
  public:
-  /// What is added while a set has no echo waits so long at most: longer, and one set that Zigbee2MQTT rejected would
-  /// outlast the time to live of the commands behind it.
+  /// How long commands wait for the echo of the set before them. A set that Zigbee2MQTT rejected has no echo: with a
+  /// longer wait the commands behind it would expire.
   static constexpr Duration kHold = std::chrono::seconds(2);
   /// Radio attempts take up to 10 s (zigbee.md, section 5).
   static constexpr Duration kEchoTime = std::chrono::seconds(15);
@@ -44,13 +43,13 @@ class Commands {
   static constexpr Duration kAnswerTime = std::chrono::seconds(29);
   static constexpr std::size_t kMaxPending = 200;
 
-  struct Calls {
+  struct Callbacks {
     std::function<Result<void>(std::string payload)> publish;
     std::function<void(std::uint64_t request, model::Outcome outcome, std::string text)> answer;
     /// Published; from now on its value may come back. Before it is answered.
     std::function<void(const Command& command)> published;
   };
-  Commands(Scheduler& scheduler, Calls calls);
+  Commands(Scheduler& scheduler, Callbacks calls);
 
   /// Published at the end of this turn, or when the set before it has its echo. kBusy: too many wait.
   Result<void> add(Command command, bool sleeps, Duration time_to_live);
@@ -79,7 +78,7 @@ class Commands {
   void answer(const Command& command, model::Outcome outcome, std::string text);
 
   Scheduler& scheduler_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::vector<Command> waiting_;
   std::vector<Command> published_, echoless_;  ///< that wait for an echo; for an answer of the broker
   std::uint64_t messages_ = 0, answered_ = 0;  ///< set messages so far; those of them that the broker answered

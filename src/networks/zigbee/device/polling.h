@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
-#include "base/deadline.h"
+#include "base/scheduler.h"
 
 namespace rubicon::networks::zigbee::device {
 
@@ -13,7 +15,7 @@ namespace rubicon::networks::zigbee::device {
 /// in the bound of the network waits.
 class Polling {
  public:
-  static constexpr Duration kShortest = std::chrono::seconds(1);
+  static constexpr Duration kMinTime = std::chrono::seconds(1);
 
   /// Publishes one get for these properties; false: no place in this moment.
   using Ask = std::function<bool(const std::vector<std::size_t>& properties)>;
@@ -42,6 +44,40 @@ class Polling {
   SteadyTime next_poll_ = SteadyTime::max();
   SteadyTime not_before_{};
   bool up_ = false;
+  base::Deadline deadline_;
+};
+
+/// The limit for the silence of a device whose availability Zigbee2MQTT does not publish (zigbee.md, section 6). A
+/// device that can be asked is asked before, because many report only changes.
+class Silence {
+ public:
+  /// For the answer to a question whether the device is there.
+  static constexpr Duration kProbeTime = std::chrono::seconds(15);
+
+  struct Callbacks {
+    std::function<bool()> ask;  ///< false: no place in this moment
+    std::function<void(std::string reason)> unreachable;
+  };
+  Silence(Scheduler& scheduler, Callbacks calls);
+
+  /// nullopt: no limit.
+  void limit(std::optional<Duration> limit, bool can_ask);
+  /// The device was heard, so long ago.
+  void heard(Duration ago);
+  /// Its silence counts from now on; false: the line is down.
+  void line(bool up);
+
+ private:
+  enum class Phase : std::uint8_t { kHeard, kAsked, kUnreachable };
+  void due();
+  void schedule();
+
+  Scheduler& scheduler_;
+  Callbacks callbacks_;
+  std::optional<Duration> limit_;
+  bool can_ask_ = false, up_ = false;
+  Phase phase_ = Phase::kHeard;
+  SteadyTime heard_at_{};
   base::Deadline deadline_;
 };
 

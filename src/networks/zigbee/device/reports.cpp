@@ -10,7 +10,7 @@
 
 #include "base/text.h"
 #include "model/json_text.h"
-#include "networks/zigbee/device/last_seen.h"
+#include "networks/zigbee/device/state_message.h"
 
 namespace rubicon::networks::zigbee::device {
 
@@ -22,9 +22,9 @@ using nlohmann::json;
 constexpr Duration kStartTime = std::chrono::seconds(10);
 /// A get without an answer is forgotten.
 constexpr Duration kAnswerTime = std::chrono::seconds(10);
-/// Of the parts of colours, which devices round.
+/// By how much a reported part of a colour may differ from the commanded one: devices round.
 constexpr double kShare = 1e-3, kPartTolerance = 2e-3;
-/// Of other numbers: digits that a float of the device loses.
+/// The same for other numbers, which devices keep in single precision.
 constexpr double kNoise = 1e-6;
 
 bool is_known(const Property& property) {

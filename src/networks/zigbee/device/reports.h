@@ -8,16 +8,14 @@
 
 #include "model/message.h"
 #include "networks/zigbee/device/commands.h"
-#include "networks/zigbee/device/heard.h"
-#include "networks/zigbee/device/properties.h"
-#include "networks/zigbee/device/state_reader.h"
-#include "networks/zigbee/device/verification.h"
+#include "networks/zigbee/device/known_values.h"
+#include "networks/zigbee/device/state_message.h"
 
 namespace rubicon::networks::zigbee::device {
 
-/// What the state messages of one device prove. A message holds all values that Zigbee2MQTT remembers, and the presence
-/// of a value proves nothing (zigbee.md, section 5): new is what changed, or what was asked for, if it is neither the
-/// echo of a command nor a copy of old values.
+/// What the state messages of one device prove. A message holds all values that Zigbee2MQTT remembers, so a value in it
+/// proves nothing by itself (zigbee.md, section 5). A value is new if it changed or was asked for, and is neither the
+/// echo of a command nor a copy of an old value.
 class Reports {
  public:
   /// Older values than that are copies that Zigbee2MQTT repeats, unless its clock is wrong.
@@ -126,7 +124,7 @@ class Reports {
 /// step, or to a millionth where there is no step. nullopt: not both are numbers.
 std::optional<bool> is_same_number(const exposes::MappedPoint& point, std::string_view reported,
                                    std::string_view wanted);
-/// Whether a reported value that is no number is the wanted one. Objects may have further members; parts of colours
+/// Whether a reported value that is not a number is the wanted one. Objects may have further members; parts of colours
 /// may differ by 0.1 % and 0.002, other real numbers by a millionth.
 bool is_same_value(const exposes::MappedPoint& point, const Value& reported, const Value& wanted);
 

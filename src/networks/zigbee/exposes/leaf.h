@@ -51,9 +51,9 @@ struct Leaf {
   friend bool operator==(const Leaf&, const Leaf&) = default;
 };
 
-/// Reads the `exposes` array of a definition; groups are flattened. What is no leaf (no property, unknown type, access
-/// 0) is skipped and described in `skipped`. kInvalid if the text is no JSON array; nesting and numbers of leaves are
-/// bounded.
+/// Reads the `exposes` array of a definition; groups are flattened. What is not a leaf (no property, unknown type,
+/// access 0) is skipped and described in `skipped`. kInvalid if the text is no JSON array; nesting and numbers of
+/// leaves are bounded.
 Result<std::vector<Leaf>> read_exposes(std::string_view json, std::vector<std::string>& skipped);
 
 }  // namespace rubicon::networks::zigbee::exposes

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
-#include "model/open_type.h"
-#include "model/words.h"
+#include "model/point.h"
+#include "model/type_names.h"
 #include "networks/zigbee/exposes/type_table.h"
 #include "rubicon/key.hpp"
 
@@ -14,9 +14,9 @@ namespace rubicon::networks::zigbee::exposes {
 
 namespace {
 
-constexpr std::size_t kLongestTypeName = 200;  ///< messages take 255
-constexpr std::size_t kLongestName = 40;       ///< of an instance in keys (proxy/naming.cpp)
-constexpr std::size_t kLongestProperty = 64;   ///< the instance of a property: the id of a sensor or actuator
+constexpr std::size_t kMaxTypeName = 200;  ///< messages take 255
+constexpr std::size_t kMaxNameText = 40;   ///< of an instance in keys (proxy/naming.cpp)
+constexpr std::size_t kMaxProperty = 64;   ///< the instance of a property: the id of a sensor or actuator
 
 std::string_view form_word(LeafForm form) {
   switch (form) {
@@ -86,7 +86,7 @@ std::string_view own_property(const Leaf& leaf) {
 }
 
 std::string open_name(const Leaf& leaf, const TypeCatalogue& types) {
-  auto name = leaf.name.size() <= kLongestTypeName ? leaf.name : model::to_key_part(leaf.name, kLongestTypeName);
+  auto name = leaf.name.size() <= kMaxTypeName ? leaf.name : model::to_key_part(leaf.name, kMaxTypeName);
   Capability capability;
   capability.type_name = name;
   if (types.find(model::name_in_keys(capability)) != nullptr) name += fmt::format("_{}", form_word(leaf.form));
@@ -136,7 +136,7 @@ void PointNames::name(const Leaf& leaf, std::string_view tag, Capability& capabi
   if (property && !leaf.endpoint.empty()) return;
   auto instance = joined_parts(leaf.endpoint, tag);
   if (instance.empty() && !property) instance = "1";
-  const auto limit = property ? kLongestProperty : kLongestName;
+  const auto limit = property ? kMaxProperty : kMaxNameText;
   if (!instance.empty()) instance = model::to_key_part(instance, limit);
   set_unique(leaf, std::move(instance), limit, capability);
 }
@@ -149,8 +149,8 @@ void PointNames::name_properties(const std::vector<Leaf>& leaves, std::vector<Ma
     if (capability.point.kind != Kind::kProperty || endpoint.empty()) continue;
     const auto owner = owners.find(endpoint);
     const auto instance =
-        joined_parts(owner == owners.end() ? model::to_key_part(endpoint, kLongestName) : owner->second, tags_[i]);
-    set_unique(leaves[i], model::to_key_part(instance, kLongestProperty), kLongestProperty, capability);
+        joined_parts(owner == owners.end() ? model::to_key_part(endpoint, kMaxNameText) : owner->second, tags_[i]);
+    set_unique(leaves[i], model::to_key_part(instance, kMaxProperty), kMaxProperty, capability);
   }
 }
 

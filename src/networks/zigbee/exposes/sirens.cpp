@@ -14,8 +14,8 @@ namespace {
 using Tree = nlohmann::json;
 
 /// Warning Duration of the command Start Warning is a uint16 of seconds (ZigBee Cluster Library, section 8.4.2.3.1).
-constexpr double kLongest = 65535;
-/// Without a duration Zigbee2MQTT takes 10 s, which is no siren that is on.
+constexpr double kMaxTime = 65535;
+/// Without a duration Zigbee2MQTT uses 10 s: too short for a siren that is switched on.
 constexpr double kUsual = 1800;
 
 const Leaf* part_of(const Leaf& leaf, std::string_view name, LeafForm form) {
@@ -32,7 +32,7 @@ const NamedValue* word_of(const Leaf& part, std::string_view name) {
 }
 
 double most_of(const Leaf& duration) {
-  return std::min(duration.maximum.value_or(kLongest), kLongest);
+  return std::min(duration.maximum.value_or(kMaxTime), kMaxTime);
 }
 
 /// `emergency` is what Zigbee2MQTT takes for a missing mode; else the first word that is not the end.
@@ -84,6 +84,13 @@ std::vector<Leaf> siren_leaves(const Leaf& leaf) {
     added.maximum = most_of(*duration);
     added.step = 1;
     added.part = duration->name;
+  }
+  if (mode->values.size() > 2) {
+    auto& added = leaves.emplace_back(derived(leaf, "melody", LeafForm::kEnum));
+    added.category = Category::kConfig;
+    added.values = mode->values;
+    std::erase_if(added.values, [](const NamedValue& word) { return word.name == "stop"; });
+    added.part = mode->name;
   }
   if (const auto* level = part_of(leaf, "level", LeafForm::kEnum)) {
     auto& added = leaves.emplace_back(derived(leaf, "alarm_volume", LeafForm::kEnum));

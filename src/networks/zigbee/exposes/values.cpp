@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/json_depth.h"
 #include "base/text.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
@@ -92,8 +91,8 @@ Result<Value> decode_integer(const MappedPoint& point, std::string_view json) {
   const auto number = number_of_json(json);
   if (!number) return unreadable(point, json, "a number");
   const auto value = in_type(point.coding, *number);
-  constexpr double kMost = 9007199254740992.0;  // 2^53: beyond it a double is not exact
-  if (!std::isfinite(value) || value != std::floor(value) || std::abs(value) > kMost)
+  constexpr double kMaxExact = 9007199254740992.0;  // 2^53: beyond it a double is not exact
+  if (!std::isfinite(value) || value != std::floor(value) || std::abs(value) > kMaxExact)
     return unreadable(point, json, "a whole number");
   return Value(static_cast<std::int64_t>(value));
 }

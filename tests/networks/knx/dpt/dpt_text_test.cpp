@@ -134,7 +134,7 @@ TEST(DptText, TextKeepsToItsCodePage) {
   EXPECT_EQ(hex_of("16.001", "a\xff"), "invalid");
   EXPECT_EQ(hex_of("24.001", "š"), "invalid");
   EXPECT_EQ(encode_text(dpt("16.000"), "21 °C").error().text,
-            "16.000 text, 14 characters ASCII: '21 \\xc2\\xb0C' is not text in ASCII");
+            "16.000 text, 14 characters ASCII: '21 °C' is not text in ASCII");
   EXPECT_EQ(hex_of("28.001", ""), "00");
   EXPECT_EQ(hex_of("28.001", "\xc3"), "invalid");
   EXPECT_EQ(hex_of("28.001", std::string(253, 'a')).size(), 506U);

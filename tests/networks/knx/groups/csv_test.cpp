@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "networks/knx/groups/csv_records.h"
+#include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/support.h"
 

@@ -2,7 +2,6 @@
 
 #include "networks/knx/groups/import.h"
 #include "networks/knx/groups/infer_points.h"
-#include "networks/knx/groups/kind_of_type.h"
 #include "networks/knx/groups/support.h"
 #include "networks/knx/groups/words.h"
 

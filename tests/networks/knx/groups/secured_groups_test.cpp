@@ -1,10 +1,9 @@
-#include "networks/knx/groups/secured_groups.h"
+#include "networks/knx/groups/import.h"
 
 #include <gmock/gmock.h>
 
 #include "config/yaml.h"
 #include "networks/knx/groups/group_file.h"
-#include "networks/knx/groups/import.h"
 #include "networks/knx/groups/support.h"
 
 namespace rubicon::networks::knx::groups {

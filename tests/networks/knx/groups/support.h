@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "networks/knx/groups/readers.h"
+#include "networks/knx/groups/group_list.h"
 
 namespace rubicon::networks::knx::groups {
 

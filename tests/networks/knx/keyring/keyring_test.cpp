@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "model/findings.h"
 #include "support/keyring_writer.h"
 
 namespace rubicon::networks::knx::keyring {
@@ -85,9 +86,11 @@ TEST(Keyring, AWrongPasswordAndAChangedFileHaveDifferentErrors) {
   ASSERT_FALSE(wrong);
   EXPECT_EQ(wrong.error().code, ErrorCode::kRefused);
   EXPECT_EQ(wrong.error().text, "the password of the keyring is wrong");
+  EXPECT_EQ(wrong.error().finding, model::findings::kKeyringPassword);
   const auto tampered = Keyring::open(*parse_keyring(changed), secret(kPassword));
   ASSERT_FALSE(tampered);
   EXPECT_EQ(tampered.error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(tampered.error().finding, model::findings::kKeyringChanged);
   EXPECT_THAT(tampered.error().text, HasSubstr("was changed after ETS exported it"));
   EXPECT_EQ(Keyring::open(*parse_keyring(changed), secret("another")).error().text, wrong.error().text);
   EXPECT_TRUE(Keyring::open(*parse_keyring(text), secret(kPassword)));
@@ -200,6 +203,7 @@ TEST(Keyring, AMissingTunnelAndAMissingUserAreNamed) {
             "2.1.0)");
   const auto no_user = keyring.tunnel({device("1.1.13")}).error();
   EXPECT_EQ(no_user.code, ErrorCode::kNotFound);
+  EXPECT_EQ(no_user.finding, model::findings::kKeyringNoUser);
   EXPECT_THAT(no_user.text, HasSubstr("no user and password for the tunnel 1.1.13"));
   EXPECT_THAT(keyring.tunnel({device("1.1.40")}).error().text, HasSubstr("no tunnel 1.1.40")) << "USB";
 }
@@ -216,6 +220,7 @@ TEST(Keyring, OfAServerTheFirstFreeUserIsPicked) {
   }
   const auto none = pick();
   EXPECT_EQ(none.error().code, ErrorCode::kBusy);
+  EXPECT_EQ(none.error().finding, model::findings::kKeyringTunnelsInUse);
   EXPECT_EQ(keyring.tunnel({{}, device("2.1.0")})->user, 2);
   EXPECT_THAT(keyring.tunnel({{}, device("3.1.0")}).error().text, HasSubstr("no tunnel of the interface 3.1.0"));
 }

@@ -1,4 +1,4 @@
-#include "networks/knx/line/busy_rule.h"
+#include "networks/knx/line/pauses.h"
 
 #include <gtest/gtest.h>
 

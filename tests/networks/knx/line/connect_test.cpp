@@ -187,7 +187,7 @@ class NoRoute final : public transport::Transports {
     return lines.look_up(host, std::move(done));
   }
   Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions& options,
-                                                         transport::UdpCalls calls) override {
+                                                         transport::UdpCallbacks calls) override {
     if (options.remote) return fail(ErrorCode::kIo, "cannot connect: Network is unreachable");
     return lines.open_udp(options, std::move(calls));
   }

@@ -26,7 +26,7 @@ struct Host {
     transport::UdpOptions options{{groups.empty() ? "" : groups[0], port}};
     options.multicast = transport::UdpMulticast{std::move(groups), at};
     options.reuse_address = true;
-    transport::UdpCalls calls;
+    transport::UdpCallbacks calls;
     calls.received = [this](const Endpoint& from, ByteView frame) {
       received.emplace_back(from, base::to_hex(frame));
       if (answer) answer(from, frame);

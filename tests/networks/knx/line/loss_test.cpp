@@ -47,7 +47,7 @@ TEST_P(LossTest, ThreePercentEachWayLoseNothing) {
 }
 
 TEST_P(LossTest, AtTheRateOfABusItTakesLittleLonger) {
-  options.limits = Outbox::Limits{};
+  options.limits = TelegramQueue::Limits{};
   run_writes({.loss = 0.03});
   expect_all_delivered();
   EXPECT_LT(took, 40s);

@@ -1,4 +1,4 @@
-#include "networks/knx/line/outbox.h"
+#include "networks/knx/line/telegram_queue.h"
 
 #include <gtest/gtest.h>
 
@@ -15,13 +15,13 @@ using namespace std::chrono_literals;
 
 class OutboxTest : public testing::Test {
  protected:
-  void make(Outbox::Limits limits) {
-    outbox = std::make_unique<Outbox>(time, limits, [this] {
+  void make(TelegramQueue::Limits limits) {
+    telegrams = std::make_unique<TelegramQueue>(time, limits, [this] {
       if (!auto_send) return;
-      while (const auto* telegram = outbox->take()) {
+      while (const auto* telegram = telegrams->take()) {
         taken.push_back(number(telegram->destination));
         when.push_back(time.now());
-        outbox->finish(SendOutcome::kSent, {});
+        telegrams->finish(SendOutcome::kSent, {});
       }
     });
   }
@@ -32,12 +32,12 @@ class OutboxTest : public testing::Test {
     telegram.priority = priority;
     telegram.service = service;
     if (service != wire::Service::kRead) telegram.payload = {{1}, true};
-    outbox->push(telegram, time.now() + lives,
-                 [this, group](SendOutcome sent, std::string_view) { outcomes.emplace_back(group, sent); });
+    telegrams->push(telegram, time.now() + lives,
+                    [this, group](SendOutcome sent, std::string_view) { outcomes.emplace_back(group, sent); });
   }
 
   VirtualScheduler time;
-  std::unique_ptr<Outbox> outbox;
+  std::unique_ptr<TelegramQueue> telegrams;
   bool auto_send = true;
   std::vector<std::uint16_t> taken;
   std::vector<SteadyTime> when;
@@ -103,7 +103,7 @@ TEST_F(OutboxTest, RefusesTelegramsBeyondItsBoundInALaterTurn) {
   time.run_ready();
   ASSERT_EQ(outcomes.size(), 1U);
   EXPECT_EQ(outcomes[0], (std::pair<std::uint16_t, SendOutcome>{4, SendOutcome::kRefused}));
-  EXPECT_EQ(outbox->waiting(), 3U);
+  EXPECT_EQ(telegrams->waiting(), 3U);
 }
 
 TEST_F(OutboxTest, TelegramsThatWaitTooLongExpireInTime) {
@@ -119,8 +119,8 @@ TEST_F(OutboxTest, TelegramsThatWaitTooLongExpireInTime) {
   time.run_for(1s);
   ASSERT_EQ(outcomes.size(), 2U);
   EXPECT_EQ(outcomes[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kExpired}));
-  EXPECT_EQ(outbox->waiting(), 1U);
-  EXPECT_EQ(outbox->counters().expired, 2U);
+  EXPECT_EQ(telegrams->waiting(), 1U);
+  EXPECT_EQ(telegrams->counters().expired, 2U);
 }
 
 TEST_F(OutboxTest, UnconfirmedTelegramsAreSentFirstOnTheNextLineAndOnlyOnceMore) {
@@ -128,39 +128,39 @@ TEST_F(OutboxTest, UnconfirmedTelegramsAreSentFirstOnTheNextLineAndOnlyOnceMore)
   auto_send = false;
   push(1);
   push(2, wire::Priority::kSystem);
-  EXPECT_EQ(number(outbox->take()->destination), 2);
-  EXPECT_EQ(outbox->take(), nullptr) << "one at a time";
-  outbox->line_lost();
+  EXPECT_EQ(number(telegrams->take()->destination), 2);
+  EXPECT_EQ(telegrams->take(), nullptr) << "one at a time";
+  telegrams->line_lost();
   push(3, wire::Priority::kSystem);
-  EXPECT_EQ(number(outbox->take()->destination), 2);
-  outbox->line_lost();
+  EXPECT_EQ(number(telegrams->take()->destination), 2);
+  telegrams->line_lost();
   time.run_ready();
   ASSERT_EQ(outcomes.size(), 1U);
   EXPECT_EQ(outcomes[0], (std::pair<std::uint16_t, SendOutcome>{2, SendOutcome::kLost}));
-  EXPECT_EQ(number(outbox->take()->destination), 3);
+  EXPECT_EQ(number(telegrams->take()->destination), 3);
 }
 
 TEST_F(OutboxTest, UnconfirmedTelegramsWithoutTimeLeftAreReportedLost) {
   make({.rate = 0});
   auto_send = false;
   push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
-  outbox->take();
-  outbox->line_lost();
+  telegrams->take();
+  telegrams->line_lost();
   time.run_for(2s);
   ASSERT_EQ(outcomes.size(), 1U);
   EXPECT_EQ(outcomes[0].second, SendOutcome::kLost);
-  EXPECT_EQ(outbox->take(), nullptr);
+  EXPECT_EQ(telegrams->take(), nullptr);
 }
 
 TEST_F(OutboxTest, TelegramsThatAreSentOnceMoreHaveTimeLeft) {
   make({.rate = 0});
   auto_send = false;
   push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
-  outbox->take();
-  outbox->line_lost();
+  telegrams->take();
+  telegrams->line_lost();
   time.run_for(990ms);
   // At that very instant the line comes up, before anybody looked for what is over.
-  const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(outbox->take(), nullptr); });
+  const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(telegrams->take(), nullptr); });
   push(2, wire::Priority::kLow, wire::Service::kWrite, 5ms);  // the look at it puts the next one off by a step
   time.run_for(1s);
   ASSERT_EQ(outcomes.size(), 2U);
@@ -170,7 +170,7 @@ TEST_F(OutboxTest, TelegramsThatAreSentOnceMoreHaveTimeLeft) {
 TEST_F(OutboxTest, DestructionCallsNothing) {
   make({.rate = 0, .queue = 0});
   push(1);
-  outbox.reset();
+  telegrams.reset();
   time.run_for(1s);
   EXPECT_TRUE(outcomes.empty());
 }

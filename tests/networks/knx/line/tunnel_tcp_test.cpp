@@ -53,7 +53,7 @@ class Bridge {
     });
   }
   void join(const std::shared_ptr<End>& end) {
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.received = [raw = end.get()](ByteView bytes) {
       boost::system::error_code ignored;
       boost::asio::write(raw->socket, boost::asio::buffer(bytes.data(), bytes.size()), ignored);

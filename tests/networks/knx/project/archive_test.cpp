@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "networks/knx/project/archive_end.h"
 #include "networks/knx/project/support.h"
+#include "networks/knx/project/zip_source.h"
 #include "support/memory/memory_transports.h"
 
 namespace rubicon::networks::knx::project {

@@ -173,7 +173,7 @@ TEST(ProjectInstallations, WithTheSameAddressesBothAreNamed) {
   EXPECT_EQ(project.list.report.errors, 1U);
   EXPECT_THAT(report_text(project.list.report),
               AllOf(HasSubstr("error: 1/0/1: installation 1 'House' has it, and so has installation 2 'Garden' (2 such "
-                              "addresses): those of the latter are left out"),
+                              "addresses): the addresses of the second one are left out"),
                     Not(HasSubstr("duplicate address"))));
 }
 

@@ -4,10 +4,8 @@
 #include <set>
 
 #include "networks/knx/project/installation_document.h"
-#include "networks/knx/project/module_ids.h"
 #include "networks/knx/project/programs.h"
 #include "networks/knx/project/support.h"
-#include "networks/knx/project/types.h"
 #include "networks/knx/project/usage.h"
 
 namespace rubicon::networks::knx::project {

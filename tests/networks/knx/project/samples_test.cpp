@@ -5,7 +5,7 @@
 
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/project/support.h"
-#include "networks/knx/project/types.h"
+#include "networks/knx/project/usage.h"
 
 namespace rubicon::networks::knx::project {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "networks/knx/secure/handshake.h"
+#include "networks/knx/secure/session_channel.h"
 #include "networks/knx/secure/vectors.h"
 
 // Vectors: knx.md, section 18.

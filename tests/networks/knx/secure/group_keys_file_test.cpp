@@ -1,4 +1,4 @@
-#include "networks/knx/secure/group_keys_file.h"
+#include "networks/knx/secure/group_keys.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

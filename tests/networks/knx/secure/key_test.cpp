@@ -91,7 +91,7 @@ class CoreDump {
         begin = first;
         end = last;
         writable = mode[1] == 'w';
-      } else if (line.starts_with("VmFlags:") && writable && end - begin < kLargest && line.find(" dd") == line.npos) {
+      } else if (line.starts_with("VmFlags:") && writable && end - begin < kMaxSize && line.find(" dd") == line.npos) {
         found += times_in(begin, end);
       }
     }
@@ -119,7 +119,7 @@ class CoreDump {
   }
 
   /// Larger regions are those of sanitizers.
-  static constexpr unsigned long long kLargest = 1ULL << 28U;
+  static constexpr unsigned long long kMaxSize = 1ULL << 28U;
   static constexpr std::size_t kWindow = 1U << 16U;
   Bytes inverted_;
   Bytes window_ = Bytes(kWindow + 64);

@@ -1,4 +1,4 @@
-#include "networks/knx/secure/password_file.h"
+#include "networks/knx/secure/passwords.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -173,12 +173,12 @@ TEST_F(Clock, AWrapperOfOursPostponesTheNotify) {
 }
 
 TEST_F(Clock, StopsAtTheEndOfItsBits) {
-  make(RoutingClock::kMost - 10);
+  make(RoutingClock::kMaxTimer - 10);
   clock->start();
   time.run_for(4s);
-  EXPECT_EQ(clock->now(), RoutingClock::kMost);
+  EXPECT_EQ(clock->now(), RoutingClock::kMaxTimer);
   std::ignore = clock->received_wrapper(~0ULL, kOther, 1);
-  EXPECT_EQ(clock->now(), RoutingClock::kMost);
+  EXPECT_EQ(clock->now(), RoutingClock::kMaxTimer);
 }
 
 TEST_F(Clock, DoesNothingWhileItIsStopped) {

@@ -166,7 +166,7 @@ TEST_F(SecureGroup, RemembersABoundedNumberOfWrappersWithoutALoophole) {
   const auto first = ann.wrap(kSwitch);
   EXPECT_EQ(bob.take(first), kSwitch);
   time.run_for(1ms);
-  for (std::size_t i = 0; i < RoutingGuard::kMostRemembered; ++i) ASSERT_EQ(bob.take(ann.wrap(kSwitch)), kSwitch);
+  for (std::size_t i = 0; i < RoutingGuard::kMaxRemembered; ++i) ASSERT_EQ(bob.take(ann.wrap(kSwitch)), kSwitch);
   EXPECT_EQ(bob.take(first), "") << "it is forgotten, and refused by its time";
   EXPECT_EQ(bob.count("secure-replays"), 1u);
 }
@@ -331,7 +331,7 @@ TEST_F(SecureGroup, AWallClockThatWasFarAheadCostsTenYearsOfTheTimer) {
 }
 
 TEST_F(SecureGroup, AtTheEndOfTheTimerNothingIsSent) {
-  Member member(time, 1, RoutingClock::kMost - 8'000);
+  Member member(time, 1, RoutingClock::kMaxTimer - 8'000);
   start(member);
   EXPECT_FALSE(member.wrap(kSwitch).empty());
   time.run_for(10s);

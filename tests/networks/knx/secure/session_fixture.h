@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
-#include "networks/knx/secure/handshake.h"
 #include "networks/knx/secure/session.h"
+#include "networks/knx/secure/session_channel.h"
 #include "networks/knx/secure/vectors.h"
 
 namespace rubicon::networks::knx::secure {

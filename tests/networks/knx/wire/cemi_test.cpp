@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "networks/knx/wire/describe.h"
-
 namespace rubicon::networks::knx::wire {
 namespace {
 

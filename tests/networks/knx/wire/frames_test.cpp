@@ -4,11 +4,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "networks/knx/line/frame_stream.h"
+#include "networks/knx/line/tunnel_sockets.h"
+#include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/cemi.h"
 #include "networks/knx/wire/hex.h"
 #include "networks/knx/wire/message.h"
-#include "networks/knx/wire/status.h"
 
 namespace rubicon::networks::knx::wire {
 namespace {

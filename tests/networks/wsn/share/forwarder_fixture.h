@@ -37,7 +37,7 @@ struct Program {
   bool disconnected = false;
 
   void connect(transport::Transports& transports) {
-    transport::TcpCalls calls;
+    transport::TcpCallbacks calls;
     calls.received = [this](ByteView bytes) { heard.insert(heard.end(), bytes.begin(), bytes.end()); };
     calls.failed = [this](const Error&) { disconnected = true; };
     stream = std::move(transports.open_tcp({{"127.0.0.1", 9002}}, std::move(calls))).value();

@@ -1,10 +1,10 @@
-#include "networks/wsn/sink/file_sink.h"
+#include "networks/wsn/sink/packet_logs.h"
 
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "motes/packet_log_writer.h"
+#include "motes/packet_log.h"
 #include "networks/wsn/sink/sink_fixture.h"
 
 namespace rubicon::networks::wsn::sink {

@@ -1,4 +1,4 @@
-#include "networks/wsn/sink/forwarder_sink.h"
+#include "networks/wsn/sink/stream_sinks.h"
 
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ class ForwarderSinkTest : public SinkTold {
     options.source = parse_source("sf@10.0.0.9:9002").value();
     listener = net.tcp.listen({"10.0.0.9", 9002}, [this](auto accepted) {
       stream = std::move(accepted);
-      transport::TcpCalls calls;
+      transport::TcpCallbacks calls;
       calls.received = [this](ByteView bytes) {
         heard.insert(heard.end(), bytes.begin(), bytes.end());
         heard_at.push_back(time.now());

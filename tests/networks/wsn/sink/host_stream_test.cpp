@@ -58,12 +58,13 @@ class TcpAlone final : public transport::Transports {
   Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
     return host_.open_file(path);
   }
-  Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions&, transport::UdpCalls) override {
+  Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions&,
+                                                         transport::UdpCallbacks) override {
     ADD_FAILURE() << "a UDP socket was asked for";
     return fail(ErrorCode::kIo, "no descriptors left");
   }
   Result<std::unique_ptr<transport::TcpStream>> open_tcp(const transport::TcpOptions& to,
-                                                         transport::TcpCalls calls) override {
+                                                         transport::TcpCallbacks calls) override {
     return host_.open_tcp(to, std::move(calls));
   }
   std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {

@@ -1,4 +1,4 @@
-#include "networks/wsn/sink/packet_recorder.h"
+#include "networks/wsn/sink/packet_logs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

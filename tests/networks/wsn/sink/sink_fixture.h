@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
-#include "motes/hdlc.h"
+#include "motes/framing.h"
 #include "motes/mote_packet.h"
-#include "networks/wsn/sink/serial_sink.h"
+#include "networks/wsn/sink/stream_sinks.h"
 #include "support/memory/memory_serial.h"
 #include "support/memory/memory_transports.h"
 
@@ -84,10 +84,10 @@ class FakeSink {
   std::size_t connections = 0;
 
  private:
-  transport::StreamCalls begin() {
+  transport::StreamCallbacks begin() {
     reader_.reset();
     pending_.clear();
-    transport::StreamCalls calls;
+    transport::StreamCallbacks calls;
     calls.received = [this](ByteView bytes) { take(bytes); };
     calls.failed = [this](const Error&) { stream_.reset(); };
     return calls;

@@ -1,4 +1,4 @@
-#include "networks/wsn/sink/source.h"
+#include "networks/wsn/sink/sink.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "networks/zigbee/bridge/bridge_lists.h"
-#include "networks/zigbee/bridge/liveness.h"
+#include "networks/zigbee/bridge/settings.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {

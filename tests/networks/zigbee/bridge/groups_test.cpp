@@ -76,8 +76,8 @@ TEST(Groups, ABadRecordIsSkippedAndABadListIsNotRead) {
   ASSERT_TRUE(list);
   ASSERT_EQ(list->groups.size(), 3U);
   EXPECT_THAT(list->groups[0].unusable_name, HasSubstr("wildcard")) << "it is there, and waits";
-  EXPECT_THAT(list->skipped,
-              ElementsAre(HasSubstr("no object"), HasSubstr("no id"), "group 2: is there twice", HasSubstr("no id")));
+  EXPECT_THAT(list->skipped, ElementsAre(HasSubstr("not an object"), HasSubstr("no id"), "group 2: is there twice",
+                                         HasSubstr("no id")));
   for (const auto* text : {"", "{}", "[", "null"}) EXPECT_FALSE(read_groups(text)) << text;
 }
 

@@ -93,7 +93,7 @@ struct Picture {
   std::map<std::string, std::string> names;
   int doubled = 0;
 
-  Inventory::Calls calls() {
+  Inventory::Callbacks calls() {
     return {[this](const auto& record) { names[record.address] = record.name + " " + record.leaves.at(0).name; },
             [this](const auto& address, const auto&) { doubled += names.erase(address) == 1 ? 0 : 1; },
             [this](const auto&, const auto&) { ++doubled; }, [this](const auto&) { ++doubled; }, [] {}};

@@ -98,7 +98,7 @@ TEST(InventoryRecords, WhileARecordHasNoAddressNoDeviceIsAbsent) {
   EXPECT_THAT(seen.list(list_of_texts({lamp.text(), R"({"friendly_name":"who"})"})),
               ElementsAre(HasSubstr("no ieee_address")));
   EXPECT_THAT(seen.list(list_of_texts({R"({"friendly_name":"who"})", lamp.text()})), IsEmpty());
-  EXPECT_THAT(seen.list(list_of_texts({lamp.text(), "17"})), ElementsAre(HasSubstr("no object")));
+  EXPECT_THAT(seen.list(list_of_texts({lamp.text(), "17"})), ElementsAre(HasSubstr("not an object")));
   EXPECT_THAT(seen.run_for(1min), IsEmpty());
   EXPECT_EQ(seen.inventory.size(), 2U);
 }

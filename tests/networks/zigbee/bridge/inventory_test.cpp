@@ -166,8 +166,8 @@ TEST(Inventory, ACallMayDestroyIt) {
                            std::string("{"), list_of_texts({"{}"})}) {
     inventory = std::make_unique<Inventory>(
         scheduler, 10,
-        Inventory::Calls{[&](const auto&) { destroy(); }, [&](const auto&, const auto&) { destroy(); },
-                         [&](const auto&, const auto&) { destroy(); }, [&](const auto&) { destroy(); }, destroy});
+        Inventory::Callbacks{[&](const auto&) { destroy(); }, [&](const auto&, const auto&) { destroy(); },
+                             [&](const auto&, const auto&) { destroy(); }, [&](const auto&) { destroy(); }, destroy});
     inventory->list(list);
     scheduler.run_ready();
     EXPECT_EQ(inventory, nullptr);

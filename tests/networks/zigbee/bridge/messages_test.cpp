@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "networks/zigbee/bridge/recommended.h"
+#include "networks/zigbee/bridge/settings.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {

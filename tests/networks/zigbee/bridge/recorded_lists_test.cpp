@@ -6,7 +6,7 @@
 
 #include "networks/zigbee/bridge/bridge_lists.h"
 #include "networks/zigbee/bridge/messages.h"
-#include "networks/zigbee/bridge/recommended.h"
+#include "networks/zigbee/bridge/settings.h"
 #include "networks/zigbee/bridge/topics.h"
 
 // Material of a real Zigbee2MQTT 2.14.1; the numbers are those of zigbee.md, section 13.

@@ -1,7 +1,7 @@
 #include "networks/zigbee/device.h"
 
 #include "device_support.h"
-#include "networks/zigbee/device/last_seen.h"
+#include "networks/zigbee/device/state_message.h"
 
 namespace rubicon::networks::zigbee {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "device_support.h"
 #include "networks/zigbee/bridge/device_record.h"
-#include "networks/zigbee/device/last_seen.h"
+#include "networks/zigbee/device/state_message.h"
 
 namespace rubicon::networks::zigbee {
 namespace {

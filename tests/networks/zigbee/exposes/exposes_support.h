@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "model/open_type.h"
+#include "model/type_names.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "networks/zigbee/exposes/point_names.h"
 #include "networks/zigbee/exposes/sirens.h"

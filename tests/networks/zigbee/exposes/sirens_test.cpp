@@ -21,7 +21,7 @@ const MappedPoint* find(const MappedDefinition& definition, const std::string& t
 
 TEST(Sirens, AWarningHasAPlainSirenWithItsDurationAndVolume) {
   const auto definition = map_definition(std::string("[") + kWarning + "]");
-  EXPECT_EQ(definition.points.size(), 5U) << "with the link quality";
+  EXPECT_EQ(definition.points.size(), 6U) << "with the link quality";
   ASSERT_NE(find(definition, "warning"), nullptr) << "all of it can still be commanded";
   const auto* siren = find(definition, "siren");
   ASSERT_NE(siren, nullptr);
@@ -41,6 +41,11 @@ TEST(Sirens, AWarningHasAPlainSirenWithItsDurationAndVolume) {
   ASSERT_NE(volume, nullptr);
   EXPECT_EQ(volume->coding.part, "level");
   EXPECT_EQ(encode(*volume, Value("medium")).value(), R"("medium")");
+  const auto* melody = find(definition, "melody");
+  ASSERT_NE(melody, nullptr);
+  EXPECT_EQ(melody->coding.part, "mode");
+  EXPECT_EQ(encode(*melody, Value("fire")).value(), R"("fire")");
+  EXPECT_FALSE(encode(*melody, Value("stop"))) << "that is the siren off";
   expect_sound(definition, "siren");
 }
 

@@ -1,0 +1,24 @@
+#include "bench/short_run.h"
+
+namespace rubicon {
+namespace {
+
+class BenchOfEcology : public testing::TestWithParam<std::string> {
+ protected:
+  void measure(const Measurement& measurement) const {
+    short_run("rubicon-bench-ecology", measurement, {"--json", "--engine", GetParam()});
+  }
+};
+
+TEST_P(BenchOfEcology, EachCommandOfEightProgramsEndsOnceAndAsTheLampSawIt) {
+  measure({"lamp", {"lamp_seen", "lamp_confirmed"}, {"lamp_faults"}});
+}
+
+TEST_P(BenchOfEcology, ACrowdMeets) {
+  measure({"crowd", {"all_see_all_s", "idle_cpu_percent", "crowd_private_mb", "crowd_lost"}, {}});
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, BenchOfEcology, testing::Values("host", "dds"));
+
+}  // namespace
+}  // namespace rubicon
