@@ -34,7 +34,7 @@ bool begins(const std::string& line, const std::array<const char*, kCount>& prog
 
 bool shows_what_is_there(const std::string& line) {
   return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "rubicon wsn monitor",
-                                 "example-4_points", "curl"});
+                                 "rubicon zigbee monitor", "example-4_points", "curl"});
 }
 
 int wanted_code(const std::string& line) {

@@ -132,6 +132,9 @@ TEST_F(LiveScreen, ShowsTheLogOfTheIsland) {
 }
 
 TEST_F(LiveScreen, WakesSensorsUnlessItIsPassive) {
+  terminal_.reset();
+  island_.reset();  // what was shown so far may have measured already
+  island_ = started(file_);
   show({"--passive"});
   terminal_->type("/attic\r");
   ASSERT_TRUE(terminal_->shows("temperature-1")) << terminal_->text();
