@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/peer_policy.h"
+
 namespace rubicon::client {
 
 namespace {
@@ -58,26 +60,37 @@ bool PeerDiscovery::present(OwnerId id) const {
   return id == space_.self() || std::find(there.begin(), there.end(), id) != there.end();
 }
 
+/// By a link that knows whom it has not met. The link looks for it from now on.
+bool PeerDiscovery::is_sought(std::optional<OwnerId> owner) const {
+  return tuples::SpaceRights::seeks(space_, owner);
+}
+
+SteadyTime PeerDiscovery::next_look() const {
+  return scheduler_.now() + (pace_.is_fact ? kLookAtHost : kLookAgain);
+}
+
 std::optional<bool> PeerDiscovery::has(OwnerId owner) const {
   if (present(owner)) return true;
-  const bool expected = expects_ && expects_(owner);
+  const bool expected = is_sought(owner) || (expects_ && expects_(owner));
   return pace_.is_fact && !expected ? std::optional(false) : std::nullopt;
 }
 
 SteadyTime PeerDiscovery::complete_at(OwnerId owner, Duration patience) {
   if (has(owner)) return started_;
   notice_stop();
-  return pace_.is_fact ? scheduler_.now() + kLookAtHost : started_ + patience;
+  if (pace_.is_fact) return next_look();
+  return is_sought(owner) ? std::max(next_look(), started_ + patience) : started_ + patience;
 }
 
 SteadyTime PeerDiscovery::complete_at() {
   notice_stop();
-  const bool expected = expects_ && expects_(std::nullopt);
+  const bool sought = is_sought(std::nullopt), expected = expects_ && expects_(std::nullopt);
   if (left_alone_ && !pace_.is_fact) return started_ + std::max(pace_.expected, kReturn);
   const auto usual = std::max(last_change_ + pace_.quiet, started_ + pace_.search);
+  if (sought) return std::max(usual, next_look());
   const auto now = scheduler_.now(), longest = started_ + pace_.expected;
   if (usual > now || now >= longest || !expected) return usual;
-  return std::min(now + (pace_.is_fact ? kLookAtHost : kLookAgain), longest);
+  return std::min(next_look(), longest);
 }
 
 Tuple::Tuple(const tuples::TupleView& view)

@@ -30,14 +30,15 @@ inline constexpr DiscoveryPace kPeisPace{std::chrono::milliseconds(700), std::ch
 /// that was lost in that time is awaited again.
 class PeerDiscovery {
  public:
-  /// Whether there may be a component that is not a peer yet: that one, or any. The engine looks for it from then on.
+  /// Whether there may be a component that is not a peer yet, beside those that a link seeks: that one, or any.
   using Expects = std::function<bool(std::optional<OwnerId>)>;
 
   PeerDiscovery(Scheduler& scheduler, TupleSpace& space, const DiscoveryPace& pace, Expects expects = {});
 
   /// When all are discovered if no further peer comes up. Later than that while one is expected: ask again then.
   SteadyTime complete_at();
-  /// The same of one that is named: it has the patience since the beginning, however often it is asked for.
+  /// The same of one that is named: it has the patience since the beginning, however often it is asked for, and longer
+  /// while an engine looks for it.
   SteadyTime complete_at(OwnerId owner, Duration patience);
   /// Whether it is there; nullopt: not known.
   std::optional<bool> has(OwnerId owner) const;
@@ -45,6 +46,8 @@ class PeerDiscovery {
 
  private:
   bool present(OwnerId id) const;
+  bool is_sought(std::optional<OwnerId> owner) const;
+  SteadyTime next_look() const;
   void observe();
   void notice_stop();
 

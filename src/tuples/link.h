@@ -153,7 +153,8 @@ class Link {
   /// be absent from the list.
   virtual std::vector<OwnerId> peers() const = 0;
   /// Whether a component that is not among them may be there: it is looked for from now on. False: it is not there.
-  virtual bool seeks(OwnerId id) {
+  /// nullopt: any component; also false while the engine cannot look.
+  virtual bool seeks(std::optional<OwnerId> id) {
     std::ignore = id;
     return false;
   }

@@ -147,6 +147,8 @@ class MemberPolicy final : public PeerPolicy {
 struct SpaceRights {
   /// The tuple is set soon: its memory comes into the cache meanwhile. It may be gone already.
   static void fetch(const TupleSpace& space, TupleRef tuple);
+  /// Link::seeks().
+  static bool seeks(TupleSpace& space, std::optional<OwnerId> owner);
   /// Asks the policy of the link again what the standing subscriptions of others get, over several turns if the tuples
   /// are many: a subscriber loses tuples that it may no longer read, and receives those that it may read from now on.
   static void rejudge(TupleSpace& space);

@@ -131,6 +131,10 @@ void SpaceRights::fetch(const TupleSpace& space, TupleRef tuple) {
   space.impl_->store.fetch(tuple);
 }
 
+bool SpaceRights::seeks(TupleSpace& space, std::optional<OwnerId> owner) {
+  return space.impl_->link.seeks(owner);
+}
+
 void SpaceRights::rejudge(TupleSpace& space) {
   space.impl_->rejudge();
 }

@@ -54,7 +54,7 @@ class CuttableLink final : public Link, private LinkListener {
   }
   void describe(std::string summary) override { link_->describe(std::move(summary)); }
   PeerPolicy& policy() override { return link_->policy(); }
-  bool seeks(OwnerId id) override { return !cuts_.contains(id) && link_->seeks(id); }
+  bool seeks(std::optional<OwnerId> id) override { return !(id && cuts_.contains(*id)) && link_->seeks(id); }
   std::vector<OwnerId> peers() const override {
     auto there = link_->peers();
     std::erase_if(there, [this](OwnerId peer) { return cuts_.contains(peer); });

@@ -35,7 +35,7 @@ class TapLink final : public Link, private LinkListener {
   Result<void> remote_set(const RemoteSet& set) override { return link_->remote_set(set); }
   void reply(const Reply& reply) override { link_->reply(reply); }
   std::vector<OwnerId> peers() const override { return link_->peers(); }
-  bool seeks(OwnerId id) override { return link_->seeks(id); }
+  bool seeks(std::optional<OwnerId> id) override { return link_->seeks(id); }
   void describe(std::string summary) override { link_->describe(events_.shown(std::move(summary))); }
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override {
     link_->each_counter(visit);

@@ -165,8 +165,8 @@ std::vector<OwnerId> JoinedLink::peers() const {
 }
 
 /// Asks all engines, so that each begins to search.
-bool JoinedLink::seeks(OwnerId id) {
-  if (home_of(id)) return false;
+bool JoinedLink::seeks(std::optional<OwnerId> id) {
+  if (id && home_of(*id)) return false;
   return std::count_if(ports_.begin(), ports_.end(), [id](const auto& port) { return port->link->seeks(id); }) > 0;
 }
 

@@ -176,7 +176,7 @@ class JoinedLink final : public Link {
   Result<void> remote_set(const RemoteSet& set) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
-  bool seeks(OwnerId id) override;
+  bool seeks(std::optional<OwnerId> id) override;
   void describe(std::string summary) override;
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
   PeerPolicy& policy() override { return policy_; }

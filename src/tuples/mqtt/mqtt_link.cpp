@@ -196,6 +196,12 @@ MqttLink::Peer* MqttLink::find_up(OwnerId id) {
   return found == peers_.end() || !found->second.at ? nullptr : &found->second;
 }
 
+/// All others are not waited for while the broker is away, as long as nobody knows when it is back.
+bool MqttLink::seeks(std::optional<OwnerId> id) {
+  if (id ? find_up(*id) != nullptr : !ecology_.trouble().empty()) return false;
+  return !introduced_ || ecology_.seeks(id);
+}
+
 std::vector<OwnerId> MqttLink::silent(Duration patience) const {
   std::vector<OwnerId> all;
   const auto now = ecology_.scheduler_.now();

@@ -26,7 +26,7 @@ class MqttLink final : public Link {
   Result<void> remote_set(const RemoteSet& set) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
-  bool seeks(OwnerId id) override { return !find_up(id) && (!introduced_ || ecology_.seeks(id)); }
+  bool seeks(std::optional<OwnerId> id) override;
   void describe(std::string summary) override;
   PeerPolicy& policy() override { return *policy_; }
   void each_counter(const std::function<void(std::string_view name, std::uint64_t value)>& visit) const override;
