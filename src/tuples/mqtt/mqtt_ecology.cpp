@@ -147,18 +147,18 @@ Search::Callbacks MqttEcology::search_calls() {
                                       own_.user, topics_.inbox_filter(own_)));
   };
   calls.line_read = [this](const Line& line) {
-    if (!presence_.has(line)) search_.forget(line);
+    presence_.has(line) ? presence_.end_reading(line) : search_.forget(line);
   };
-  calls.complete = [this] { on_complete(); };
+  calls.complete = [this](bool all) { on_complete(all); };
   return calls;
 }
 
 /// The wanted presence was read, or was read again.
-void MqttEcology::on_complete() {
+void MqttEcology::on_complete(bool all) {
   read_at_ = scheduler_.now();
   read_again_in_ = about(kReadAgain);
   const auto alive = lifetime_.watch();
-  presence_.end_reading();
+  presence_.end_reading(all);
   if (alive.ended() || !std::exchange(returns_, false)) return;
   if (documents_) documents_->read();
   empty_former();
@@ -235,7 +235,7 @@ void MqttEcology::on_presence(const Topics::Presence& at, std::string_view paylo
     foreign(at.line, fmt::format("presence of component {}, an id of another user,", number(*at.component)));
   const bool room =
       at.component ? presence_.show(at.line, *at.component, std::move(*component)) : presence_.show(at.line, *line);
-  if (room && at.component) search_.line(at.line);
+  if (room && at.component && search_.line(at.line)) presence_.await(at.line);
   if (room) return void(shown_lately_ += retained ? 0 : 1);
   search_.forget(at.line);
   log_.warning("presence " + at.line.user,
@@ -315,7 +315,8 @@ Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
     return Channel::Sent::kYes;
   }
   const auto target = presence_.reached(head.target);
-  return target ? send_to(target->line, head, entries) : Channel::Sent::kLater;
+  const bool ended = target && target->line == own_;  // of this process, and still shown
+  return target && !ended ? send_to(target->line, head, entries) : Channel::Sent::kLater;
 }
 
 /// A broker reports at QoS 1 only that a message is too large, so the first messages of a size use QoS 1.

@@ -100,7 +100,7 @@ class MqttEcology final : public StandInEcology {
     OwnerId asker{};
     SteadyTime since{};
   };
-  /// A component that owes acknowledgements.
+  /// A component that owes acknowledgements, or of which another start is shown.
   struct Suspect {
     SteadyTime asked = SteadyTime::max();  ///< and did not answer yet
     SteadyTime answered{};
@@ -126,7 +126,7 @@ class MqttEcology final : public StandInEcology {
   void show_all();
   void empty_former();
   Search::Callbacks search_calls();
-  void on_complete();
+  void on_complete(bool all);
   bool publish(std::string topic, std::string payload, bool retained);
   bool publish(transport::MqttPublication one);
   void on_taken(const transport::MqttOutcome& outcome);
@@ -161,7 +161,7 @@ class MqttEcology final : public StandInEcology {
   std::uint32_t credit() const;
   void read_again();
   void ask_rivals();
-  void look_at_silent();
+  void look_at_suspects();
   void ask_doubted();
   void empty_leftovers();
   void ask(const MqttLink& asker, OwnerId id, const Reached& who);

@@ -176,26 +176,31 @@ void MqttEcology::ask_rivals() {
   });
 }
 
-/// Components that do not acknowledge are asked; one that does not answer either is gone.
-void MqttEcology::look_at_silent() {
+/// Components that do not acknowledge, or of which two starts are shown, are asked; one that does not answer is gone.
+void MqttEcology::look_at_suspects() {
   const auto now = scheduler_.now();
-  std::map<OwnerId, Suspect> silent;
+  std::map<OwnerId, Suspect> suspects;
   std::vector<std::pair<OwnerId, const MqttLink*>> unasked;
   std::vector<OwnerId> over;
-  links_.each([&](const MqttLink& link) {
-    for (const auto id : link.silent(options_.lease - kAnswerWithin)) {
-      const auto known = suspects_.find(id);
-      auto suspect = known == suspects_.end() ? Suspect() : known->second;
-      const bool asked = suspect.asked != SteadyTime::max();
-      if (asked && now - suspect.asked >= kAnswerWithin) over.push_back(id);
-      if (!asked && now - suspect.answered >= options_.lease - kAnswerWithin) {
-        suspect.asked = now;
-        unasked.emplace_back(id, &link);
-      }
-      silent.insert_or_assign(id, suspect);
+  const auto look_at = [&](OwnerId id, const MqttLink& asker) {
+    const auto known = suspects_.find(id);
+    const auto [found, is_new] = suspects.emplace(id, known == suspects_.end() ? Suspect() : known->second);
+    if (!is_new) return;
+    auto& suspect = found->second;
+    const bool asked = suspect.asked != SteadyTime::max();
+    if (asked && now - suspect.asked >= kAnswerWithin) over.push_back(id);
+    if (!asked && now - suspect.answered >= options_.lease - kAnswerWithin) {
+      suspect.asked = now;
+      unasked.emplace_back(id, &asker);
     }
+  };
+  links_.each([&](const MqttLink& link) {
+    for (const auto id : link.silent(options_.lease - kAnswerWithin)) look_at(id, link);
   });
-  suspects_ = std::move(silent);
+  for (const auto id : presence_.contested()) {
+    if (!links_.all().empty() && !links_.find(id)) look_at(id, *links_.all().begin()->second);
+  }
+  suspects_ = std::move(suspects);
   for (const auto& [id, link] : unasked) {
     if (const auto who = presence_.reached(id)) ask(*link, id, *who);
   }
@@ -219,7 +224,7 @@ void MqttEcology::look() {
   ask_rivals();
   empty_leftovers();
   const auto alive = lifetime_.watch();
-  look_at_silent();
+  look_at_suspects();
   if (!alive.ended()) ask_doubted();
 }
 

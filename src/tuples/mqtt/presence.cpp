@@ -74,7 +74,7 @@ bool Presence::show(const Line& line, OwnerId id, ComponentShown shown) {
     return false;
   components_[id].insert_or_assign(line, Component{as});
   auto& state = lines_[line];
-  if (is_new) {  // the topic of the connection itself may follow
+  if (is_new) {  // its own topic may follow
     end_at(state.until, scheduler_.now() + kReturn);
     state.seen = true;
   }
@@ -113,15 +113,26 @@ void Presence::cut() {
   }
 }
 
-void Presence::end_reading() {
+void Presence::await(const Line& line) {
+  const auto found = lines_.find(line);
+  if (found != lines_.end() && !found->second.here) found->second.until = SteadyTime::max();
+}
+
+void Presence::end_reading(const Line& line) {
+  const auto found = lines_.find(line);
+  if (found != lines_.end() && !found->second.here) end_at(found->second.until, scheduler_.now() + kReturn);
+}
+
+void Presence::end_reading(bool all) {
   const auto now = scheduler_.now();
   for (auto& [line, state] : lines_) {
+    if (all && !state.here) end_at(state.until, now + kReturn);
     if (state.seen || !std::exchange(state.here, false)) continue;
     state.until = now + std::max(state.shown.lease, kReturn);
     expiry_.advance_to(state.until);
   }
-  for (auto& [id, all] : components_) {
-    for (auto& [line, one] : all) {
+  for (auto& [id, shown] : components_) {
+    for (auto& [line, one] : shown) {
       if (!one.seen && lines_.at(line).seen) end_at(one.until, now + kReturn);
     }
   }
@@ -129,7 +140,24 @@ void Presence::end_reading() {
 
 void Presence::doubt(const Line& line, OwnerId id, bool doubted) {
   auto* one = find(line, id);
-  if (one && std::exchange(one->doubted, doubted) != doubted) review(id, PeerEvent::kLost);
+  if (!one) return;
+  one->answered = !doubted;
+  if (std::exchange(one->doubted, doubted) != doubted) review(id, PeerEvent::kLost);
+}
+
+bool Presence::is_rival(OwnerId id, const Component& one, const Reached& reached) const {
+  return one.as->line.user == reached.line.user && !is_same(*one.as, reached) && !is_stand_in(*one.as) &&
+         counts(id, one) && lines_.at(one.as->line).here;
+}
+
+std::vector<OwnerId> Presence::contested() const {
+  std::vector<OwnerId> found;
+  for (const auto& [id, reached] : reached_) {
+    const auto& all = components_.at(id);
+    const auto rivals = [&, id = id, by = reached](const auto& one) { return is_rival(id, one.second, *by); };
+    if (!all.at(reached->line).answered && std::any_of(all.begin(), all.end(), rivals)) found.push_back(id);
+  }
+  return found;
 }
 
 std::vector<std::pair<OwnerId, Presence::Shown>> Presence::doubted() const {

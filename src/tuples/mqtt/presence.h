@@ -52,13 +52,20 @@ class Presence {
 
   /// The own connection is lost: others may stay unseen for their lease.
   void cut();
+  /// The topic of the connection itself is being read, however long that takes: end_reading() follows.
+  void await(const Line& line);
+  /// All that is retained of the connection was read: without its own topic it is gone.
+  void end_reading(const Line& line);
   /// Everything will be read again.
   void begin_reading();
-  /// All that is retained was read again: connections that were not seen have their lease; what was not seen of the
-  /// others is gone.
-  void end_reading();
-  /// `doubted`: no component there answers; its topics do not count until one does.
+  /// All that is looked for was read again: connections that were not seen have their lease; what was not seen of the
+  /// others is gone. `all`: no connection is awaited any longer.
+  void end_reading(bool all);
+  /// `doubted`: no component there answers; its topics do not count until one does (false).
   void doubt(const Line& line, OwnerId id, bool doubted);
+  /// Those that are reached while their user shows another start of them, too, and that did not answer since. Which one
+  /// lives, topics cannot tell: a broker may have those of before its restart, and the clock of a host may go back.
+  std::vector<OwnerId> contested() const;
   /// Callbacks::allowed may have another answer now.
   void review_all();
   using Shown = std::shared_ptr<const Reached>;
@@ -79,6 +86,7 @@ class Presence {
   struct Component {
     Shown as;
     bool seen = true, doubted = false;
+    bool answered = false;                 ///< since it was shown
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
   };
   struct LineState {
@@ -90,6 +98,7 @@ class Presence {
   Component* find(const Line& line, OwnerId id);
   bool add_bytes(const std::string& user, std::size_t more, std::size_t less);
   bool counts(OwnerId id, const Component& one) const;
+  bool is_rival(OwnerId id, const Component& one, const Reached& reached) const;
   Shown best(OwnerId id) const;
   bool is_better(const Reached& one, const Reached& other) const;
   void forget_former(OwnerId id, const Reached& now);

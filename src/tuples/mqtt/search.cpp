@@ -52,10 +52,11 @@ void Search::add_all() {
 void Search::next() {
   while (connected_ && step_.empty() && !queue_.empty()) {
     if (queue_.front().ends) {
-      if (queue_.front().ends_all) narrow();
+      const bool all = queue_.front().ends_all;
+      if (all) narrow();
       queue_.pop_front();
       ready_ = true;
-      callbacks_.complete();
+      callbacks_.complete(all);
       continue;
     }
     do {
@@ -123,15 +124,17 @@ void Search::component(OwnerId id) {
   next();
 }
 
-void Search::line(const Line& line) {
-  if (all_ || lines_.contains(line)) return;
+bool Search::line(const Line& line) {
+  if (all_) return false;
+  if (const auto known = lines_.find(line); known != lines_.end()) return !known->second;
   auto& unread = unread_[line.user];
-  if (lines_.size() >= kMaxLines || unread >= kMaxUnread) return;
+  if (lines_.size() >= kMaxLines || unread >= kMaxUnread) return false;
   ++unread;
   lines_.emplace(line, false);
-  if (!connected_) return;
+  if (!connected_) return true;
   queue_.push_back({topics_.line_filter(line), {}, line});
   next();
+  return true;
 }
 
 void Search::forget(const Line& line) {

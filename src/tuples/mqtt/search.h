@@ -27,8 +27,8 @@ class Search {
     std::function<void()> late;
     /// All retained messages of a connection have come.
     std::function<void(const Line& line)> line_read;
-    /// Everything that is looked for was read since connected() or read_again().
-    std::function<void()> complete;
+    /// Everything that is looked for was read since connected() or read_again(); `all`: and that is all presence.
+    std::function<void(bool all)> complete;
   };
   static constexpr Duration kFenceTime = std::chrono::seconds(10);
   /// Components that are searched for one by one; if more are wanted, all presence is read.
@@ -48,8 +48,8 @@ class Search {
   /// Looks for all, from now on.
   void all();
   void component(OwnerId id);
-  /// Somebody who spoke to this process, or who has a component that is looked for.
-  void line(const Line& line);
+  /// Somebody who spoke to this process, or who has a component that is looked for. True: it will be read by itself.
+  bool line(const Line& line);
   void forget(const Line& line);
 
   /// Whether what is shown there is looked for.

@@ -44,7 +44,8 @@ TEST(WhoIsLookedFor, OfOneUserAreNotMoreThanIsReadSoon) {
   calls.subscribe = [&](const std::string& filter) { filters.insert(filter); };
   calls.unsubscribe = [&](const std::string& filter) { filters.erase(filter); };
   calls.fence = [&](std::uint64_t number) { step = number; };
-  calls.late = calls.complete = [] {};
+  calls.late = [] {};
+  calls.complete = [](bool) {};
   calls.line_read = [](const Line&) {};
   Search search(topics, time, calls);
   search.connected();

@@ -294,6 +294,20 @@ TEST_F(Sites, NobodySpeaksInTheNameOfTheOwnProcess) {
   EXPECT_TRUE(hall->log.contains("in the name of component 70001 of this process"));
 }
 
+/// It is shown for a moment after it ended.
+TEST_F(Sites, OneOfThisProcessThatJustEndedGetsNothingMore) {
+  broker.latency = 100ms;
+  auto console = std::move(*hall->ecology->join(OwnerId(70001)));
+  auto of_console = std::make_unique<TupleSpace>(OwnerId(70001), time, *console);
+  const auto values = of_console->subscribe(pattern("1:**"), {}, [](const Event&) {});
+  time.run_for(2s);
+  of_console.reset();
+  console.reset();
+  EXPECT_TRUE(hall->space->set("lamp", "after"));
+  time.run_for(2s);
+  EXPECT_EQ(hall->ecology->counters().foreign, 0U);
+}
+
 /// The broker lets it write to the inbox of another, in its own name.
 TEST_F(Sites, NobodySpeaksInTheNameOfAnother) {
   std::string inbox;
