@@ -7,9 +7,10 @@ DIMMERS = 8  #: of them with a dimmer that is commanded
 PAGE = 18600  #: port of the page of island N: PAGE + N
 SITES, ZIGBEE = 18801, 18802  #: ports of the two brokers
 
-#: Islands by the wires that they are on. 119 and 120 are on two, and carry between them.
+#: Islands by the wires that they are on. 119 and 120 are on two.
 WIRES = {"host": range(101, 108), "dds": range(108, 112), "peis": range(112, 115), "mqtt": range(115, 119), "carriers": (119, 120)}
-CARRIED = {"host": (101, 102), "dds": (108,), "peis": (112,)}
+#: Islands that are seen at the broker of the sites, too: by the one that carries them there.
+CARRIED = {103: (101, 102), 119: (108,), 120: (112,)}
 #: Are killed, stopped and reloaded; the others run from the beginning to the end, and must not grow.
 MORTAL = (102, 105, 107, 109, 111, 113, 116, 118)
 #: Those of them whose wall clock steps.
@@ -21,15 +22,21 @@ def wire_of(island):
     return next(wire for wire, islands in WIRES.items() if island in islands)
 
 
+def between(sender, owner):
+    """Names of what is between a sender and an owner and may be killed or stopped."""
+    at_the_broker = sender != owner and {"mqtt", "carriers"} & {wire_of(sender), wire_of(owner)}
+    return [str(owner)] + (["broker-sites"] if at_the_broker else [])
+
+
 def tuples_of(island):
     """The section `tuples` of an island."""
     dds, peis = "interfaces: [lo], domain: 7", "peis: {network: block}"
     mqtt = f"mqtt: {{broker: {{host: 127.0.0.1, port: {SITES}}}, trust_broker: yes, lease: 13s}}"
-    carry = f"carry: [{', '.join(str(one) for wire in ('host', 'dds', 'peis') for one in CARRIED[wire])}]"
-    return {"host": "{}", "dds": f"{{host: no, engine: dds, {dds}}}", "peis": f"{{host: no, engine: peis, interfaces: [lo], {peis}}}",
-            "mqtt": f"{{host: no, engine: mqtt, {mqtt}}}",
-            "carriers": f"{{engine: [dds, mqtt], {dds}, {mqtt}, {carry}}}" if island == 119
-                        else f"{{engine: [peis, mqtt], interfaces: [lo], {peis}, {mqtt}, {carry}}}"}[wire_of(island)]
+    carry = f"carry: {list(CARRIED.get(island, ()))}"
+    return {103: f"{{engine: mqtt, {mqtt}, {carry}}}", 119: f"{{host: no, engine: [dds, mqtt], {dds}, {mqtt}, {carry}}}",
+            120: f"{{host: no, engine: [peis, mqtt], interfaces: [lo], {peis}, {mqtt}, {carry}}}"}.get(island) or {
+            "host": "{}", "dds": f"{{host: no, engine: dds, {dds}}}", "peis": f"{{host: no, engine: peis, interfaces: [lo], {peis}}}",
+            "mqtt": f"{{host: no, engine: mqtt, {mqtt}}}"}[wire_of(island)]
 
 
 def rooms(name="dummy-rooms", count=ROOMS):
@@ -98,6 +105,12 @@ class Program:
         with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as file:
             pages = int(file.read().split()[1])
         return pages * os.sysconf("SC_PAGE_SIZE"), len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+    def processor(self):
+        """Seconds of processor time since it was started."""
+        with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as file:
+            words = file.read().rpartition(")")[2].split()
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Block:
