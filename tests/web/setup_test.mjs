@@ -76,7 +76,7 @@ async function anImport({ page, island, picture }) {
   await rowOf(page, "1/0/5").waitFor({ state: "detached" });
   await page.getByLabel("Type of 1/0/3").fill("9.001");
   await page.keyboard.press("Tab");
-  await rowOf(page, "1/0/3").getByText("1_0_3.sensor.temperature-1").waitFor();
+  await rowOf(page, "1/0/3").getByText("1_0_3.sensor.temperature-1 °C").waitFor();
   await page.getByLabel("Type of 1/0/4").fill("77.1");
   await page.keyboard.press("Tab");
   await page.getByRole("alert").getByText("there is no data point type '77.1'").waitFor();
@@ -138,6 +138,14 @@ async function badFiles({ page, island }) {
   await writeFile(huge, Buffer.alloc((32 << 20) + 1, 65));
   await refused(huge, "The file has 33 MB, more than 32");
   await page.getByLabel("Password of the project").waitFor({ state: "detached" });
+  const address = (index) => `${index >> 11}/${(index >> 8) & 7}/${index & 255}`;
+  const many = Array.from({ length: 5000 }, (_, index) => `"${"ä".repeat(100)}";"${address(index + 1)}";"";"";"";"DPST-1-1";"Auto"`);
+  await field.setInputFiles(upload("many.csv", [csv.split("\n")[0], ...many].join("\n")));
+  await page.getByRole("button", { name: "Show what it becomes" }).click();
+  await rowOf(page, "0/0/1").first().waitFor();
+  await page.getByRole("button", { name: "Check …" }).click();
+  const alert = page.getByRole("alert").filter({ hasText: /The group file has 1\.\d MB, more than the 0\.9 that can be set here/ });
+  await alert.locator("code", { hasText: "import: hall.yaml" }).waitFor();
   await field.setInputFiles(upload("flat.csv"));
   await page.getByRole("button", { name: "Show what it becomes" }).click();
   await rowOf(page, "1/0/1").waitFor();

@@ -72,13 +72,13 @@ test("a device goes with its last tuple, its network too", () => {
 
 test("odd descriptions leave a device with what is known of it", () => {
   const { catalog, put } = setUp();
-  for (const value of ["", "7", "null", "[]", "{", '{"name":7,"area":null,"model":[],"capabilities":[1,"light"]}']) {
+  for (const value of ["", "7", "null", "[]", "{", '{"name":7,"area":null,"model":[],"capabilities":[1,"light","blindPosition"]}']) {
     put("7:proxy.wsn.3.description", value);
     const device = catalog.device(7, "wsn", "3");
     assert.equal(device?.name, "3", value);
     assert.equal(device?.area, "", value);
   }
-  assert.equal(catalog.device(7, "wsn", "3")?.model, "light");
+  assert.equal(catalog.device(7, "wsn", "3")?.model, "light, blind position");
   put("7:proxy.wsn.3.status", '{"status":{},"since":"now"}');
   assert.equal(catalog.device(7, "wsn", "3")?.state, "unknown");
   assert.equal(catalog.device(7, "wsn", "3")?.since, 0);

@@ -13,7 +13,14 @@ test("a series gives its values in order of time, and gaps", () => {
   assert.deepEqual(pairsOf({ key: "7:a", t: [10], first: [1], last: [2], before: [5, null] }, 60, asIs), [
     [5, Number.NaN],
     [10, 1],
-    [69.94, 2],
+    [59.94, 2],
+  ]);
+  const single = pairsOf({ key: "7:a", t: [32, 60], first: [1, 2], last: [1, 3] }, 60, asIs);
+  assert.deepEqual(single, [
+    [32, 1],
+    [59.94, 1],
+    [60, 2],
+    [119.94, 3],
   ]);
   assert.deepEqual(pairsOf({ key: "7:a" }, 60, asIs), []);
 });

@@ -1,3 +1,4 @@
+import { typeWords } from "./format";
 import { readKey, type KeyMeaning, type Leaf, type PointKind } from "./keys";
 import type { Store, Tuple } from "./store";
 import { compareNatural } from "./text";
@@ -69,7 +70,7 @@ export class Device {
   /** Model, else type, else what it can do. */
   get model(): string {
     const about = this.description?.json;
-    return text(about?.model) || text(about?.type) || list(about?.capabilities).slice(0, 3).join(", ");
+    return text(about?.model) || text(about?.type) || list(about?.capabilities).slice(0, 3).map(typeWords).join(", ");
   }
 
   get state(): string {
@@ -120,6 +121,7 @@ const sought = [
   "relay",
   "switch",
   "lock",
+  "blindPosition",
   "contact",
   "motion",
   "occupancy",

@@ -12,7 +12,7 @@ export interface Series {
   gaps?: [number, number][];
 }
 
-/** [time, value] in order of time, NaN where a gap begins: the first and the last of each bucket. `numberOf` says what a word counts as. */
+/** [time, value] in order of time, NaN where a gap begins: the first and the last of each bucket; a single value has its own time. `numberOf` says what a word counts as. */
 export function pairsOf(series: Series, width: number, numberOf: (word: string) => number): [number, number][] {
   const { t = [], v, first = [], last = [], words = [], before, gaps = [] } = series;
   const read = (value: number | null | undefined) => {
@@ -24,7 +24,7 @@ export function pairsOf(series: Series, width: number, numberOf: (word: string) 
       ? [[time, read(v[index])]]
       : [
           [time, read(first[index])],
-          [time + width * 0.999, read(last[index])],
+          [Math.floor(time / width) * width + width * 0.999, read(last[index])],
         ],
   );
   if (before && typeof before[1] !== "string") pairs.push([before[0], read(before[1])]);

@@ -5,6 +5,7 @@ import { type Control, toneOf } from "../core/commands";
 import { useFrame } from "../core/redraw";
 import * as text from "../words/command";
 import { Dialog } from "./dialog";
+import { prose } from "./prose";
 import { outcomeAt, sendCommand } from "./sent";
 import { WhiteSlider } from "./slider";
 import { State } from "./state";
@@ -48,7 +49,7 @@ function Ended({ points }: { points: Point[] }) {
   if (!outcome) return null;
   return (
     <p class="muted">
-      <State word={outcome.state} tone={toneOf(outcome.state)} /> {outcome.reason}
+      <State word={outcome.state} tone={toneOf(outcome.state)} /> {prose(outcome.reason)}
     </p>
   );
 }

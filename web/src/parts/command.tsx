@@ -6,6 +6,7 @@ import * as text from "../words/command";
 import { Age } from "./age";
 import { ColourControl } from "./colour";
 import { DraftControl } from "./draft";
+import { prose } from "./prose";
 import { outcomeAt, sendCommand } from "./sent";
 import { WhiteSlider } from "./slider";
 import { State } from "./state";
@@ -26,7 +27,7 @@ export function OutcomeMark({ point }: { point: Point }) {
           {text.commanded(shownValue(point, value))} · <Age time={since} />
         </span>
       </span>
-      {facts.length > 0 && <span class="muted">{facts.join(" · ")}</span>}
+      {facts.length > 0 && <span class="muted">{prose(facts.join(" · "))}</span>}
     </span>
   );
 }

@@ -3,6 +3,7 @@ import { login } from "../app";
 import { RestError } from "../core/rest";
 import * as words from "../words/frame";
 import { Dialog } from "./dialog";
+import { prose } from "./prose";
 
 /**
  * Asks for the token; the server answers with a cookie that scripts cannot read. `again`: before the view, which keeps
@@ -37,7 +38,7 @@ export function Login({ again }: { again: boolean }) {
         />
       </label>
       <p role="alert" class="error">
-        {error}
+        {prose(error)}
       </p>
       <button type="submit" class="primary">
         {words.loginButton}

@@ -1,6 +1,7 @@
 import { catalog } from "../app";
 import { text } from "../core/catalog";
 import { notWritten } from "../words/plots";
+import { prose } from "./prose";
 
 type Owner = { id: number; name: string } | null;
 
@@ -12,7 +13,7 @@ export function NotWritten({ owners }: { owners: Owner[] }) {
       owner &&
       tuple.json.state === "failing" && (
         <p key={tuple.id} class="strip bad">
-          {notWritten(owner.name, text(tuple.json.reason))}
+          {prose(notWritten(owner.name, text(tuple.json.reason)))}
         </p>
       )
     );

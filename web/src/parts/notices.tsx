@@ -1,6 +1,7 @@
 import { signal } from "@preact/signals";
 import type { Tone } from "../core/commands";
 import * as words from "../words/frame";
+import { prose } from "./prose";
 
 interface Notice {
   id: number;
@@ -40,7 +41,7 @@ export function Notices() {
       <div class="notices">
         {notices.value.map((notice) => (
           <div key={notice.id} class={`notice tone-${notice.tone}`}>
-            <span>{notice.text}</span>
+            <span>{prose(notice.text)}</span>
             {notice.action && (
               <button
                 type="button"

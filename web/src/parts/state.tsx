@@ -3,6 +3,7 @@ import { feed, type Loading } from "../app";
 import type { Tone } from "../core/commands";
 import { setQuery } from "../core/router";
 import * as words from "../words/frame";
+import { prose } from "./prose";
 
 const tones: Record<string, Tone> = {
   reachable: "good",
@@ -51,7 +52,7 @@ export function Loaded({ state, empty, children }: { state: Loading; empty?: Com
     return (
       <Empty title={words.failedTitle}>
         <p>
-          {state.code}: {state.text}
+          {state.code}: {prose(state.text)}
         </p>
         <p>
           <button type="button" onClick={() => feed.retry()}>

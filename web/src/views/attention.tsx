@@ -2,6 +2,7 @@ import { catalog, chosenIsland, type Loading } from "../app";
 import { formatCount } from "../core/format";
 import { hrefTo } from "../core/router";
 import { Age } from "../parts/age";
+import { prose } from "../parts/prose";
 import { State } from "../parts/state";
 import * as text from "../words/overview";
 import * as inboxText from "../words/inbox";
@@ -52,10 +53,10 @@ function AlertRow({ alert }: { alert: Alert }) {
   const place = placeOf(catalog, alert);
   return (
     <li class="alert">
-      {place ? <a href={hrefTo(place.view, place.path)}>{alert.what}</a> : <span>{alert.what}</span>}
+      {place ? <a href={hrefTo(place.view, place.path)}>{prose(alert.what)}</a> : <span>{prose(alert.what)}</span>}
       <State word={alert.problem ? text.problem : text.warning} tone={alert.problem ? "bad" : "waiting"} />
       <Age time={alert.since} />
-      <p class="muted">{alert.fix}</p>
+      <p class="muted">{prose(alert.fix)}</p>
     </li>
   );
 }

@@ -5,6 +5,7 @@ import { CopyButton } from "../parts/copy";
 import { Dialog } from "../parts/dialog";
 import { download } from "../parts/download";
 import { notify } from "../parts/notices";
+import { prose } from "../parts/prose";
 import { Skeleton } from "../parts/state";
 import * as text from "../words/setup";
 import { faultsOf, placeOf } from "./faults";
@@ -107,7 +108,7 @@ export function ChangeDialog({ owner, base, change, onClose, onDone }: Props) {
         </>
       )}
       <p role="alert" class="error">
-        {error}
+        {prose(error)}
       </p>
       {tried && <Outcome status={tried} groups={change.groups} />}
       <div class="actions">
@@ -145,7 +146,7 @@ function Outcome({ status, groups }: { status: Status; groups?: string }) {
         ))}
         {faults.map((fault, index) => (
           <li key={index}>
-            <code>{placeOf(fault)}</code> {fault.text}
+            <code>{placeOf(fault)}</code> {prose(fault.text)}
           </li>
         ))}
       </ul>

@@ -9,6 +9,7 @@ import { Age } from "../parts/age";
 import { patience } from "../parts/sent";
 import { CopyButton } from "../parts/copy";
 import { MayNot } from "../parts/may_not";
+import { prose } from "../parts/prose";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { Table, type TableRow } from "../parts/table";
 import * as text from "../words/device";
@@ -84,7 +85,7 @@ function Header({ device }: { device: Device }) {
               {text.since} <Age time={device.since} />
             </>
           )}
-          {device.reason && ` · ${device.reason}`}
+          {device.reason && prose(` · ${device.reason}`)}
         </span>
         <div class="thing-actions">
           {mayBe("command") && <TimeToLive device={device} />}

@@ -4,6 +4,7 @@ import type { Decision, Decisions, Verb } from "../core/decisions";
 import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
+import { prose } from "../parts/prose";
 import { phone } from "../parts/screen";
 import type { Column } from "../parts/table";
 import * as text from "../words/inbox";
@@ -96,7 +97,7 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
       width: "minmax(160px,1.4fr)",
       phone: "fourth",
       compare: by("why"),
-      cell: (tuple) => <span class="uncut">{whyOf(tuple) || "–"}</span>,
+      cell: (tuple) => <span class="uncut">{prose(whyOf(tuple) || "–")}</span>,
     },
     {
       id: "since",

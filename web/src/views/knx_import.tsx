@@ -9,6 +9,7 @@ import { optionsText, scalar } from "../core/sample";
 import { Choice, FilterField } from "../parts/fields";
 import { Icon } from "../parts/icons";
 import { MayNot } from "../parts/may_not";
+import { prose } from "../parts/prose";
 import { Skeleton } from "../parts/state";
 import * as words from "../words/frame";
 import * as text from "../words/setup";
@@ -189,7 +190,7 @@ function UploadForm({ target, into, onInto, onPreview }: UploadProps) {
       {state === "busy" && <span role="status">{text.reading}</span>}
       {state === "busy" && <Skeleton rows={2} />}
       <p role="alert" class="error">
-        {state instanceof Error ? state.message : ""}
+        {prose(state instanceof Error ? state.message : "")}
       </p>
     </form>
   );
@@ -214,7 +215,8 @@ function Preview({ target, first, into, route }: { target: Target; first: Import
     const { groups } = now ?? first;
     if (!into.network && !into.id.trim()) return setError(text.noNetwork);
     if (!into.network && into.via !== "routing" && !into.host.trim()) return setError(text.noHost);
-    if (groups.length > mostGroups) return setError(text.tooMany(groups.length));
+    const { size } = new Blob([groups]);
+    if (size > mostGroups) return setError(text.tooMany(size));
     setChange(changeOf(into, groups));
   };
   return (
@@ -231,7 +233,7 @@ function Preview({ target, first, into, route }: { target: Target; first: Import
             {first.findings.map((finding, index) => (
               <li key={index}>
                 <span class={finding.level === "error" ? "loss" : "muted"}>{finding.level}</span> {finding.address}{" "}
-                {text.line(finding.line, finding.text)}
+                {prose(text.line(finding.line, finding.text))}
               </li>
             ))}
           </ul>
@@ -251,7 +253,7 @@ function Preview({ target, first, into, route }: { target: Target; first: Import
         </button>
       </div>
       <p role="alert" class="error">
-        {error}
+        {prose(error)}
       </p>
       <KnxPoints
         base={base}

@@ -1,4 +1,5 @@
 import { useMemo, useState } from "preact/hooks";
+import { unitSign } from "../core/format";
 import { chosen, type DataPointType, type ImportChoices, type ImportPoint, isUncertain } from "../core/knx_import";
 import { matches } from "../core/text";
 import { coarse, moreLines, phone } from "../parts/screen";
@@ -114,7 +115,7 @@ export function KnxPoints({ base, points, types, choices, search, onlyUncertain,
           <span class="muted">{text.leftOut}</span>
         ) : (
           <span class="uncut">
-            {point} <span class="unit">{unit === "1" ? "" : unit}</span>
+            {point} <span class="unit">{unitSign(unit)}</span>
           </span>
         ),
     },
@@ -148,7 +149,7 @@ export function KnxPoints({ base, points, types, choices, search, onlyUncertain,
       <datalist id="knx-types">
         {types.map(({ dpt, meaning, unit }) => (
           <option key={dpt} value={dpt}>
-            {`${meaning} ${unit}`}
+            {`${meaning} ${unitSign(unit)}`}
           </option>
         ))}
       </datalist>

@@ -11,6 +11,7 @@ import { Age } from "../parts/age";
 import { Icon } from "../parts/icons";
 import { MayNot } from "../parts/may_not";
 import { announce } from "../parts/notices";
+import { prose } from "../parts/prose";
 import { phone } from "../parts/screen";
 import { State } from "../parts/state";
 import * as text from "../words/networks";
@@ -65,7 +66,7 @@ function Reopening({ network }: { network: Network }) {
       )}
       {outcome && (
         <span class="outcome">
-          <State word={outcome.state} tone={toneOf(outcome.state)} /> {outcome.reason}
+          <State word={outcome.state} tone={toneOf(outcome.state)} /> {prose(outcome.reason)}
         </span>
       )}
     </p>
@@ -104,7 +105,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
         <State word={network.line} />
       </header>
       <dl class="tuple-facts">
-        {reason && <Fact name={text.reason}>{reason}</Fact>}
+        {reason && <Fact name={text.reason}>{prose(reason)}</Fact>}
         <Fact name={text.since}>
           <Age time={number(status?.since)} /> <span class="muted">{formatFullTime(number(status?.since))}</span>
         </Fact>

@@ -10,6 +10,7 @@ import { compareNatural, matches } from "../core/text";
 import { FilterField } from "../parts/fields";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
+import { prose } from "../parts/prose";
 import { coarse, moreLines, phone } from "../parts/screen";
 import { Empty, Loaded, State, NoneMatch } from "../parts/state";
 import { type Column, compareBy, Outdated, SortSelect, Table } from "../parts/table";
@@ -111,7 +112,7 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
       cell: (network) => (
         <span class="muted reason uncut">
           <NextAttempt network={network} />
-          {textOf(network.status?.json.reason)}
+          {prose(textOf(network.status?.json.reason))}
         </span>
       ),
     },
@@ -129,7 +130,7 @@ function PhoneFacts({ network, devices }: { network: Network; devices: string })
   const reason = textOf(network.status?.json.reason);
   return (
     <span class="uncut">
-      {reason || devices}
+      {prose(reason || devices)}
       {lost > 0 && <span class="loss">{` · ${text.lostCount(lost)}`}</span>}
     </span>
   );

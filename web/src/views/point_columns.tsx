@@ -5,6 +5,7 @@ import { typeWords } from "../core/format";
 import { Age } from "../parts/age";
 import { CommandControl, OutcomeMark } from "../parts/command";
 import { isAsleep, MeasuredValue, whyAsleep } from "../parts/measure";
+import { prose } from "../parts/prose";
 import { State } from "../parts/state";
 import type { Column } from "../parts/table";
 import * as text from "../words/device";
@@ -28,7 +29,7 @@ function Quality({ point }: { point: Point }) {
   return (
     <span class="quality" title={reason}>
       <State word={point.quality} />
-      {reason && <span class="muted">{reason}</span>}
+      {reason && <span class="muted">{prose(reason)}</span>}
     </span>
   );
 }

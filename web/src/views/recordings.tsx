@@ -11,6 +11,7 @@ import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
 import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
+import { prose } from "../parts/prose";
 import { Empty, Loaded, State } from "../parts/state";
 import * as text from "../words/recordings";
 import * as commandText from "../words/command";
@@ -84,7 +85,7 @@ function Recorder({ tuple }: { tuple: Tuple }) {
         </span>
         {islands.value.length > 1 && <span class="muted">{tuple.owner}</span>}
       </header>
-      {reason && <p class={state === "dropping" ? "loss" : "muted"}>{reason}</p>}
+      {reason && <p class={state === "dropping" ? "loss" : "muted"}>{prose(reason)}</p>}
       <dl class="tuple-facts">
         <dt>{text.file}</dt>
         <dd>{textOf(status.file) || "–"}</dd>
@@ -102,7 +103,7 @@ function Recorder({ tuple }: { tuple: Tuple }) {
       {outcome && (
         <p class="muted">
           {text.last(outcome.value)} <State word={outcome.state} tone={toneOf(outcome.state)} /> <Age time={outcome.since} />
-          {[outcome.reason, outcome.commander && commandText.by(outcome.commander)].filter(Boolean).map((part) => ` · ${part}`)}
+          {[outcome.reason, outcome.commander && commandText.by(outcome.commander)].filter(Boolean).map((part) => prose(` · ${part}`))}
         </p>
       )}
       {mayBe("admin") && <RecorderControls name={name} command={tuple.id.replace(/status$/, "command")} running={state !== "stopped"} />}

@@ -6,6 +6,7 @@ import { commandOf, formatOffset, readSeek, type Replay } from "../core/replay";
 import { hrefTo } from "../core/router";
 import { Choice } from "../parts/fields";
 import { Age } from "../parts/age";
+import { prose } from "../parts/prose";
 import { State } from "../parts/state";
 import * as text from "../words/recordings";
 import * as commandText from "../words/command";
@@ -148,7 +149,7 @@ function Outcomes({ replay: { network } }: { replay: Replay }) {
         <p key={name} class="muted">
           {text[name]} {commandText.commanded(outcome.value)}: <State word={outcome.state} tone={toneOf(outcome.state)} />{" "}
           <Age time={outcome.since} />
-          {outcome.reason && ` · ${outcome.reason}`}
+          {outcome.reason && prose(` · ${outcome.reason}`)}
         </p>
       ))}
     </>

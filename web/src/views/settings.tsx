@@ -14,6 +14,7 @@ import { Dialog } from "../parts/dialog";
 import { MayNot } from "../parts/may_not";
 import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
+import { prose } from "../parts/prose";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { useWhole } from "../parts/whole";
 import * as text from "../words/settings";
@@ -215,7 +216,7 @@ function Outcome({ status }: { status: Tuple }) {
                 <td>
                   <code>{placeOf(fault) || "–"}</code>
                 </td>
-                <td>{fault.text}</td>
+                <td>{prose(fault.text)}</td>
               </tr>
             ))}
           </tbody>

@@ -10,6 +10,8 @@ const seconds = 3600;
 const width = 120;
 const height = 24;
 const most = 240;
+/** Minutes of an hour, of which the first and the last are not whole. */
+const buckets = 61;
 
 /** The most series that the history takes in one question. */
 const mostAsked = 32;
@@ -30,7 +32,7 @@ export function useHourOf(whose: Device | string, points: Point[]): Hour {
     const cancel = new AbortController();
     const to = serverNow();
     const query = keys.slice(0, mostAsked).map((key) => `key=${encodeURIComponent(key)}`);
-    const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
+    const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${buckets}`;
     askJson<{ bucket: number; series: Series[] }>(path, { signal: cancel.signal }).then(
       (answer) =>
         setHour(

@@ -14,6 +14,7 @@ import { State } from "../parts/state";
 import { Value } from "../parts/value";
 import * as text from "../words/overview";
 import { Age } from "../parts/age";
+import { prose } from "../parts/prose";
 import { nameOfPoint } from "../app";
 
 /** What is operated together in a room: its name, its controls, and what became of the last command where that is not all well. */
@@ -62,7 +63,7 @@ function Trouble({ tile }: { tile: Tile }) {
   if (!last || ["good", "neutral"].includes(toneOf(last.state))) return null;
   return (
     <p class="tile-trouble muted">
-      <State word={last.state} tone={toneOf(last.state)} /> <Age time={last.since} /> {last.reason}
+      <State word={last.state} tone={toneOf(last.state)} /> <Age time={last.since} /> {prose(last.reason)}
     </p>
   );
 }

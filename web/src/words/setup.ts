@@ -30,7 +30,7 @@ export const reading = "The island reads the file …";
 export const tooLarge = (size: number) =>
   `The file has ${Math.ceil(size / 2 ** 20)} MB, more than 32: import it on the host with \`rubicon knx import\`.`;
 export const tooMany = (size: number) =>
-  `The group file has ${(size / 1e6).toFixed(1)} MB, more than the 0.9 that can be set: import it on the host with \`rubicon knx import\`.`;
+  `The group file has ${(size / 1e6).toFixed(1)} MB, more than the 0.9 that can be set here. On the host of the island: \`rubicon knx import FILE --output hall.yaml\`, then \`import: hall.yaml\` in the configuration.`;
 export const noNetwork = "Give the network an id.";
 export const noHost = "Name the address of the KNX interface.";
 export const counts = ({ taken = 0, paired = 0, secured = 0, errors = 0, warnings = 0 }: Record<string, number>) =>
