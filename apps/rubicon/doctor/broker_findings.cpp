@@ -148,8 +148,8 @@ Finding connected(const BrokerSeen& broker) {
   std::size_t components = 0;
   for (const auto& [user, ids] : broker.users) components += ids.size();
   return {kSites, Grade::kGood,
-          fmt::format("connected with the broker {} as {}, by MQTT {}{}; space {} has {} of {}", broker.place,
-                      broker.user == tuples::mqtt::kAnonymous ? "nobody" : broker.user,
+          fmt::format("connected with the broker {} {}, by MQTT {}{}; space {} has {} of {}", broker.place,
+                      broker.user == tuples::mqtt::kAnonymous ? "without a user" : "as " + broker.user,
                       broker.version == transport::MqttVersion::k5 ? "5" : "3.1.1", broker.tls ? " with TLS" : "",
                       broker.space, counted(components, "component"), counted(broker.users.size(), "user"))};
 }
@@ -238,7 +238,7 @@ Findings check_realm(const BrokerSeen& broker, const RealmSeen& seen, WallTime n
           "nothing: programs take the newer one while they run. A program that may write the folder stores it there"}});
   for (const auto& key : seen.open_keys)
     add({{kSites, Grade::kProblem, key + ": others may read this key and act as its member",
-          fmt::format("chmod 600 {0}; somebody may have copied it: renew the member by rubicon trust renew", key)}});
+          fmt::format("chmod 600 {0}; it may have been copied: renew the member by rubicon trust renew", key)}});
   add(check_users(broker, realm));
   const auto days_to = [&](WallTime end) {
     return static_cast<int>(std::chrono::floor<std::chrono::days>(end - now).count());

@@ -18,7 +18,7 @@ namespace rubicon::cli {
 /// What a broker where components of sites meet shows to this user (docs/sites.md).
 struct BrokerSeen {
   std::string place;             ///< `broker.lan:8883`
-  std::string space, user;       ///< user `-`: nobody
+  std::string space, user;       ///< user `-`: without one
   std::optional<Error> failure;  ///< why there is no connection
   transport::MqttVersion version = transport::MqttVersion::k5;
   bool tls = false, retains = true;

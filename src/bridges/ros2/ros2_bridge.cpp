@@ -164,7 +164,7 @@ void Ros2Bridge::complain(BridgeStatus& status) const {
   topics_.complain(status);
   imports_.complain(status);
   if (graph.robots() == 0 && graph.publications().empty())
-    status.add(model::findings::kRosDomainEmpty, "nobody else is in this domain");
+    status.add(model::findings::kRosDomainEmpty, "no other node is in this domain");
 }
 
 BridgeStatus Ros2Bridge::status() const {

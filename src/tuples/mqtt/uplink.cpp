@@ -83,8 +83,8 @@ void Uplink::on_connected(const transport::MqttConnack& connack) {
   pause_ = kFirstPause;
   trouble_.clear();
   refusals_ = 0;
-  log_.unlimited().info(
-      fmt::format("connected with {} as {}", name(at_), broker().user == kAnonymous ? "nobody" : broker().user));
+  log_.unlimited().info(fmt::format("connected with {} {}", name(at_),
+                                    broker().user == kAnonymous ? "without a user" : "as " + broker().user));
   if (at_ > 0) look_back_ = scheduler_.after(about(kLookBack), [this] { look_back(0); });
   callbacks_.connected(connack);
 }

@@ -276,10 +276,10 @@ TEST_F(Ros2Node, HasNoNameWhereBothSizesAreRead) {
   EXPECT_FALSE(third.saw("node ")) << "it would be misread";
 }
 
-TEST_F(Ros2Node, SaysThatNobodyIsThere) {
+TEST_F(Ros2Node, SaysThatNoOtherNodeIsThere) {
   bridge();
   EXPECT_EQ(made->status().state, "up");
-  EXPECT_THAT(reason(), HasSubstr("nobody"));
+  EXPECT_THAT(reason(), HasSubstr("no other node is in this domain"));
   Robot robot;
   EXPECT_TRUE(until([&] { return reason().empty(); })) << reason();
   EXPECT_EQ(made->status().peer, "ROS domain 0");
