@@ -229,6 +229,37 @@ std::string without_code(const std::string& page) {
   return text;
 }
 
+/// A function for each indented block of C++ of a page, below what they include.
+std::string program_of(const std::string& page) {
+  static const std::regex kBlock(R"re((?:\n(?: {4}[^\n]*)?)+\n)re"), kStatement(R"re(;\s*(//[^\n]*)?\n)re");
+  std::string includes = "#include <chrono>\n#include <iostream>\n#include <vector>\n#include <rubicon/unit.hpp>\n";
+  std::string functions;
+  std::size_t number = 0;
+  for (std::sregex_iterator it(page.begin(), page.end(), kBlock), end; it != end; ++it) {
+    const auto block = (*it)[0].str();
+    if (block.find("rubicon::") == block.npos || !std::regex_search(block, kStatement)) continue;
+    const bool opens = block.find("auto client =") != block.npos;
+    functions += "int example" + std::to_string(++number) + (opens ? "() {" : "(rubicon::Client& client) {");
+    std::istringstream lines(block);
+    for (std::string line; std::getline(lines, line);)
+      (line.starts_with("    #include") ? includes : functions) += line + "\n";
+    functions += "return 0; }\n";
+  }
+  return includes + functions;
+}
+
+TEST_F(Package, TheCodeOfThePageForComponentsCompiles) {
+  const auto page = read_text(all_.prefix() / "share/doc/rubicon/docs/client.md");
+  const auto program = program_of(page);
+  for (const auto* call : {"client.command(", "client.read(", "client.send(", "client.watch_points(", "Client::open("})
+    EXPECT_THAT(program, HasSubstr(call));
+  const auto source = (all_.workshop() / "page.cpp").string();
+  write_text(source, program);
+  const auto compiled = all_.shell(RUBICON_CXX " -std=c++20 -fsyntax-only " + source + " -I " +
+                                   (all_.prefix() / "include").string() + " 2>&1");
+  EXPECT_EQ(compiled.code, 0) << compiled.output;
+}
+
 /// Targets of the links of a page that lead to files, without what stands behind `#`.
 std::vector<std::string> links_of(const std::string& page) {
   static const std::regex kLink(R"re(\]\(([^)#\s]+)[^)]*\))re");

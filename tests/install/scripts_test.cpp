@@ -10,6 +10,7 @@
 
 #include "support/folder.h"
 #include "support/process.h"
+#include "support/terminal.h"
 
 namespace rubicon::install {
 namespace {
@@ -98,6 +99,33 @@ TEST(Scripts, WhatAptCouldNotDoIsSaid) {
     EXPECT_THAT(outcome.errors, Not(HasSubstr("only root"))) << step;
     EXPECT_THAT(outcome.output, Not(HasSubstr("went on"))) << step;
   }
+}
+
+TEST(Scripts, TheFirstBuildSaysHowLongItTakes) {
+  const std::string slow = "root=$PWD/none; yardstick() { echo 1000; }; jobs() { echo 2; }; ";
+  const auto first = on_a_fresh_machine(slow + "expect_minutes; [ $((expected - $(date +%s))) -gt 60 ] && time_left");
+  EXPECT_THAT(first.errors, HasSubstr("the first build takes about 2 min on this machine; later ones take seconds"));
+  EXPECT_THAT(first.output, HasSubstr(" s left"));
+  const support::Folder built;
+  std::filesystem::create_directories(built / "build/release");
+  std::ofstream(built / "build/release/build.ninja") << "\n";
+  const auto later = on_a_fresh_machine(slow + "root=" + built.path() + "; expect_minutes; time_left; echo nothing");
+  EXPECT_EQ(later.errors + later.output, "nothing\n");
+}
+
+TEST(Scripts, ABuildOnATerminalShowsItsStepsAndTheTimeLeft) {
+  const support::Folder folder;
+  std::ofstream(folder / "build.log") << "[1/9] one\n[4/9] four\nsomething else [7/9]\n";
+  support::Terminal terminal(
+      {"bash", "-c",
+       ". " RUBICON_SOURCE_DIR "/scripts/common.sh; expected=$(($(date +%s) + 400)); sleep 100 & there=$!; "
+       "trap 'kill $there' INT; show_progress " +
+           folder.path() + "/build.log '^\\[[0-9]+/[0-9]+\\]' $there; echo ended"},
+      24, 80);
+  EXPECT_TRUE(terminal.shows("4 of 9, about 7 min left")) << terminal.text();
+  terminal.type("\x03");
+  EXPECT_TRUE(terminal.shows("ended")) << terminal.text();
+  EXPECT_THAT(terminal.text(), Not(HasSubstr("4 of 9"))) << "the line of the progress is erased";
 }
 
 /// What scripts/package would call its packages in a tree with this cmake/commit.txt, and without git.
