@@ -202,9 +202,10 @@ std::string ids(const island::IslandConfig& config) {
                      : fmt::format("{} network{} ({})", all.size(), all.size() == 1 ? "" : "s", fmt::join(all, ", "));
 }
 
-/// Names and roles of the realm; nullopt: there is none, or it cannot be read.
+/// Names and roles of the realm; none without a broker. nullopt: the broker has them, or the realm cannot be read.
 std::optional<std::vector<std::string>> names_of_members(const island::IslandConfig& config, WallTime now) {
-  const auto folder = config.engine.mqtt ? config.engine.mqtt_space.realm_folder() : "";
+  if (!config.engine.mqtt) return std::vector<std::string>();
+  const auto folder = config.engine.mqtt_space.realm_folder();
   if (folder.empty()) return std::nullopt;
   const auto there = trust::site::contents_of(folder, now);
   if (!there) return std::nullopt;

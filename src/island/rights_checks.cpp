@@ -57,6 +57,13 @@ std::vector<std::string> strangers(const Rule& rule, const std::vector<std::stri
   return unknown;
 }
 
+/// How rules name users of the host, where that may be meant.
+std::string user_hint(const std::vector<std::string>& names) {
+  const auto plain =
+      std::find_if(names.begin(), names.end(), [](const auto& name) { return name.find(':') == name.npos; });
+  return plain == names.end() ? std::string() : fmt::format("; a user of this host is user:{}", *plain);
+}
+
 void warn_of_keys(const Rule& rule, const IslandConfig& config, std::vector<std::string>& lines) {
   for (const auto& key : rule.keys) {
     const auto part = network_part(key, rule, config.proxy.prefix);
@@ -104,8 +111,8 @@ std::vector<std::string> rights_warnings(const IslandConfig& config,
   for (const auto& rule : config.rights->rules) {
     const auto unknown = names ? strangers(rule, *names) : std::vector<std::string>();
     if (!unknown.empty()) {
-      lines.push_back(
-          fmt::format("{}: who: no member and no token has the name or role {}", rule.place, fmt::join(unknown, ", ")));
+      lines.push_back(fmt::format("{}: who: no member and no token has the name or role {}{}", rule.place,
+                                  fmt::join(unknown, ", "), user_hint(unknown)));
     }
     for (const auto& [wire, is_on] : wires) {
       if (is_among(rule.who, wire) && !is_on)

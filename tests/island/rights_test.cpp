@@ -163,8 +163,12 @@ TEST(RightsChecks, WarnOfRulesThatMatchNothing) {
                        "proxy.settings.command, proxy.property.**, \"**\", \"*.*\", kernel.name]}"),
               IsEmpty());
   EXPECT_THAT(warnings("{who: robot, may: send, keys: [dummy-1.7, own, island:2, \"dummy-1.**\", \"**\"]}"), IsEmpty());
-  EXPECT_THAT(warnings("{who: [robot, desk], may: all}"),
-              ElementsAre("home.yaml:5:5: who: no member and no token has the name or role desk"));
+  EXPECT_THAT(
+      warnings("{who: [robot, desk], may: all}"),
+      ElementsAre("home.yaml:5:5: who: no member and no token has the name or role desk; a user of this host is "
+                  "user:desk"));
+  EXPECT_THAT(warnings("{who: \"role:desk\", may: all}"),
+              ElementsAre("home.yaml:5:5: who: no member and no token has the name or role role:desk"));
   EXPECT_THAT(warnings("{who: robot, may: read, keys: [proxy.knx-hall.**]}"),
               ElementsAre("home.yaml:5:5: keys: 'proxy.knx-hall.**' matches nothing: the island has no network "
                           "'knx-hall'"));
