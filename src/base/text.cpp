@@ -188,11 +188,12 @@ bool is_ipv4(std::string_view text) {
 
 std::string host_fault(std::string_view text) {
   if (text.empty() || text.find_first_of("/@ \t") != text.npos) return "expected a host name or an address";
-  if (text.find_first_not_of("0123456789.") == text.npos && !is_ipv4(text)) return "is no IPv4 address";
+  if (text.find_first_not_of("0123456789.") == text.npos && !is_ipv4(text))
+    return "is no IPv4 address, expected four numbers from 0 to 255, or a name";
   const auto colon = text.find(':');
   const bool has_port =
       colon != text.npos && colon == text.rfind(':') && text.find_first_not_of("0123456789", colon + 1) == text.npos;
-  return has_port ? "names a port too, which stands in 'port'" : "";
+  return has_port ? "names a port too, expected that in 'port'" : "";
 }
 
 std::optional<HostPort> parse_host_port(std::string_view text) {

@@ -27,7 +27,7 @@ std::vector<base::HostPort> read_spare(ConfigReader& mqtt, std::uint16_t port) {
   std::vector<base::HostPort> spare;
   for (const auto& text : mqtt.texts("spare_brokers")) {
     const auto address = base::parse_host_port(text, port);
-    if (address && !address->host.empty()) {
+    if (address && base::host_fault(address->host).empty()) {
       spare.push_back(*address);
     } else {
       mqtt.error("spare_brokers", fmt::format("has '{}', expected HOST[:PORT]", base::one_line(text.substr(0, 60))));
@@ -136,7 +136,7 @@ void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
 const char* peer_error(std::string_view peer, bool tcp) {
   const auto colon = peer.find(':');
   const auto host = peer.substr(0, colon);
-  if (host.empty() || host.size() > kMaxHostText || !is_made_of(host, ".-")) {
+  if (host.size() > kMaxHostText || !is_made_of(host, ".-") || !base::host_fault(host).empty()) {
     return "expected host or host:port, the host as a name or an IPv4 address";
   }
   if (colon == peer.npos) return tcp ? "expected host:port: over tcp every process has a port of its own" : nullptr;

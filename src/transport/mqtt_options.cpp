@@ -28,6 +28,7 @@ void read_address(ConfigReader& options, const std::string& key, MqttOptions& li
     return options.error(key, fmt::format("is '{}', expected HOST[:PORT], such as broker.lan or 192.168.1.5:1883",
                                           base::one_line(text.substr(0, 60))));
   }
+  if (const auto fault = base::host_fault(address->host); !fault.empty()) options.error(key, fault);
   line.host = address->host;
   line.port = address->port;
 }

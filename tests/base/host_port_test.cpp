@@ -15,9 +15,9 @@ TEST(HostFault, SaysWhatIsWrong) {
   for (const auto* text : {"mqtt://localhost", "me@there", "two words"})
     EXPECT_EQ(host_fault(text), "expected a host name or an address") << text;
   for (const auto* text : {"192.168.10.500", "192.168.10", "1.2.3.4.5", "1..2.3", "10", "1.2.3."})
-    EXPECT_EQ(host_fault(text), "is no IPv4 address") << text;
+    EXPECT_EQ(host_fault(text), "is no IPv4 address, expected four numbers from 0 to 255, or a name") << text;
   for (const auto* text : {"192.168.10.5:3671", "knx.lan:3671"})
-    EXPECT_EQ(host_fault(text), "names a port too, which stands in 'port'") << text;
+    EXPECT_EQ(host_fault(text), "names a port too, expected that in 'port'") << text;
 }
 
 }  // namespace

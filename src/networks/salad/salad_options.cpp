@@ -153,7 +153,7 @@ void read_table(ConfigReader& options, Table& table) {
 
 void read_line(ConfigReader& options, SaladOptions& out) {
   out.host = base::trimmed(options.text("salad_host", out.host));
-  if (out.host.empty()) options.error("salad_host", "is empty, expected a host");
+  if (const auto fault = base::host_fault(out.host); !fault.empty()) options.error("salad_host", fault);
   out.port = static_cast<std::uint16_t>(options.integer("salad_port", out.port, 1, 65535));
   out.own_port = static_cast<std::uint16_t>(options.integer("rubicon_port", out.own_port, 0, 65535));
   out.buffer = static_cast<std::size_t>(

@@ -98,13 +98,13 @@ Result<Source> read_serial(const Part& rest) {
   return source;
 }
 
-bool is_host(std::string_view text) {
+bool is_host(const std::string& text) {
   constexpr std::string_view kOthers = "._-%:";  // colons came in brackets
   const auto good = [&](char c) {
     const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
     return word || kOthers.find(c) != kOthers.npos;
   };
-  return !text.empty() && std::all_of(text.begin(), text.end(), good);
+  return std::all_of(text.begin(), text.end(), good) && base::host_fault(text).empty();
 }
 
 auto wrong_endpoint(const Part& part, std::size_t separator) {
