@@ -214,9 +214,11 @@ Result<std::string> with_network(std::string_view text, const std::string& file,
   if (!tree) return fail(tree.error());
   const auto* networks = source->root.find("networks");
   if (networks != nullptr && networks->kind == Kind::kList)
-    return fail(cannot(file, *networks, "networks is a list, whose members have no names"));
+    return fail(cannot(file, *networks,
+                       "networks is a list, expected a map with a name for each, such as `dummy-1: {type: dummy}`"));
   if (networks != nullptr && networks->kind == Kind::kScalar)
-    return fail(cannot(file, *networks, "networks is no map"));
+    return fail(cannot(file, *networks,
+                       "networks is no map, expected one with a name for each, such as `dummy-1: {type: dummy}`"));
   if (const auto* there = networks != nullptr ? networks->find(network) : nullptr)
     return fail(ErrorCode::kDuplicate, fmt::format("{}: there is a network {} already, expected another name",
                                                    to_string(there->key_place()), network));

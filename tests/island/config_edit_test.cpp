@@ -64,8 +64,9 @@ TEST(ConfigEdit, OptionsWithAMarginAndTextsOfSeveralLinesStayWhatTheyAre) {
 }
 
 TEST(ConfigEdit, WhatCannotBeInsertedSafelyIsRefused) {
-  EXPECT_THAT(added("networks:\n  - {type: dummy}\n"), HasSubstr("home.yaml:1:1: networks is a list"));
-  EXPECT_THAT(added("networks: 7\n"), HasSubstr("networks is no map"));
+  EXPECT_THAT(added("networks:\n  - {type: dummy}\n"),
+              HasSubstr("home.yaml:1:1: networks is a list, expected a map with a name for each, such as `dummy-1: "));
+  EXPECT_THAT(added("networks: 7\n"), HasSubstr("networks is no map, expected one with a name for each"));
   EXPECT_THAT(added("networks: null\n"), HasSubstr("nothing can be inserted safely"));
   EXPECT_THAT(added("{island: {id: 1}}\n"), HasSubstr("nothing can be inserted safely"));
   EXPECT_THAT(added("island: {id: 1}\n...\n"), HasSubstr("nothing can be inserted safely"));

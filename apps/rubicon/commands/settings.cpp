@@ -51,6 +51,15 @@ void print_outcome(Session& session, const nlohmann::json& status) {
   for (const auto& fault : *errors) print_error(fault_text(fault));
 }
 
+/// Of a network; it has to fit into one command.
+Result<std::string> read_groups(const std::string& path) {
+  transport::LocalTransports disk;
+  auto groups = transport::read_text(disk, path, kMaxGroups);
+  if (groups || groups.error().code != ErrorCode::kOutOfRange) return groups;
+  return fail(ErrorCode::kOutOfRange,
+              groups.error().text + ": put it beside the configuration and name it there, as in `import: hall.yaml`");
+}
+
 /// What the command says to the island: a word, or the change of its file as JSON.
 Result<std::string> command_text(const IslandSettings& options) {
   const auto& action = options.action;
@@ -66,8 +75,7 @@ Result<std::string> command_text(const IslandSettings& options) {
   Line change{{"do", action}, {"network", options.network}};
   if (adds) change["options"] = options.what;
   if (const auto& path = imports ? options.what : options.groups; !path.empty()) {
-    transport::LocalTransports disk;
-    auto groups = transport::read_text(disk, path, kMaxGroups);
+    auto groups = read_groups(path);
     if (!groups) return fail(groups.error());
     change["groups"] = std::move(*groups);
   }

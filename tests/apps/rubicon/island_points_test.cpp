@@ -88,6 +88,11 @@ TEST_F(PointsOfAnIsland, ItsFileIsChangedAndTheChangeIsTakenBack) {
   EXPECT_EQ(rubicon({"settings", "undo"}).code, 0);
   EXPECT_THAT(text_of_file(file_), HasSubstr("import: knx-hall.groups.yaml"));
   EXPECT_EQ(rubicon({"settings", "import", "knx-hall"}).code, 2);
+  const auto large = folder_.write("large.yaml", std::string(900'001, '#'));
+  const auto too_large = rubicon({"settings", "import", "knx-hall", large});
+  EXPECT_EQ(too_large.code, 2);
+  EXPECT_THAT(too_large.errors, HasSubstr(large + ": 900001 bytes, expected at most 900000: put it beside the "
+                                                  "configuration and name it there, as in `import: hall.yaml`"));
   EXPECT_EQ(rubicon({"settings", "add", "x", "{type: dummy}", "--groups", folder_.file("none.yaml")}).code, 2);
   EXPECT_EQ(rubicon({"settings", "try", "knx-hall"}).code, 2);
 }
