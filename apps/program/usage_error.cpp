@@ -59,7 +59,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     word = word.substr(0, word.find('='));
     return with_question("unknown option '" + word + "'", base::did_you_mean(word, options_of(&inner)), inner);
   }
-  if (commands.empty()) return error.what();
+  if (commands.empty()) return with_question("unexpected word '" + word + "'", {}, inner);
   return with_question("unknown command '" + word + "'", base::did_you_mean(word, commands), inner);
 }
 

@@ -143,11 +143,10 @@ class Watch {
   }
 
   void explain_silence() {
-    const auto& last = selections_.back();
+    const auto& typed = options_.patterns.back();
     const bool exact = selections_.front().pattern.exact();
-    std::ignore =
-        session_.not_found(fmt::format("nothing fits {} yet", last.text),
-                           exact ? suggest_tuple(session_, options_.patterns.back(), "value") : std::string());
+    std::ignore = session_.not_found(fmt::format("nothing fits {} yet", printable(typed)),
+                                     exact ? suggest_tuple(session_, typed, "value") : std::string());
   }
 
   void sum_up() {

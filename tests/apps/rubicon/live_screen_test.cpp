@@ -91,6 +91,19 @@ TEST_F(LiveScreen, ALineIsTypedAndAnsweredAndTheTerminalGivenBack) {
   EXPECT_THAT(terminal.bytes(), HasSubstr("\x1b[?1049l"));
 }
 
+TEST_F(LiveScreen, ACommandThatFailsIsAnsweredInWordsWithItsReason) {
+  auto& terminal = *terminal_;
+  ASSERT_TRUE(terminal.shows("room0")) << terminal.text();
+  terminal.resize(24, 160);
+  terminal.type("set attic.switch-1 maybe\r");
+  EXPECT_TRUE(terminal.shows("command refused after ")) << terminal.text();
+  EXPECT_THAT(terminal.text(), HasSubstr(": switch: 'maybe' is not one of off, on"));
+  terminal.type("set attic.switch-1 on\r");
+  EXPECT_TRUE(terminal.shows("command timed-out after ")) << terminal.text();
+  EXPECT_THAT(terminal.text(), HasSubstr(" s: no report of the device within 5 s"));
+  EXPECT_THAT(terminal.text(), Not(HasSubstr("{\""))) << "no JSON";
+}
+
 TEST_F(LiveScreen, ASignalEndsACommandThatWaitsAndTheTable) {
   auto& terminal = *terminal_;
   ASSERT_TRUE(terminal.shows("room0")) << terminal.text();
