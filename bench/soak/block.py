@@ -77,7 +77,7 @@ class Program:
     def start(self):
         with open(self.folder / f"{self.name}.log", "ab") as log:
             self.process = subprocess.Popen(self.words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder,
-                                            env=self.environment, start_new_session=True)
+                                            env=self.environment, process_group=0)
         self.starts += 1
 
     def running(self):
