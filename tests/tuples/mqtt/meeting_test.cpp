@@ -130,26 +130,6 @@ TEST_F(Meeting, WhoIsFarAwayIsMetToo) {
   EXPECT_THAT(seen.take(), ElementsAre("lamp=off"));
 }
 
-/// It is stopped while the broker answers: time that it did not have.
-TEST_F(Meeting, AStopOfThisProcessWhileItReadsLosesNobody) {
-  auto hall = site(kHall), lab = site(kLab);
-  time.run_for(3s);
-  broker.latency = 10ms;
-  for (int ms = 0; ms < 100; ms += 5) {
-    hall.reset();
-    lab.reset();
-    hall = site(kHall);
-    lab = site(kLab);
-    time.run_for(3s);
-    Listener seen;
-    const auto copies = lab->space->subscribe(pattern("1:lamp"), {}, seen.call());
-    time.run_for(ms * 1ms);
-    time.stop_for(8s);
-    time.run_for(10s);
-    EXPECT_THAT(seen.take(), ElementsAre("lamp=off")) << "stopped after " << ms << " ms";
-  }
-}
-
 TEST_F(Meeting, ASetOvertakesNoneThatWaitsForTheOwner) {
   auto hall = site(kHall), lab = site(kLab);
   const auto opened = open(*hall, decided);
