@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
-#include <netdb.h>
 #include <poll.h>
 
 #include <algorithm>
@@ -11,12 +10,12 @@
 #include <chrono>
 #include <map>
 #include <span>
-#include <system_error>
 #include <utility>
 
 #include "base/text.h"
-#include "model/findings.h"
+#include "transport/mosquitto_faults.h"
 #include "transport/mqtt.h"
+#include "transport/mqtt_batch.h"
 #include "transport/mqtt_tls.h"
 
 namespace rubicon::transport {
@@ -26,7 +25,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Clock = std::chrono::steady_clock;
-namespace findings = model::findings;
 
 /// What goes through in one turn, before the other directions get theirs.
 constexpr int kReadsPerTurn = 256;
@@ -37,7 +35,7 @@ constexpr std::size_t kMaxUnacknowledged = 100;
 constexpr std::size_t kFiltersAtOnce = std::size_t{8} * 1024;
 /// For what waits, once the line was destroyed.
 constexpr auto kLeavingTime = seconds(1);
-constexpr int kNoReason = -1, kBadVersion5 = 0x84;
+constexpr int kBadVersion5 = 0x84;
 
 /// One connection with one version of the protocol.
 class MosquittoClient {
@@ -45,10 +43,10 @@ class MosquittoClient {
   enum class End : std::uint8_t { kDone, kOldVersionNeeded };
 
   MosquittoClient(const MqttOptions& options, MqttExchange& exchange, bool version_5)
-      : options_(options), exchange_(exchange), version_5_(version_5), name_(mqtt_name(options)) {}
+      : options_(options), exchange_(exchange), version_5_(version_5), name_(mqtt_name(options)), faults_(options) {}
   ~MosquittoClient() {
     ::mosquitto_destroy(client_);
-    if (accepted_) exchange_.home().connected(false);
+    if (faults_.accepted) exchange_.home().connected(false);
   }
   MosquittoClient(const MosquittoClient&) = delete;
   MosquittoClient& operator=(const MosquittoClient&) = delete;
@@ -81,6 +79,7 @@ class MosquittoClient {
     ::mosquitto_int_option(client_, MOSQ_OPT_PROTOCOL_VERSION, version_5_ ? MQTT_PROTOCOL_V5 : MQTT_PROTOCOL_V311);
     ::mosquitto_int_option(client_, MOSQ_OPT_TCP_NODELAY, 1);
     ::mosquitto_int_option(client_, MOSQ_OPT_SEND_MAXIMUM, static_cast<int>(kMaxUnacknowledged));
+    ::mosquitto_threaded_set(client_, true);  // it writes in mosquitto_loop_write() only
     if (!options_.user.empty())
       ::mosquitto_username_pw_set(client_, options_.user.c_str(),
                                   options_.password.empty() ? nullptr : options_.password.c_str());
@@ -97,9 +96,10 @@ class MosquittoClient {
     auto made = MqttTlsContext::make(*options_.tls, options_.host);
     if (!made) return fail(made.error().code, fmt::format("{}: {}", name_, made.error().text));
     tls_ = std::move(*made);
+    faults_.tls = tls_.get();
     // The library reports why TLS fails nowhere else. With this call it formats a line for each packet.
     ::mosquitto_log_callback_set(client_, [](auto*, void* user, int level, const char* text) {
-      if (level == MOSQ_LOG_ERR && self(user).complaint_.empty()) self(user).complaint_ = text;
+      if (level == MOSQ_LOG_ERR && self(user).faults_.complaint.empty()) self(user).faults_.complaint = text;
     });
     ::mosquitto_void_option(client_, MOSQ_OPT_SSL_CTX, tls_->get());
     ::mosquitto_int_option(client_, MOSQ_OPT_SSL_CTX_WITH_DEFAULTS, 0);
@@ -134,52 +134,13 @@ class MosquittoClient {
       exchange_.answered = true;
       return {};
     }
-    return fail(connect_error(result, error));
-  }
-
-  Error connect_error(int result, int error) const {
-    if (auto fault = tls_fault()) return *fault;
-    if (result == MOSQ_ERR_TLS || (result == MOSQ_ERR_ERRNO && error == EPROTO)) return closed();
-    auto text = fmt::format("cannot connect: {}", ::mosquitto_strerror(result));
-    std::string_view finding;
-    if (result == MOSQ_ERR_ERRNO) text = "cannot connect: " + std::generic_category().message(error);
-    if (result == MOSQ_ERR_ERRNO && error == ECONNREFUSED) finding = findings::kConnectionRefused;
-    if (result == MOSQ_ERR_EAI) {
-      text = fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error));
-      finding = findings::kHostUnknown;
-    }
-    return {ErrorCode::kUnreachable, fmt::format("{}: {}", name_, text), finding};
-  }
-
-  Error closed() const {
-    if (accepted_) return {ErrorCode::kUnreachable, name_ + ": the broker closed the connection"};
-    return {ErrorCode::kUnreachable,
-            fmt::format("{}: the broker closed the connection before it answered ({})", name_,
-                        options_.tls ? "does it speak TLS, does it want our certificate?" : "does it expect TLS?"),
-            options_.tls ? findings::kTlsEnds : findings::kTlsExpected};
-  }
-
-  /// What TLS complains about, if that is why the connection ended.
-  std::optional<Error> tls_fault() const {
-    if (!tls_) return std::nullopt;
-    if (!tls_->fault().empty()) {
-      const auto& expected = options_.tls->server_name.empty() ? options_.host : options_.tls->server_name;
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{}: the certificate of the broker is not accepted: {} (expected {})", name_,
-                               tls_->fault(), expected),
-                   tls_->finding()};
-    }
-    // `OpenSSL Error[0]: error:0A00010B:SSL routines::wrong version number`. The end of a connection is not a TLS
-    // error.
-    if (complaint_.empty() || complaint_.find("unexpected eof") != std::string::npos) return std::nullopt;
-    const auto reason = complaint_.substr(complaint_.rfind(':') + 1);
-    return Error{ErrorCode::kRefused, fmt::format("{}: TLS failed: {}", name_, reason), findings::kTlsFailed};
+    return fail(faults_.of_connect(result, error));
   }
 
   void turn() {
     const int socket = ::mosquitto_socket(client_);
     const bool reads = exchange_.may_read();
-    const int wanted = (reads ? POLLIN : 0) | (::mosquitto_want_write(client_) ? POLLOUT : 0);
+    const int wanted = (reads ? POLLIN : 0) | (has_written() ? 0 : POLLOUT);
     pollfd ready[] = {{exchange_.wake_descriptor(), POLLIN, 0},
                       {wanted == 0 ? -1 : socket, static_cast<short>(wanted), 0}};
     ::poll(ready, 2, static_cast<int>(milliseconds(timeout()).count()));
@@ -187,9 +148,10 @@ class MosquittoClient {
     if (exchange_.dismissed() && !leave_at_) begin_leaving();
     const bool more = ready[1].revents != 0 || tls_;  // bytes may wait inside OpenSSL
     if (reads && more && !over_) read();
-    if ((ready[1].revents & POLLOUT) != 0 && !over_) check(::mosquitto_loop_write(client_, 1));
+    if ((ready[1].revents & POLLOUT) != 0 && !over_) write();
     if (!over_) send();
     if (!over_) check(::mosquitto_loop_misc(client_));
+    if (!over_) write();
     if (!over_ && !leave_at_) look_for_answers();
     tell();
   }
@@ -199,16 +161,11 @@ class MosquittoClient {
     const auto now = Clock::now();
     if (now < next_look_) return;
     next_look_ = now + seconds(1);
-    if (::mosquitto_want_write(client_)) written_ = now;
+    if (!has_written()) written_ = now;
     const auto late = [&](const auto& asked) { return std::max(asked.second.since, written_) + 2 * keep_alive_ < now; };
-    if (std::any_of(asked_.begin(), asked_.end(), late)) fail_with(no_answer("a subscription"));
+    if (std::any_of(asked_.begin(), asked_.end(), late)) fail_with(faults_.no_answer("a subscription"));
     if (!over_ && std::any_of(unacknowledged_.begin(), unacknowledged_.end(), late))
-      fail_with(no_answer("a publication"));
-  }
-
-  Error no_answer(const char* to) const {
-    return {ErrorCode::kUnreachable, fmt::format("{}: the broker does not answer {}", name_, to),
-            findings::kBrokerSilent};
+      fail_with(faults_.no_answer("a publication"));
   }
 
   milliseconds timeout() const { return leave_at_ ? milliseconds(20) : milliseconds(1000); }
@@ -216,7 +173,7 @@ class MosquittoClient {
   /// Until nothing comes, or the loop has enough to do.
   void read() {
     // The library takes the end of a connection during the TLS handshake for nothing, again and again.
-    if (!accepted_ && is_ended(::mosquitto_socket(client_))) return check(MOSQ_ERR_CONN_LOST);
+    if (!faults_.accepted && is_ended(::mosquitto_socket(client_))) return check(MOSQ_ERR_CONN_LOST);
     std::size_t bytes = 0;
     for (int i = 0; i < kReadsPerTurn && bytes < kBytesPerTurn && !over_; ++i) {
       heard_ = 0;
@@ -227,20 +184,37 @@ class MosquittoClient {
     acknowledge_now(::mosquitto_socket(client_));
   }
 
+  bool has_written() const { return batch_.empty() && !::mosquitto_want_write(client_); }
+
+  /// Packets of the library and those of the batch must not mix within one.
+  void write() {
+    if (!batch_.empty() && !batch_.write(::mosquitto_socket(client_), ::mosquitto_ssl_get(client_)))
+      return check(tls_ ? MOSQ_ERR_TLS : errno == ECONNRESET || errno == EPIPE ? MOSQ_ERR_CONN_LOST : MOSQ_ERR_ERRNO);
+    if (batch_.empty() && ::mosquitto_want_write(client_)) check(::mosquitto_loop_write(client_, 1));
+  }
+
   void send() {
-    if (!accepted_) return;
+    if (!faults_.accepted) return;
     bool drained = false;
-    for (bool more = true; more && !over_ && !drained;) {
-      more = unacknowledged_.size() < most_unacknowledged_ && !::mosquitto_want_write(client_);
-      auto work = exchange_.take_work(more);
-      send_asks(work.asks);
-      drained = more && !work.publication;
-      if (work.publication && !over_) publish(*work.publication);
+    for (bool more = true; more && !over_;) {
+      std::optional<std::size_t> room;
+      if (has_written()) room = most_unacknowledged_ - std::min(most_unacknowledged_, unacknowledged_.size());
+      exchange_.take_work(room, work_);
+      more = !work_.empty();
+      drained = !more && room;
+      send_asks(work_.asks);
+      for (const auto& message : work_.publications) publish(message);
+      if (!over_) write();
     }
     if (leave_at_ && !over_) leave(drained);
   }
 
   void publish(const MqttPublication& message) {
+    if (over_) return;
+    if (message.qos == 0) {
+      ++(batch_.add(message, limits_) ? exchange_.sent : exchange_.not_taken);
+      return;
+    }
     int id = 0;
     const auto properties = version_5_ ? publish_properties(message) : nullptr;
     const int result =
@@ -248,7 +222,6 @@ class MosquittoClient {
                                message.payload.data(), message.qos, message.retain, properties.get());
     if (is_end(result)) return check(result);
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
-    if (message.qos == 0) return;
     if (result == MOSQ_ERR_SUCCESS)
       unacknowledged_[id] = {message.topic, message.number, Clock::now()};
     else
@@ -318,14 +291,17 @@ class MosquittoClient {
 
   void begin_leaving() {
     leave_at_ = Clock::now() + kLeavingTime;
-    if (!accepted_) over_ = true;
+    if (!faults_.accepted) over_ = true;
   }
 
   /// When everything is sent, or its time is over.
   void leave(bool drained) {
     if (!drained && Clock::now() < *leave_at_) return;
     const KeptSocket kept(::mosquitto_socket(client_));
-    ::mosquitto_disconnect(client_);
+    if (batch_.empty()) {
+      ::mosquitto_disconnect(client_);
+      ::mosquitto_loop_write(client_, 1);
+    }
     over_ = true;
     kept.await_end(*leave_at_);
   }
@@ -334,16 +310,17 @@ class MosquittoClient {
     heard_ += 1;
     const int reason = version_5_ ? code : reason_of_return_code(code);
     if (reason != 0) {
-      reason_ = reason;
+      faults_.reason = reason;
       return;
     }
-    accepted_ = true;
+    faults_.accepted = true;
     exchange_.home().connected(true);
     most_unacknowledged_ = std::min(read_receive_maximum(properties), kMaxUnacknowledged);
     MqttEvent event;
     event.kind = MqttEvent::Kind::kConnected;
     event.connack = std::make_unique<MqttConnack>(read_connack(properties, version_5_, options_.keep_alive));
     const auto largest = event.connack->largest_packet;
+    limits_ = {version_5_, event.connack->retains, largest};
     keep_alive_ = event.connack->keep_alive;
     constexpr std::size_t kHeader = 1 + 4, kPacketId = 2, kProperties = 1;
     if (largest > 0)
@@ -388,7 +365,6 @@ class MosquittoClient {
     events_.push_back({.kind = MqttEvent::Kind::kRefused, .topic = filter, .why = std::move(why)});
   }
 
-  /// Also of QoS 0, when it is written.
   void on_published(int id, int reason) {
     heard_ += 1;
     const auto published = unacknowledged_.extract(id);
@@ -402,7 +378,7 @@ class MosquittoClient {
 
   /// The library also calls this with its own codes after a reason of the broker.
   void on_disconnect(int reason) {
-    if (reason_ < 0x80) reason_ = reason;
+    if (faults_.reason < 0x80) faults_.reason = reason;
   }
 
   void tell() {
@@ -418,34 +394,14 @@ class MosquittoClient {
       over_ = leave_at_.has_value();
       return;
     }
-    const bool closed_silently = result != MOSQ_ERR_KEEPALIVE && reason_ < 0x80 && !tls_fault();
-    const bool other_version = reason_ == kBadVersion5 || closed_silently;
-    if (version_5_ && !accepted_ && other_version && options_.version == MqttVersion::kAny) {
+    const bool closed_silently = result != MOSQ_ERR_KEEPALIVE && faults_.reason < 0x80 && !faults_.of_tls();
+    const bool other_version = faults_.reason == kBadVersion5 || closed_silently;
+    if (version_5_ && !faults_.accepted && other_version && options_.version == MqttVersion::kAny) {
       end_ = End::kOldVersionNeeded;
       over_ = true;
       return;
     }
-    fail_with(lost(result, error));
-  }
-
-  Error lost(int result, int error) const {
-    if (reason_ >= 0x80) return mqtt_error(reason_, name_);
-    if (auto fault = tls_fault()) return *fault;
-    switch (result) {
-      case MOSQ_ERR_KEEPALIVE:
-        return {ErrorCode::kUnreachable, name_ + ": the broker does not answer", findings::kBrokerSilent};
-      case MOSQ_ERR_SUCCESS:
-      case MOSQ_ERR_CONN_LOST:
-      case MOSQ_ERR_NO_CONN:
-      case MOSQ_ERR_TLS: return closed();
-      case MOSQ_ERR_ERRNO:
-        if (error == 0 || error == EPROTO) return closed();
-        return {ErrorCode::kUnreachable,
-                fmt::format("{}: the connection is lost: {}", name_, std::generic_category().message(error))};
-      default:
-        return {ErrorCode::kInvalid,
-                fmt::format("{}: the broker breaks the protocol: {}", name_, ::mosquitto_strerror(result))};
-    }
+    fail_with(faults_.of_end(result, error));
   }
 
   void fail_with(Error why) {
@@ -462,20 +418,22 @@ class MosquittoClient {
   bool version_5_;
   std::string name_;
   std::unique_ptr<MqttTlsContext> tls_;
+  MosquittoFaults faults_;
   mosquitto* client_ = nullptr;
   std::map<int, Asked> asked_;  ///< by the number of their SUBSCRIBE
   std::vector<MqttEvent> events_;
+  MqttBatch batch_;
+  MqttBatch::Limits limits_;
+  MqttWork work_;
   std::map<int, Unacknowledged> unacknowledged_;  ///< publications of QoS 1 by their packet identifiers
   /// What waits beyond it in the library would be overtaken by QoS 0.
   std::size_t most_unacknowledged_ = kMaxUnacknowledged;
   std::size_t filters_at_once_ = kFiltersAtOnce;  ///< bytes of filters that the broker takes in one SUBSCRIBE
   std::size_t heard_ = 0;                         ///< bytes, about, of the last call to the library
-  int reason_ = kNoReason;  ///< that the broker gave for the end; below 0x80 a code of the library
-  std::string complaint_;   ///< the first error in the library's log
   Duration keep_alive_{};
   Clock::time_point next_look_{}, written_{};  ///< for late answers; when something waited to be written
   std::optional<Clock::time_point> leave_at_;
-  bool accepted_ = false, over_ = false;
+  bool over_ = false;
   End end_ = End::kDone;
 };
 

@@ -52,6 +52,7 @@ class MosquittoLine final : public MqttLine {
         options_(std::move(options)),
         name_(mqtt_name(options_)),
         callbacks_(std::make_shared<const MqttCallbacks>(std::move(calls))),
+        flush_(scheduler, [this] { exchange_->flush(); }),
         patience_(scheduler, [this] { give_up(); }) {}
   ~MosquittoLine() override {
     if (exchange_) exchange_->dismiss();
@@ -88,7 +89,9 @@ class MosquittoLine final : public MqttLine {
   Result<void> publish(MqttPublication publication) override {
     if (!connected_) return fail(ErrorCode::kUnreachable, name_ + ": cannot publish: not connected");
     if (auto right = check_publication(publication, broker_takes_, name_); !right) return right;
-    return exchange_->publish(std::move(publication));
+    auto queued = exchange_->publish(std::move(publication));
+    if (queued) flush_.request();
+    return queued;
   }
   MqttCounters counters() const override {
     return {received_, exchange_->sent, exchange_->too_long, exchange_->not_taken};
@@ -169,6 +172,7 @@ class MosquittoLine final : public MqttLine {
   MqttOptions options_;
   std::string name_;
   std::shared_ptr<const MqttCallbacks> callbacks_;  ///< a call may destroy this
+  base::OncePerTurn flush_;                         ///< what is published in one turn leaves together
   base::Deadline patience_;
   std::shared_ptr<MqttExchange> exchange_;
   std::deque<MqttEvent> events_;

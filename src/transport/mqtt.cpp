@@ -22,6 +22,10 @@ bool is_mqtt_character(char32_t code) {
   return !control && !noncharacter;
 }
 
+bool is_plain_character(unsigned char c) {
+  return c >= 0x20 && c < 0x7f;
+}
+
 bool has_few_levels(std::string_view topic) {
   return std::count(topic.begin(), topic.end(), '/') < kMaxLevels;
 }
@@ -39,6 +43,8 @@ std::string_view take_level(std::string_view& text, bool& more) {
 
 bool is_mqtt_text(std::string_view text) {
   if (text.empty() || text.size() > kMaxTextLength) return false;
+  text.remove_prefix(
+      static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_plain_character) - text.begin()));
   while (!text.empty()) {
     const auto character = base::take_utf8(text);
     if (!character || !is_mqtt_character(*character)) return false;
@@ -47,7 +53,7 @@ bool is_mqtt_text(std::string_view text) {
 }
 
 bool is_mqtt_topic(std::string_view topic) {
-  return is_mqtt_text(topic) && has_few_levels(topic) && topic.find_first_of("+#") == topic.npos;
+  return is_mqtt_text(topic) && has_few_levels(topic) && topic.find('+') == topic.npos && topic.find('#') == topic.npos;
 }
 
 bool is_mqtt_filter(std::string_view filter) {

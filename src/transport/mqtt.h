@@ -156,7 +156,8 @@ struct MqttCounters {
 
 /// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. It does not reconnect. Destroying
 /// it closes it with a DISCONNECT, so that the broker does not publish the will; what waits is sent before, if the
-/// broker takes it within a second. Small messages are not held back (TCP_NODELAY).
+/// broker takes it within a second. Messages leave at the end of the turn of the loop that published them, or when much
+/// waits; small ones are not held back (TCP_NODELAY).
 ///
 /// Received messages come in the order in which the broker sends them. A loop that takes them more slowly than they
 /// come makes the line stop reading at kMaxUndelivered; from then on the broker must wait, and it drops what is beyond

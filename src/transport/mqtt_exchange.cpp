@@ -8,6 +8,8 @@
 #include <iterator>
 #include <utility>
 
+#include "transport/mqtt_batch.h"
+
 namespace rubicon::transport {
 
 namespace {
@@ -17,36 +19,60 @@ std::size_t cost(const MqttPublication& publication) {
          publication.correlation.size();
 }
 
+std::uint32_t hash_of(std::string_view topic) {
+  return static_cast<std::uint32_t>(std::hash<std::string_view>()(topic));
+}
+
 }  // namespace
+
+std::uint32_t MqttOutQueue::find(std::uint32_t hash, std::string_view topic) {
+  return latest_.find(hash, [&](std::uint32_t number) { return at(number).topic == topic; });
+}
 
 Result<void> MqttOutQueue::push(MqttPublication publication, const std::string& line) {
   const bool replaces = publication.queue == MqttQueue::kLatest;
-  const auto known = replaces ? latest_.find(publication.topic) : latest_.end();
-  const auto old = known == latest_.end() ? 0 : cost(waiting_[known->second - first_]);
-  const auto bytes = bytes_ - old + cost(publication);
-  if (bytes > MqttLine::kMaxQueuedBytes || (known == latest_.end() && waiting_.size() >= MqttLine::kMaxQueued))
+  const auto hash = hash_of(publication.topic);
+  const auto known = find(hash, publication.topic);
+  const bool takes_place = replaces && known != base::HashIndex::kNone;
+  const auto bytes = bytes_ - (takes_place ? cost(at(known)) : 0) + cost(publication);
+  if (bytes > MqttLine::kMaxQueuedBytes || (!takes_place && waiting_.size() >= MqttLine::kMaxQueued))
     return fail(ErrorCode::kBusy, fmt::format("{}: cannot publish {} bytes: {} messages with {} bytes wait already",
                                               line, cost(publication), waiting_.size(), bytes_));
   bytes_ = bytes;
-  if (known != latest_.end()) {
-    waiting_[known->second - first_] = std::move(publication);
+  if (takes_place) {
+    at(known) = std::move(publication);
     return {};
   }
-  if (!replaces) latest_.erase(publication.topic);  // a later state must not overtake it
-  if (replaces) latest_[publication.topic] = first_ + waiting_.size();
+  if (known != base::HashIndex::kNone) latest_.remove(hash, known);  // a later state must not overtake this one
+  if (replaces) latest_.add(hash, (first_ + static_cast<std::uint32_t>(waiting_.size())) & kNumbers);
   waiting_.push_back(std::move(publication));
   return {};
 }
 
 std::optional<MqttPublication> MqttOutQueue::pop() {
   if (waiting_.empty()) return std::nullopt;
+  if (const auto& front = waiting_.front(); front.queue == MqttQueue::kLatest) {
+    const auto hash = hash_of(front.topic);
+    const auto known = latest_.find(hash, [this](std::uint32_t number) { return number == first_; });
+    if (known == first_) latest_.remove(hash, first_);
+  }
   auto publication = std::move(waiting_.front());
   waiting_.pop_front();
-  const auto known = latest_.find(publication.topic);
-  if (known != latest_.end() && known->second == first_) latest_.erase(known);
-  ++first_;
+  first_ = (first_ + 1) & kNumbers;
   bytes_ -= cost(publication);
   return publication;
+}
+
+void MqttOutQueue::take(std::size_t most_of_qos_1, std::vector<MqttPublication>& taken) {
+  std::uint8_t qos = 0;
+  for (std::size_t bytes = 0; !waiting_.empty() && bytes < MqttBatch::kEnough;) {
+    const auto& next = waiting_.front();
+    if (next.qos < qos || (next.qos > 0 && most_of_qos_1 == 0)) return;
+    qos = next.qos;
+    if (qos > 0) --most_of_qos_1;
+    bytes += cost(next);
+    taken.push_back(*pop());
+  }
 }
 
 void MqttHome::post(std::function<void()> call) {
@@ -113,9 +139,9 @@ void MqttExchange::clear_wake() const {
 
 Result<void> MqttExchange::publish(MqttPublication publication) {
   const std::scoped_lock lock(mutex_);
-  const bool first = out_.empty();
+  const auto before = out_.bytes();
   if (auto queued = out_.push(std::move(publication), line_); !queued) return queued;
-  if (first) wake();
+  if (before < MqttBatch::kEnough && out_.bytes() >= MqttBatch::kEnough) wake();
   return {};
 }
 
@@ -145,11 +171,12 @@ void MqttExchange::delivered(std::size_t bytes) {
   if (before >= MqttLine::kMaxUndelivered && before - bytes < MqttLine::kMaxUndelivered) wake();
 }
 
-MqttWork MqttExchange::take_work(bool publication) {
+void MqttExchange::take_work(std::optional<std::size_t> most_of_qos_1, MqttWork& work) {
+  work.asks.clear();
+  work.publications.clear();
   const std::scoped_lock lock(mutex_);
-  MqttWork work{std::exchange(asks_, {})};
-  if (publication) work.publication = out_.pop();
-  return work;
+  work.asks.swap(asks_);
+  if (work.asks.empty() && most_of_qos_1) out_.take(*most_of_qos_1, work.publications);
 }
 
 void MqttExchange::tell(std::vector<MqttEvent> events) {

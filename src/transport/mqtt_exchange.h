@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/hash_index.h"
 #include "base/scheduler.h"
 #include "transport/mqtt.h"
 
@@ -25,14 +26,22 @@ class MqttOutQueue {
   Result<void> push(MqttPublication publication, const std::string& line);
   /// The oldest; nullopt if none waits.
   std::optional<MqttPublication> pop();
+  /// The oldest that may leave together: of QoS 0, then up to so many of QoS 1; about MqttBatch::kEnough bytes.
+  void take(std::size_t most_of_qos_1, std::vector<MqttPublication>& taken);
   bool empty() const { return waiting_.empty(); }
   std::size_t size() const { return waiting_.size(); }
   std::size_t bytes() const { return bytes_; }
 
  private:
+  static constexpr std::uint32_t kNumbers = 0x7fff'ffff;
+
+  MqttPublication& at(std::uint32_t number) { return waiting_[(number - first_) & kNumbers]; }
+  /// Of the state of this topic that waits, by the hash of the topic; HashIndex::kNone: there is none.
+  std::uint32_t find(std::uint32_t hash, std::string_view topic);
+
   std::deque<MqttPublication> waiting_;
-  std::map<std::string, std::uint64_t, std::less<>> latest_;  ///< topic -> number of its publication that waits
-  std::uint64_t first_ = 0;                                   ///< number of waiting_.front()
+  base::HashIndex latest_;   ///< numbers of states that wait, by topic
+  std::uint32_t first_ = 0;  ///< number of waiting_.front()
   std::size_t bytes_ = 0;
 };
 
@@ -98,7 +107,9 @@ struct MqttAsk {
 /// What a thread sends next.
 struct MqttWork {
   std::vector<MqttAsk> asks;
-  std::optional<MqttPublication> publication{};
+  std::vector<MqttPublication> publications;
+
+  bool empty() const { return asks.empty() && publications.empty(); }
 };
 
 /// What the loop and the thread of an MQTT line hand to each other. Both directions are bounded: publications by
@@ -115,7 +126,9 @@ class MqttExchange {
   MqttExchange& operator=(const MqttExchange&) = delete;
 
   // The loop.
+  /// The thread hears of it when much waits, or at flush().
   Result<void> publish(MqttPublication publication);
+  void flush() const { wake(); }
   /// kBusy beyond MqttLine::kMaxAskedBytes.
   Result<void> ask(MqttAsk ask);
   /// Makes the thread close its connection and end.
@@ -130,8 +143,8 @@ class MqttExchange {
   void clear_wake() const;
   bool dismissed() const { return dismissed_; }
   bool may_read() const { return in_flight_ < MqttLine::kMaxUndelivered; }
-  /// All that is asked for, and if wanted the next publication, which was made after it.
-  MqttWork take_work(bool publication);
+  /// Puts into `work` all that is asked for. If there is nothing, what MqttOutQueue::take() has; nothing for nullopt.
+  void take_work(std::optional<std::size_t> most_of_qos_1, MqttWork& work);
   /// The broker answered it, or will not.
   void answered_ask(const MqttAsk& ask) { asked_bytes_ -= cost(ask); }
   void tell(std::vector<MqttEvent> events);

@@ -6,8 +6,10 @@
 #include <openssl/x509v3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <limits>
 #include <memory>
 #include <string_view>
 #include <system_error>
@@ -111,7 +113,8 @@ Result<void> MqttTlsContext::read(const MqttTls& tls, const std::string& host) {
   SSL_CTX_set_app_data(context, this);
   ::SSL_CTX_set_verify(context, SSL_VERIFY_PEER, keep_verify_fault);
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
-  SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);
+  SSL_CTX_set_mode(context,
+                   SSL_MODE_RELEASE_BUFFERS | SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
   const auto& name = tls.server_name.empty() ? host : tls.server_name;
   if (!expect_name(context, name)) return fail(ErrorCode::kInvalid, "TLS: no name to expect: " + name);
   if (tls.ca_file.empty()) {
@@ -123,6 +126,17 @@ Result<void> MqttTlsContext::read(const MqttTls& tls, const std::string& host) {
   if (::SSL_CTX_use_certificate_chain_file(context, tls.certificate_file.c_str()) != 1)
     return tls_error("certificate", tls.certificate_file);
   return read_key(context, tls.key_file);
+}
+
+std::ptrdiff_t tls_write(void* ssl, std::string_view bytes) {
+  auto* to = static_cast<SSL*>(ssl);
+  ::ERR_clear_error();
+  const int length = static_cast<int>(std::min<std::size_t>(bytes.size(), std::numeric_limits<int>::max()));
+  const int count = ::SSL_write(to, bytes.data(), length);
+  if (count > 0) return count;
+  const int why = ::SSL_get_error(to, count);
+  errno = why == SSL_ERROR_WANT_WRITE || why == SSL_ERROR_WANT_READ ? EAGAIN : EPROTO;
+  return -1;
 }
 
 Result<std::string> certificate_name(const std::string& file) {

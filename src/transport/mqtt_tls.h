@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -36,6 +37,10 @@ class MqttTlsContext {
   std::string fault_;
   std::string_view finding_;
 };
+
+/// Writes to an SSL as send(2) does to a socket: -1 with EAGAIN if it takes nothing now, -1 with another errno if the
+/// connection failed.
+std::ptrdiff_t tls_write(void* ssl, std::string_view bytes);
 
 /// The common name in a certificate (PEM): the user, for a broker that takes it for that. kNotFound, kIo or kInvalid
 /// with the path.

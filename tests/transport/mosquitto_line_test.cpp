@@ -107,6 +107,27 @@ TEST_F(LiveBroker, ThousandsOfMessagesArriveInOrder) {
   EXPECT_EQ(ann.line->counters().not_taken, 0U);
 }
 
+TEST_F(LiveBroker, PacketsOfOursAndOfTheLibraryDoNotMix) {
+  const Certificates certificates;
+  ASSERT_EQ(certificates.reason(), "");
+  for (const bool tls : {false, true}) {
+    start({.tls = tls ? &certificates : nullptr});
+    auto with = options();
+    if (tls) with.tls = MqttTls{certificates.path("ca.pem"), {}, {}, "broker.test"};
+    MqttClient client;
+    connect(client, with);
+    ASSERT_TRUE(client.line->subscribe("n", 1));
+    std::vector<std::string> expected;
+    for (std::size_t i = 0; i < 900; ++i) {
+      const auto text = std::to_string(i) + std::string(i * 37 % 9000, 'x');
+      ASSERT_TRUE(client.line->publish({"n", text, false, static_cast<std::uint8_t>(i / 7 % 2)}));
+      expected.push_back("n " + text);
+    }
+    EXPECT_TRUE(world->until([&] { return client.received.size() >= expected.size() || !client.failures.empty(); }));
+    EXPECT_EQ(client.received, expected) << (tls ? "with TLS" : "without");
+  }
+}
+
 TEST_F(LiveBroker, ManyFiltersAreAskedTogether) {
   start();
   connect(ann, options());

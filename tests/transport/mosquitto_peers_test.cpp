@@ -289,13 +289,18 @@ TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
 }
 
 TEST_F(Exchange, FiltersGoBeforeThePublicationsThatFollowThem) {
+  MqttWork work;
   ASSERT_TRUE(exchange->publish({"a", "1"}));
   ASSERT_TRUE(exchange->ask({"a", 0, true}));
-  EXPECT_THAT(exchange->take_work(false).asks, SizeIs(1));
-  const auto work = exchange->take_work(true);
-  EXPECT_THAT(work.asks, IsEmpty());
-  ASSERT_TRUE(work.publication);
-  EXPECT_FALSE(exchange->take_work(true).publication);
+  exchange->take_work(1, work);
+  EXPECT_THAT(work.asks, SizeIs(1));
+  EXPECT_THAT(work.publications, IsEmpty());
+  exchange->take_work(std::nullopt, work);
+  EXPECT_TRUE(work.empty());
+  exchange->take_work(1, work);
+  EXPECT_THAT(work.publications, SizeIs(1));
+  exchange->take_work(1, work);
+  EXPECT_TRUE(work.empty());
 }
 
 TEST_F(Exchange, FiltersThatWaitForTheBrokerAreBounded) {
@@ -303,7 +308,9 @@ TEST_F(Exchange, FiltersThatWaitForTheBrokerAreBounded) {
   std::size_t asked = 0;
   while (exchange->ask(large)) ++asked;
   EXPECT_EQ(asked, MqttLine::kMaxAskedBytes / MqttExchange::cost(large));
-  EXPECT_THAT(exchange->take_work(false).asks, SizeIs(asked));
+  MqttWork work;
+  exchange->take_work(std::nullopt, work);
+  EXPECT_THAT(work.asks, SizeIs(asked));
   EXPECT_EQ(exchange->ask(large).error().code, ErrorCode::kBusy) << "they wait for their answer";
   exchange->answered_ask(large);
   EXPECT_TRUE(exchange->ask(large));

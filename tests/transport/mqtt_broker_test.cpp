@@ -429,5 +429,28 @@ TEST(MqttOutQueue, TheLatestStateTakesThePlaceOfTheOneThatWaits) {
   EXPECT_EQ(queue.push({"a", "", false, 0, MqttQueue::kLatest}, "line").error().code, ErrorCode::kBusy);
 }
 
+TEST(MqttOutQueue, WhatLeavesTogetherKeepsItsOrder) {
+  MqttOutQueue queue;
+  const auto push = [&](const std::string& payload, std::uint8_t qos) {
+    ASSERT_TRUE(queue.push({"a", payload, false, qos}, "line"));
+  };
+  const auto take = [&](std::size_t most_of_qos_1) {
+    std::vector<MqttPublication> taken;
+    queue.take(most_of_qos_1, taken);
+    std::string all;
+    for (const auto& one : taken) all += one.payload.front();
+    return all;
+  };
+  for (const auto* one : {"a0", "b0", "c1", "d1", "e1", "f0"}) push({one[0]}, static_cast<std::uint8_t>(one[1] - '0'));
+  EXPECT_EQ(take(0), "ab") << "QoS 1 waits for answers";
+  EXPECT_EQ(take(2), "cd");
+  EXPECT_EQ(take(0), "");
+  EXPECT_EQ(take(5), "e") << "QoS 0 is written by another";
+  EXPECT_EQ(take(0), "f");
+  for (int i = 0; i < 5; ++i) push(std::string(40'000, 'x'), 0);
+  EXPECT_EQ(take(0), "xx") << "so much is enough for one write";
+  EXPECT_EQ(queue.size(), 3U);
+}
+
 }  // namespace
 }  // namespace rubicon::transport
