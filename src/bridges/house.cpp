@@ -127,9 +127,16 @@ DeviceEntry* House::device_at(OwnerId island, std::string_view key, bool make) {
   return devices_.emplace(name, std::move(device)).first->second.get();
 }
 
+PointEntry* House::find_point(OwnerId island, std::string_view key) {
+  if (recent_ && recent_->key == key && recent_->device->island == island) return recent_;
+  const auto found = points_.find(Place{island, key});
+  if (found != points_.end()) recent_ = found->get();
+  return found == points_.end() ? nullptr : recent_;
+}
+
 PointEntry* House::point_at(const TupleView& tuple, bool make) {
   const auto key = model::parent_key(tuple.key);
-  if (const auto found = points_.find(Place{tuple.owner, key}); found != points_.end()) return found->get();
+  if (auto* found = find_point(tuple.owner, key)) return found;
   if (!make || points_.size() >= kMaxPoints || !selected(tuple.owner, key)) return nullptr;
   const auto parts = model::key_parts(key);
   const auto kind = parts.size() == 5 ? model::parse_kind(parts[3]) : std::nullopt;
@@ -186,11 +193,11 @@ void House::stated(const Event& event) {
   if (event.kind != EventKind::kSet) return;
   auto* point = point_at(event.tuple, true);
   if (point == nullptr) return;
-  const auto heard = model::heard_quality_from_json(event.tuple.value);
-  const auto quality = heard ? heard->quality
-                             : model::parse_quality(model::point_status_from_json(event.tuple.value).quality)
-                                   .value_or(model::Quality::kUnknown);
-  if (std::exchange(point->quality, quality) != quality) callbacks_.point(*point);
+  const auto& text = event.tuple.value;
+  auto quality = model::quality_from_json(text);
+  if (!quality) quality = model::parse_quality(model::point_status_from_json(text).quality);
+  const auto now = quality.value_or(model::Quality::kUnknown);
+  if (std::exchange(point->quality, now) != now) callbacks_.point(*point);
   callbacks_.status(*point);
 }
 
@@ -356,6 +363,7 @@ void House::forget_point(const PointEntry& gone) {
   auto& device = *point.device;
   callbacks_.point_gone(point);
   device.points.erase(&point);
+  recent_ = nullptr;
   points_.erase(found);
   callbacks_.device(device);
 }
@@ -365,6 +373,7 @@ void House::forget_device(const std::string& name) {
   if (found == devices_.end()) return;
   auto& device = *found->second;
   callbacks_.device_gone(device);
+  recent_ = nullptr;
   for (const auto* point : std::exchange(device.points, {}))
     points_.erase(points_.find(Place{device.island, point->key}));
   by_topic_.erase(device.topic);
@@ -395,8 +404,7 @@ PointEntry* House::find_by_topic(std::string_view topic) {
   const auto* device = kind == topic.npos || kind == 0 ? nullptr : find_device(topic.substr(0, kind));
   if (device == nullptr) return nullptr;
   const auto key = fmt::format("{}.{}.{}", device->key, topic.substr(kind + 1, id - kind - 1), topic.substr(id + 1));
-  const auto found = points_.find(Place{device->island, key});
-  return found == points_.end() ? nullptr : found->get();
+  return find_point(device->island, key);
 }
 
 DeviceEntry* House::find_device(std::string_view topic) {
@@ -419,8 +427,16 @@ void House::each_island(const std::function<void(IslandEntry&)>& visit) {
   for (auto& [id, island] : islands_) visit(island);
 }
 
-std::string PointEntry::topic() const {
-  return fmt::format("{}/{}/{}", device->topic, to_string(kind), id());
+std::string PointEntry::topic(std::string_view below) const {
+  std::string all;
+  const auto of_kind = to_string(kind);
+  all.reserve(device->topic.size() + of_kind.size() + id().size() + below.size() + 2);
+  all += device->topic;
+  for (const auto part : {of_kind, id()}) {
+    all += '/';
+    all += part;
+  }
+  return all += below;
 }
 
 }  // namespace rubicon::bridges

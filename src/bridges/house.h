@@ -46,8 +46,8 @@ struct PointEntry {
   std::string_view id() const { return std::string_view(key).substr(key.rfind('.') + 1); }
   /// `fridge` of `switch-fridge`.
   std::string_view instance() const { return id().substr(std::min(id().find('-') + 1, id().size())); }
-  /// `rubicon/6541/wsn-1/7/sensor/light-1`
-  std::string topic() const;
+  /// `rubicon/6541/wsn-1/7/sensor/light-1`, and what stands below: `/online`.
+  std::string topic(std::string_view below = {}) const;
 };
 
 struct ByKey {
@@ -159,6 +159,7 @@ class House {
   void grouped(const Event& event);
   std::vector<DeviceEntry*> find_addresses(const DeviceEntry& near, const std::vector<std::string>& addresses) const;
   void island_changed(OwnerId id);
+  PointEntry* find_point(OwnerId island, std::string_view key);
   PointEntry* point_at(const TupleView& tuple, bool make);
   DeviceEntry* device_at(OwnerId island, std::string_view key, bool make);
   bool selected(OwnerId owner, std::string_view point_key) const;
@@ -180,6 +181,7 @@ class House {
   std::map<std::string, std::unique_ptr<DeviceEntry>> devices_;  ///< by owner and key
   base::ByText<DeviceEntry*> by_topic_;
   std::unordered_set<PointPtr, PlaceHash, SamePlace> points_;
+  PointEntry* recent_ = nullptr;  ///< the last that was found: value and status of a reading come one after the other
   base::ByText<std::shared_ptr<const model::PointDescription>> descriptions_;  ///< by their text
   static constexpr std::size_t kFewDescriptions = 256;
   std::size_t most_descriptions_ = kFewDescriptions;  ///< beyond, those without a point are dropped

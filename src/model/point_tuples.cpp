@@ -34,6 +34,9 @@ std::optional<Quality> parse_quality(std::string_view word) {
 
 namespace {
 
+/// Of a status, in bytes: the first members stand there.
+constexpr std::size_t kFirstMembers = 200;
+
 using Tree = nlohmann::ordered_json;
 /// For texts of others: ordered_json searches all members for each one that it adds, which takes seconds for many.
 using ParsedTree = nlohmann::json;
@@ -169,11 +172,14 @@ PointStatus point_status_from_json(std::string_view text) {
   return status;
 }
 
+std::optional<Quality> quality_from_json(std::string_view text) {
+  const auto word = text_after(text.substr(0, kFirstMembers), R"("quality":")");
+  return parse_quality(word.substr(0, word.find('"')));
+}
+
 std::optional<HeardQuality> heard_quality_from_json(std::string_view text) {
-  constexpr std::size_t kFirstMembers = 200;  // bytes
   text = text.substr(0, kFirstMembers);
-  const auto word = text_after(text, R"("quality":")");
-  const auto quality = parse_quality(word.substr(0, word.find('"')));
+  const auto quality = quality_from_json(text);
   if (!quality) return std::nullopt;
   const auto heard = text_after(text, R"("heard":)");
   const auto seconds = base::parse_number<double>(heard.substr(0, heard.find_first_of(",}")));

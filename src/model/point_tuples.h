@@ -88,6 +88,8 @@ struct HeardQuality {
   Quality quality = Quality::kUnknown;
   WallTime heard{};  ///< when the last good value came; zero = never
 };
+/// One of them alone, as heard_quality_from_json().
+std::optional<Quality> quality_from_json(std::string_view text);
 /// They alone, found without parsing the rest (a recording holds a status for each reading) in a text that
 /// write_point_status() wrote; nullopt where the quality is none of ours.
 std::optional<HeardQuality> heard_quality_from_json(std::string_view text);

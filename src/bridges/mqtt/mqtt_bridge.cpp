@@ -353,17 +353,18 @@ void MqttBridge::publish_event(PointEntry& point) {
 bool MqttBridge::publish_state(PointEntry& point) {
   const bool online = is_online(point);
   const bool has = point.good() || options_.json;
-  point.shown |= leftovers_.has(point.topic());
   if (point.kind != model::Kind::kActuator && point.online != online) {
-    if (!line_.publish(state(point.topic() + kOnline, online ? kYes : kNo))) return false;
+    if (!line_.publish(state(point.topic(kOnline), online ? kYes : kNo))) return false;
     point.online = online;
   }
+  auto topic = point.topic();
+  point.shown = point.shown || leftovers_.has(topic);
   if (has) {
     if (point.value.empty() && !options_.json) return true;
-    if (!line_.publish(state(point.topic(), payload_of(point, options_)))) return false;
+    if (!line_.publish(state(std::move(topic), payload_of(point, options_)))) return false;
     point.shown = true;
   } else if (point.shown && !options_.keep) {
-    if (!line_.publish(state(point.topic(), {}))) return false;
+    if (!line_.publish(state(std::move(topic), {}))) return false;
     point.shown = false;
   }
   return true;
@@ -373,7 +374,7 @@ void MqttBridge::publish_attributes() {
   while (!statuses_.empty()) {
     auto& point = **statuses_.begin();
     const auto status = host_.space.get(point.device->island, point.key + ".status");
-    const auto topic = point.topic() + "/attributes";
+    const auto topic = point.topic("/attributes");
     if (status && !line_.publish({topic, attributes_of(point, status->value), false, 0, MqttQueue::kLatest})) {
       attributes_ = host_.scheduler.after(kAttributesPause, [this] { publish_attributes(); });
       return;
@@ -397,7 +398,7 @@ void MqttBridge::forget(PointEntry& point) {
   if (point.dirty) std::erase(points_, &point);
   point.dirty = false;
   if (point.shown) remove(point.topic());
-  if (point.online) remove(point.topic() + kOnline);
+  if (point.online) remove(point.topic(kOnline));
   point.shown = false;
   point.online.reset();
 }
