@@ -13,6 +13,10 @@
 // is left of the members: what it does not know is an error.
 namespace rubicon::verbs {
 
+/// The verbs of requests, as the WebSocket knows them; the shell of a daemon knows some of them.
+inline constexpr std::string_view kVerbs[] = {"append", "components", "get",       "hello",    "islands",    "listen",
+                                              "send",   "set",        "subscribe", "unlisten", "unsubscribe"};
+
 /// A set or an append.
 struct Set {
   OwnerId owner{};

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "console/shell.h"
+#include "verbs/requests.h"
 #include "web/api/route.h"
 #include "web/api/site.h"
 
@@ -203,6 +204,14 @@ TEST_F(Doors, OneRequestHasOneOutcomeWhicheverWayItCame) {
     EXPECT_EQ(shown["shell"], shown["WebSocket"]);
     EXPECT_EQ(shown["shell"], shown["REST"]);
     EXPECT_EQ(shown["shell"].is_object(), request["do"] == "get" && one.error.empty());
+  }
+}
+
+TEST_F(Doors, TheWebSocketKnowsEachVerb) {
+  restore();
+  for (const auto verb : kVerbs) {
+    const auto answer = by_socket({{"do", verb}});
+    EXPECT_EQ(answer.error.find("unknown verb"), answer.error.npos) << verb;
   }
 }
 

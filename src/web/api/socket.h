@@ -50,7 +50,7 @@ class Socket final : public Conversation {
     const char* name;
     Verb verb;
   };
-  static const std::vector<VerbName>& verbs();
+  static std::span<const VerbName> verbs();
 
   // -- requests
   Result<void> request(Id id, const std::string& verb, verbs::Members& members);

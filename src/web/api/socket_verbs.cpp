@@ -22,8 +22,8 @@ Result<void> check_under_way(std::size_t count) {
 
 }  // namespace
 
-const std::vector<Socket::VerbName>& Socket::verbs() {
-  static const std::vector<VerbName> kVerbs{
+std::span<const Socket::VerbName> Socket::verbs() {
+  static constexpr VerbName kAll[] = {
       {"subscribe", &Socket::subscribe},
       {"unsubscribe", &Socket::unsubscribe},
       {"get", &Socket::get},
@@ -36,7 +36,8 @@ const std::vector<Socket::VerbName>& Socket::verbs() {
       {"components", &Socket::list_components},
       {"hello", &Socket::hello},
   };
-  return kVerbs;
+  static_assert(std::size(kAll) == std::size(verbs::kVerbs));
+  return kAll;
 }
 
 Result<void> Socket::request(Id id, const std::string& verb, verbs::Members& members) {
@@ -45,16 +46,11 @@ Result<void> Socket::request(Id id, const std::string& verb, verbs::Members& mem
   const auto waits = look_up(id, verb, members);
   if (!waits) return fail(waits.error());
   if (*waits) return {};
-  std::vector<std::string> names;
   for (const auto& one : verbs()) {
-    if (verb != one.name) {
-      names.emplace_back(one.name);
-      continue;
-    }
-    return (this->*one.verb)(id, members);
+    if (verb == one.name) return (this->*one.verb)(id, members);
   }
   if (verb.empty()) return members.end();
-  return fail(verbs::no_verb(verb, names));
+  return fail(verbs::no_verb(verb, {std::begin(verbs::kVerbs), std::end(verbs::kVerbs)}));
 }
 
 Result<bool> Socket::look_up(Id id, const std::string& verb, const verbs::Members& members) {
