@@ -136,8 +136,9 @@ constexpr TextClass kTextClasses[] = {
 
 // platform, role, type; of several types of a role the first one that the device has
 constexpr EntityPart kEntityParts[] = {
-    {"climate", "preset", "preset"}, {"climate", "preset", "hvacMode"},       {"climate", "fan", "fanMode"},
-    {"siren", "tone", "melody"},     {"siren", "duration", "siren_duration"}, {"siren", "duration", "duration"},
+    {"climate", "preset", "preset"},     {"climate", "preset", "hvacMode"},       {"climate", "fan", "fanMode"},
+    {"siren", "tone", "melody"},         {"siren", "duration", "siren_duration"}, {"siren", "duration", "duration"},
+    {"siren", "volume_level", "volume"},
 };
 
 /// UCUM, theirs. The first of two that are the same to us is the one that we write.

@@ -80,7 +80,7 @@ constexpr Type kHomeTypes[] = {
     {TypeId(0x023f), "buttonCount", "button presses", "1", kInteger, 0.0, 65535.0, kEvent, ""},
     {TypeId(0x0240), "doorbell", "doorbell", "1", kBoolean, -kNone, kNone, kEvent, ""},
     {TypeId(0x0241), "trigger", "trigger", "1", kBoolean, -kNone, kNone, kEvent, ""},
-    {TypeId(0x0242), "volume", "loudness of a player", "%", kReal, 0.0, 100.0, kState, ""},
+    {TypeId(0x0242), "volume", "loudness of a player or siren", "%", kReal, 0.0, 100.0, kState, ""},
     {TypeId(0x0243), "mute", "mute", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0244), "playback", "player", "1", kEnumeration, -kNone, kNone, kEvent, "stop,play,pause,next,previous"},
     {TypeId(0x0245), "channel", "channel", "1", kInteger, 0.0, 99999.0, kState, ""},

@@ -31,6 +31,14 @@ const PointEntry* part_of(const PointEntry& siren, std::string_view role) {
   return nullptr;
 }
 
+/// A member of their object as a command for its point. Theirs is a loudness from 0 to 1, ours is in its own range.
+std::string command_for(const PointEntry& part, const nlohmann::json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (part.type() != "volume" || !value.is_number()) return model::dump(value);
+  const auto least = part.about->minimum.value_or(0), most = part.about->maximum.value_or(100);
+  return fmt::format("{:g}", least + (most - least) * value.get<double>());
+}
+
 /// A response topic must not be a command.
 bool can_answer_at(const std::string& base, std::string_view topic) {
   return !topic.empty() && topic.find_first_of("+#") == topic.npos && !topic.starts_with('$') &&
@@ -67,15 +75,15 @@ void Commands::take(const transport::MqttMessage& message) {
   send(**point, one, std::move(way));
 }
 
-/// What Home Assistant sends to a siren with tones: `{"state":"on","tone":"fire","duration":10}`. The parts are points
+/// What Home Assistant sends to a siren with such parts: `{"state":"on","tone":"fire","duration":10}`. They are points
 /// of their own.
 Result<void> Commands::send_parts(const PointEntry& siren, const transport::MqttMessage& message,
                                   const nlohmann::json& object) {
-  for (const auto* role : {"tone", "duration"}) {
+  for (const auto* role : {"tone", "duration", "volume_level"}) {
     const auto value = object.find(role);
     const auto* part = value == object.end() ? nullptr : part_of(siren, role);
     if (part == nullptr) continue;
-    const auto text = value->is_string() ? value->get<std::string>() : model::dump(*value);
+    const auto text = command_for(*part, *value);
     auto one = message;
     one.payload = text;
     const auto point = check(one, part->topic());

@@ -91,7 +91,7 @@ class Parts {
 };
 
 std::string set_topic(const PointEntry& point) {
-  return point.topic() + "/set";
+  return point.topic("/set");
 }
 
 bool has_word(const PointEntry& point, std::string_view word) {
@@ -330,10 +330,12 @@ void add_fans_and_sirens(Parts& parts) {
     const auto* tone = parts.part(*siren, "siren", "tone");
     const auto tones = tone == nullptr ? std::vector<std::string>() : words_of(*tone);
     const bool lasts = parts.part(*siren, "siren", "duration") != nullptr;
+    const bool is_loud = parts.part(*siren, "siren", "volume_level") != nullptr;
     if (!tones.empty()) body["av_tones"] = tones;
-    if (tones.empty() && !lasts) body["cmd_tpl"] = "{{ value }}";  // else it sends an object, which commands.cpp takes
+    const bool only_on = tones.empty() && !lasts && !is_loud;
+    if (only_on) body["cmd_tpl"] = "{{ value }}";  // else it sends an object, which commands.cpp takes
     body["sup_dur"] = lasts;
-    body["sup_vol"] = false;
+    body["sup_vol"] = is_loud;
     parts.add("siren", *siren, std::move(body));
   }
 }

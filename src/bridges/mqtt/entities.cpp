@@ -135,11 +135,11 @@ Entity set_number(const PointEntry& point) {
 /// Points that are written and have no state: each write is one press.
 Entity set_event(const PointEntry& point) {
   if (point.about->data_type == "boolean")
-    return {"button", {}, {{"cmd_t", point.topic() + "/set"}, {"pl_prs", on_word(point)}}};
+    return {"button", {}, {{"cmd_t", point.topic("/set")}, {"pl_prs", on_word(point)}}};
   auto body = commanded(point);
   const auto words = words_of(point);
   if (words.size() == 1) {
-    Json press{{"cmd_t", point.topic() + "/set"}, {"pl_prs", words.front()}};
+    Json press{{"cmd_t", point.topic("/set")}, {"pl_prs", words.front()}};
     if (point.type() == "identify") press["dev_cla"] = "identify";
     return {"button", {}, std::move(press)};
   }
@@ -195,7 +195,7 @@ std::string on_word(const PointEntry& point) {
 }
 
 nlohmann::ordered_json commanded(const PointEntry& point) {
-  return {{"stat_t", point.topic()}, {"cmd_t", point.topic() + "/set"}, {"opt", false}};
+  return {{"stat_t", point.topic()}, {"cmd_t", point.topic("/set")}, {"opt", false}};
 }
 
 std::string words_of_id(std::string_view id) {

@@ -1,4 +1,11 @@
+#include <set>
+#include <string>
+#include <variant>
+
 #include "bridges/mqtt/town.h"
+#include "model/message.h"
+#include "rights/rights.h"
+#include "verbs/requests.h"
 
 namespace rubicon::bridges::mqtt {
 namespace {
@@ -114,6 +121,15 @@ TEST_F(Commands, NeedTheRightsOfTheBridgeToo) {
   EXPECT_THAT(audit->whys, ElementsAre(HasSubstr("no rule allows it")));
 }
 
+/// Kinds of messages, rights, and verbs of requests.
+std::set<std::string> all_verbs() {
+  std::set<std::string> all(std::begin(verbs::kVerbs), std::end(verbs::kVerbs));
+  for (const auto right : rights::kRights) all.emplace(to_string(right));
+  for (std::size_t kind = 0; kind < std::variant_size_v<model::Body>; ++kind)
+    all.emplace(to_string(static_cast<model::MessageKind>(kind)));
+  return all;
+}
+
 /// What members can ask an island for, and everything else that an ingenious client may try.
 TEST_F(Commands, ReachNothingButPointsThatTheyName) {
   start(R"({"commands": ["**"]})");
@@ -142,10 +158,8 @@ TEST_F(Commands, ReachNothingButPointsThatTheyName) {
                             "knx/+/actuator/lamp-1",
                             "GATEWAY/a/b/c"})
     send(std::string("rubicon/6541/") + topic + "/set", "reload");
-  // The verbs of messages and requests, in the places where a topic has a network, a device, a kind and a point.
-  for (const std::string verb :
-       {"join", "keep-alive", "leave", "updates", "actuate", "sample", "set-property", "acknowledge", "state", "opaque",
-        "probe", "unreachable", "append", "approve", "send", "read", "demand", "subscribe"}) {
+  // In the places where a topic has a network, a device, a kind and a point.
+  for (const auto& verb : all_verbs()) {
     for (const auto& topic :
          {"GATEWAY/1/" + verb + "/lamp-1", verb + "/1/actuator/lamp-1", "knx/" + verb + "/actuator/lamp-1",
           "knx/1/" + verb + "/lamp-1", "knx/1/actuator/" + verb})
@@ -156,13 +170,15 @@ TEST_F(Commands, ReachNothingButPointsThatTheyName) {
   EXPECT_EQ(island.sets.size(), before);
 }
 
-TEST_F(Commands, OfASirenMayHaveATone) {
+TEST_F(Commands, OfASirenMayHaveAToneAndALoudness) {
   island.network("knx");
   island.device("knx.2", "Siren",
                 {{"actuator", "siren-1", "off"},
                  {"property", "melody-1", "fire", "good", {"burglar", "fire"}},
-                 {"property", "duration-1", "60"}});
-  start(R"({"commands": ["proxy.knx.2.*.siren-*.command", "proxy.knx.2.property.melody-1.command"]})");
+                 {"property", "duration-1", "60"},
+                 {"property", "volume-1", "80"}});
+  start(R"({"commands": ["proxy.knx.2.*.siren-*.command", "proxy.knx.2.property.melody-1.command",
+                         "proxy.knx.2.property.volume-1.command"]})");
   const std::string siren = "rubicon/6541/knx/2/actuator/siren-1";
   const auto asked = [&] {
     std::vector<std::string> all;
@@ -171,6 +187,9 @@ TEST_F(Commands, OfASirenMayHaveATone) {
   };
   send(siren + "/set", R"({"state":"on","tone":"burglar"})");
   EXPECT_THAT(asked(), ElementsAre("property.melody-1.command burglar", "actuator.siren-1.command on"));
+  send(siren + "/set", R"({"state":"on","volume_level":0.55})");
+  EXPECT_THAT(asked(), ElementsAre("property.volume-1.command 55", "actuator.siren-1.command on"))
+      << "theirs is from 0 to 1";
   send(siren + "/set", R"({"state":"off"})");
   EXPECT_THAT(asked(), ElementsAre("actuator.siren-1.command off"));
   send(siren + "/set", "on");

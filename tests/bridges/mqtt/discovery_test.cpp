@@ -168,6 +168,17 @@ TEST_F(DiscoveryOf, SirensHaveTonesAndDurationsOfTheDevice) {
   EXPECT_EQ(all["property-melody-warning"]["p"], "select") << "also by itself";
 }
 
+TEST_F(DiscoveryOf, ASirenIsAsLoudAsItIsTold) {
+  const auto all = entities({{"actuator", "siren-1", "off"}, {"property", "volume-1", "80"}});
+  EXPECT_EQ(core(all["actuator-siren-1"]), json::parse(R"({"p":"siren","stat_t":"T/actuator/siren-1",
+      "cmd_t":"T/actuator/siren-1/set","opt":false,"pl_on":"on","pl_off":"off","stat_on":"on","stat_off":"off",
+      "sup_dur":false,"sup_vol":true})"))
+      << "without a template: it sends an object";
+  EXPECT_EQ(core(all["property-volume-1"]), json::parse(R"({"p":"number","stat_t":"T/property/volume-1",
+      "cmd_t":"T/property/volume-1/set","opt":false,"min":0.0,"max":100.0,"step":0.1,"mode":"slider",
+      "unit_of_meas":"%","ent_cat":"config"})"));
+}
+
 TEST_F(DiscoveryOf, DatesAndTimes) {
   const std::vector<Described> points{{"actuator", "date-1", "2026-11-20"},
                                       {"actuator", "timeOfDay-1", "Fri 13:30:15"},

@@ -59,6 +59,18 @@ TEST(Sirens, OnlyWhatTheCompositeHas) {
   EXPECT_EQ(encode(*find(definition, "siren"), Value(false)).value(), R"({"duration":1,"mode":"stop"})");
 }
 
+TEST(Sirens, ALoudnessInNumbersIsAShareOfTheLoudest) {
+  const auto in_levels = map_definition(
+      R"([{"type":"numeric","name":"volume","property":"volume","access":7,"value_min":0,"value_max":50}])");
+  const auto* volume = find(in_levels, "volume");
+  ASSERT_NE(volume, nullptr);
+  EXPECT_EQ(encode(*volume, Value(60.0)).value(), "30");
+  const auto in_percent =
+      map_definition(R"([{"type":"numeric","name":"alarm_volume","property":"alarm_volume","access":7,"unit":"%"}])");
+  ASSERT_NE(find(in_percent, "volume"), nullptr);
+  EXPECT_EQ(encode(*find(in_percent, "volume"), Value(60.0)).value(), "60");
+}
+
 TEST(Sirens, OtherCompositesAreNone) {
   for (const auto* other : {R"([{"type":"composite","name":"a","property":"a","access":2,"features":[]}])",
                             R"([{"type":"composite","name":"a","property":"a","access":1,"features":[
