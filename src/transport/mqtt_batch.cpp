@@ -17,7 +17,7 @@ namespace {
 
 /// MQTT 5, sections 2.2.2.2 and 3.3.
 constexpr unsigned char kPublish = 0x30, kRetain = 0x01, kExpiry = 0x02, kResponseTopic = 0x08, kCorrelation = 0x09;
-constexpr std::size_t kMaxText = 65535;
+constexpr std::size_t kMaxBinary = 65535;
 
 void add_number(std::string& bytes, std::uint32_t number, int length) {
   while (length-- > 0) bytes += static_cast<char>(number >> (8U * static_cast<unsigned>(length)));
@@ -46,7 +46,7 @@ struct PublishProperties {
     if (publication.expiry > Duration::zero())
       expiry = static_cast<std::uint32_t>(std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kLongest));
     if (is_mqtt_text(publication.response_topic)) response_topic = publication.response_topic;
-    if (publication.correlation.size() <= kMaxText) correlation = publication.correlation;
+    if (publication.correlation.size() <= kMaxBinary) correlation = publication.correlation;
     size = (expiry > 0 ? 5 : 0) + (response_topic.empty() ? 0 : 3 + response_topic.size()) +
            (correlation.empty() ? 0 : 3 + correlation.size());
   }
