@@ -166,8 +166,9 @@ const std::string& recording() {
 void floor_of_bytes(benchmark::State& state) {
   transport::LocalTransports disk;
   Bytes piece(64 << 10);
+  const auto& path = recording();
   for (auto unused : state) {
-    auto file = disk.open_file(recording());
+    auto file = disk.open_file(path);
     while (*(*file)->read(piece) > 0) benchmark::DoNotOptimize(piece.data());
   }
   state.SetItemsProcessed(state.iterations() * 1'000'000);

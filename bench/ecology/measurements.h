@@ -26,6 +26,8 @@ Json switcher(const Meeting& meeting, const Json& options);
 /// Half round trips of a Unix stream between two processes, the floor of engine host.
 Json bare_ping(const Meeting& meeting, const Json& options);
 Json bare_pong(const Meeting& meeting, const Json& options);
+/// One of many processes that connect to each other by Unix streams, the floor of a crowd on engine host.
+Json bare_member(const Meeting& meeting, const Json& options);
 
 // The measurements, each in a file of its own.
 void measure_latency(const Plan& plan, Report& report);
@@ -34,7 +36,9 @@ void measure_remote_sets(const Plan& plan, Report& report);
 void measure_joins(const Plan& plan, Report& report);
 void measure_memory(const Plan& plan, Report& report);
 void measure_crowd(const Plan& plan, Report& report);
-void add_crowd_option(CLI::App& app);
+void measure_stops(const Plan& plan, Report& report);
+/// Of crowd and stops.
+void add_crowd_options(CLI::App& app);
 void measure_lamp(const Plan& plan, Report& report);
 void measure_churn(const Plan& plan, Report& report);
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -53,13 +55,17 @@ nlohmann::json object_of(std::string_view text) {
 }
 
 void append_seconds(WallTime time, std::string& out) {
+  constexpr std::int64_t kSecond = 1'000'000;
   const auto micros = time.time_since_epoch().count();
-  base::append(out, "{}", micros / 1000000);
-  auto rest = micros % 1000000;
-  if (rest <= 0) return;
-  int digits = 6;
-  for (; rest % 10 == 0; rest /= 10) --digits;
-  base::append(out, ".{:0{}}", rest, digits);
+  std::array<char, 32> text{};
+  auto* end = std::to_chars(text.data(), text.data() + text.size(), micros / kSecond).ptr;
+  auto rest = micros % kSecond;
+  if (rest > 0) *end++ = '.';
+  for (auto place = kSecond / 10; rest > 0; place /= 10) {
+    *end++ = static_cast<char>('0' + rest / place);
+    rest %= place;
+  }
+  out.append(text.data(), end);
 }
 
 void append_json(std::string_view text, std::string& out) {

@@ -21,8 +21,10 @@ namespace {
 
 /// Connections that wait to be accepted; further ones get kBusy and try again.
 constexpr int kWaitingConnections = 128;
-/// To which the buffer of a connection grows, in bytes.
-constexpr std::size_t kMaxBuffer = std::size_t{64} * 1024;
+/// Of those that wait when many processes start at once.
+constexpr int kAcceptedPerTurn = 32;
+/// Bytes that one call of the system reads.
+constexpr std::size_t kBuffer = std::size_t{64} * 1024;
 /// Pause before accepting again after the system had no room for a connection.
 constexpr Duration kAcceptPause = std::chrono::milliseconds(100);
 
@@ -66,6 +68,12 @@ LocalPeer peer_of(int socket) {
   return peer;
 }
 
+/// One for all connections of a thread: a process with hundreds of them needs one at a time.
+Bytes& read_buffer() {
+  thread_local Bytes buffer(kBuffer);
+  return buffer;
+}
+
 /// A connection; reading may destroy it.
 class LocalSocket final : public LocalStream {
  public:
@@ -81,12 +89,7 @@ class LocalSocket final : public LocalStream {
   }
 
   Result<std::size_t> write(ByteView bytes) override;
-  /// SIOCOUTQ counts the buffers that hold them too: 700 bytes more for each write (unix(7) does not say).
-  std::size_t unread() const override {
-    int held = 0;
-    if (!watch_ || ::ioctl(socket_.get(), SIOCOUTQ, &held) != 0) return 0;
-    return static_cast<std::size_t>(held);
-  }
+  std::size_t unread() const override;
   const LocalPeer& peer() const override { return peer_; }
 
  private:
@@ -101,8 +104,8 @@ class LocalSocket final : public LocalStream {
   LocalPeer peer_;
   std::unique_ptr<DescriptorWatch> watch_;  ///< null: the connection ended
   LocalCallbacks callbacks_;
-  Bytes buffer_ = Bytes(8192);
-  bool waiting_ = false;  ///< for room
+  bool waiting_ = false;           ///< for room
+  mutable bool may_hold_ = false;  ///< bytes were written since the system was seen to hold none
   base::Lifetime lifetime_;
 };
 
@@ -110,23 +113,35 @@ class LocalSocket final : public LocalStream {
 /// is read before timers run.
 void LocalSocket::read() {
   const auto alive = lifetime_.watch();
+  auto& buffer = read_buffer();
   for (std::size_t total = 0; total < kMaxRead;) {
-    const auto got = ::recv(socket_.get(), buffer_.data(), buffer_.size(), 0);
+    const auto got = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0 && errno == EAGAIN) break;
     if (got <= 0) return lose(got == 0 ? ECONNRESET : errno);
     const auto size = static_cast<std::size_t>(got);
     total += size;
-    if (callbacks_.received) callbacks_.received(ByteView(buffer_).first(size));
+    if (callbacks_.received) callbacks_.received(ByteView(buffer).first(size));
     if (alive.ended()) return;
-    if (size < buffer_.size()) break;  // a stream that has less has no more now
-    if (buffer_.size() < kMaxBuffer) buffer_.resize(2 * size);
+    if (size < buffer.size()) break;  // a stream that has less has no more now
   }
   watch_->await_readable();
 }
 
+/// Asks the system only after something was written: a process looks at all its connections each second, and most of
+/// them are idle. SIOCOUTQ counts the buffers that hold the bytes too: 700 bytes more for each write (unix(7) does not
+/// say).
+std::size_t LocalSocket::unread() const {
+  if (!watch_ || !may_hold_) return 0;
+  int held = 0;
+  if (::ioctl(socket_.get(), SIOCOUTQ, &held) != 0) return 0;
+  may_hold_ = held > 0;
+  return static_cast<std::size_t>(held);
+}
+
 Result<std::size_t> LocalSocket::write(ByteView bytes) {
   if (!watch_) return fail(ErrorCode::kUnreachable, "the other process is gone");
+  may_hold_ = true;
   std::size_t done = 0;
   while (done < bytes.size()) {
     const auto sent = ::send(socket_.get(), bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
@@ -159,15 +174,19 @@ class LocalPort final : public LocalListener {
 
  private:
   void arrived() {
-    OwnDescriptor one(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-    const bool no_room = one.get() < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
-    if (no_room) {
-      pause_ = scheduler_.after(kAcceptPause, [this] { watch_->await_readable(); });
-      return;
-    }
     const auto alive = lifetime_.watch();
-    if (one.get() >= 0) take(std::move(one));
-    if (!alive.ended()) watch_->await_readable();
+    for (int taken = 0; taken < kAcceptedPerTurn; ++taken) {
+      OwnDescriptor one(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+      const bool no_room = one.get() < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
+      if (no_room) {
+        pause_ = scheduler_.after(kAcceptPause, [this] { watch_->await_readable(); });
+        return;
+      }
+      if (one.get() < 0) break;
+      take(std::move(one));
+      if (alive.ended()) return;
+    }
+    watch_->await_readable();
   }
 
   /// The calls may have destroyed the stream before they are known to it.

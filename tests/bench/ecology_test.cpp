@@ -18,6 +18,10 @@ TEST_P(BenchOfEcology, ACrowdMeets) {
   measure({"crowd", {"all_see_all_s", "idle_cpu_percent", "crowd_private_mb", "crowd_lost"}, {}});
 }
 
+TEST_P(BenchOfEcology, NobodyIsLostWhileOneIsStoppedAndGoesOn) {
+  measure({"stops", {}, {"stops_lost"}});
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, BenchOfEcology, testing::Values("host", "dds"));
 
 }  // namespace

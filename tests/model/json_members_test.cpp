@@ -33,9 +33,16 @@ TEST(JsonMembers, TimesAreSecondsWithAFraction) {
   EXPECT_EQ(time_from_seconds(1e300), WallTime{});
   EXPECT_EQ(time_from_seconds(std::numeric_limits<double>::quiet_NaN()), WallTime{});
   EXPECT_EQ(dump(seconds_json(time_from_seconds(1767225600))), "1767225600");
-  std::string text;
-  append_seconds(time_from_seconds(1767225600.25), text);
-  EXPECT_EQ(text, "1767225600.25");
+  const auto text_of_micros = [](std::int64_t micros) {
+    std::string text;
+    append_seconds(WallTime(std::chrono::microseconds(micros)), text);
+    return text;
+  };
+  EXPECT_EQ(text_of_micros(1'767'225'600'250'000), "1767225600.25");
+  EXPECT_EQ(text_of_micros(1'000'001), "1.000001");
+  EXPECT_EQ(text_of_micros(100'000), "0.1");
+  EXPECT_EQ(text_of_micros(0), "0");
+  EXPECT_EQ(text_of_micros(-1'500'000), "-1") << "before 1970: whole seconds";
 }
 
 TEST(JsonMembers, BrokenTextIsReplaced) {

@@ -161,7 +161,8 @@ void DeviceReplay::read_point(RecordedDevice& device, RecordedPoint& point, cons
   const auto before = point.text.size();
   if (record.value.size() > kMaxDescription || !reserve_description(before, record.value.size()))
     return faults_.limit_exceeded("bytes of descriptions", kMaxDescriptions);
-  if (!describe(point, record.value, types_)) {
+  const auto* described = descriptions_.read(record.value);
+  if (!described || !describe(point, *described, record.value, types_)) {
     description_bytes_ -= record.value.size() - before;
     return faults_.invalid(fmt::format("{} is not a description of a point, expected a JSON object with a type",
                                        model::quoted(record.key)));
@@ -212,14 +213,15 @@ void DeviceReplay::hold(RecordedDevice& device, RecordedPoint& point, Value valu
       record.kind == RecordKind::kPresent && point.status && !point.status->is_heard(record.write_time);
   held_bytes_ += text_size(value);
   if (held_bytes_ > kMaxHeld) end_turn();
-  if (!is_stored) point.waiting = model::Reading{{}, std::move(value), record.user_time};
+  if (!is_stored)
+    point.waiting = std::make_unique<model::Reading>(model::Reading{{}, std::move(value), record.user_time});
   defer(device);
 }
 
 void DeviceReplay::release(RecordedDevice& device, RecordedPoint& point) {
   if (!point.waiting || !point.joined || !device.joined()) return;
-  auto reading = *std::exchange(point.waiting, std::nullopt);
-  add_reading(device, point, std::move(reading.value), reading.user_time);
+  auto reading = std::move(point.waiting);
+  add_reading(device, point, std::move(reading->value), reading->user_time);
 }
 
 void DeviceReplay::read_status(RecordedDevice& device, RecordedPoint& point, const Record& record) {

@@ -67,6 +67,7 @@ class DeviceReplay {
   WorkBudget& budget_;
   RecordingFaults& faults_;
   Step& step_;
+  PointDescriptions descriptions_;
 
   WallTime turn_{};
   std::uint64_t session_ = 1;             ///< of the recorder

@@ -43,6 +43,12 @@ bool has_unit(const Type* type) {
   return is_number && type->unit != "1";
 }
 
+/// nullptr: there is none.
+std::unique_ptr<const model::UnitConversion> conversion_of(std::string_view unit, const Type& type) {
+  const auto found = model::conversion(unit, type.unit);
+  return found ? std::make_unique<const model::UnitConversion>(*found) : nullptr;
+}
+
 /// A point of an open type describes how its values are read.
 void set_open_type(RecordedPoint& point, const model::PointDescription& described) {
   auto& capability = point.capability;
@@ -142,10 +148,18 @@ bool describe(RecordedDevice& device, std::string_view text) {
   return true;
 }
 
-bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) {
+const model::PointDescription* PointDescriptions::read(std::string_view text) {
+  if (const auto known = kept_.find(text); known != kept_.end()) return &known->second;
   auto described = model::point_description_from_json(text);
-  if (!described) return false;
-  const auto& type_name = described->type;
+  if (!described) return nullptr;
+  if (text.size() > kMaxText) return &last_.emplace(std::move(*described));
+  if (kept_.size() >= kMaxKept) kept_.clear();
+  return &kept_.emplace(text, std::move(*described)).first->second;
+}
+
+bool describe(RecordedPoint& point, const model::PointDescription& described, std::string_view text,
+              ForeignTypes& types) {
+  const auto& type_name = described.type;
   // In keys a type without a name is called by its number.
   const auto name = type_name.empty() ? std::string(type_part(point.id)) : type_name;
   if (!types.has_room(name)) return false;
@@ -153,29 +167,28 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   auto& capability = point.capability;
   capability = {};
   capability.type_name = model::current_type(type_name);
-  const auto id = static_cast<std::uint16_t>(std::min<std::uint64_t>(described->type_id, UINT16_MAX));
+  const auto id = static_cast<std::uint16_t>(std::min<std::uint64_t>(described.type_id, UINT16_MAX));
   capability.point = {point.kind, TypeId(id), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
-  capability.access = access_of(described->access, point.kind);
-  if (point.type == nullptr && described->report == "event") capability.report = model::Report::kEvent;
-  const auto& unit = described->unit;
-  point.unit =
-      has_unit(point.type) && unit != point.type->unit ? model::conversion(unit, point.type->unit) : std::nullopt;
+  capability.access = access_of(described.access, point.kind);
+  if (point.type == nullptr && described.report == "event") capability.report = model::Report::kEvent;
+  const auto& unit = described.unit;
+  point.unit = has_unit(point.type) && unit != point.type->unit ? conversion_of(unit, *point.type) : nullptr;
   if (point.type == nullptr || (unit != point.type->unit && !point.unit)) capability.unit = unit;
   const auto own_bound = [&](std::optional<double> bound, double of_type) {
     if (bound && point.type && *bound == of_type) bound.reset();
     if (bound && point.unit) bound = (*point.unit)(*bound);
     return bound;
   };
-  capability.minimum = own_bound(described->minimum, point.type ? point.type->minimum : 0);
-  capability.maximum = own_bound(described->maximum, point.type ? point.type->maximum : 0);
+  capability.minimum = own_bound(described.minimum, point.type ? point.type->minimum : 0);
+  capability.maximum = own_bound(described.maximum, point.type ? point.type->maximum : 0);
   const bool enumeration = point.type != nullptr && point.type->data == model::DataType::kEnumeration;
   if (point.type == nullptr || point.type->words.empty() ||
-      (enumeration && described->words != model::words_in(point.type->words))) {
-    capability.words = std::move(described->words);
+      (enumeration && described.words != model::words_in(point.type->words))) {
+    capability.words = described.words;
     if (capability.words.size() > kMaxListed) capability.words.resize(kMaxListed);
   }
-  if (point.type == nullptr && model::is_open(TypeId(id))) set_open_type(point, *described);
+  if (point.type == nullptr && model::is_open(TypeId(id))) set_open_type(point, described);
   set_deadline(point);
   return true;
 }
@@ -272,7 +285,8 @@ namespace {
 
 /// Whole numbers stay whole: as a real number 100000 would be shown as 1e+05.
 Result<Value> real_value(const Type& type, std::string_view text) {
-  if (const auto whole = base::parse_number<std::int64_t>(text)) return Value(*whole);
+  const bool has_point = text.find('.') != text.npos;  // most do
+  if (const auto whole = has_point ? std::nullopt : base::parse_number<std::int64_t>(text)) return Value(*whole);
   const auto real = base::parse_number<double>(text);
   if (real && std::isfinite(*real)) return Value(*real);
   return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not a number", type.name, model::quoted(text)));

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/compare_text.h"
 #include "model/message.h"
 #include "model/point_tuples.h"
 #include "model/type_catalogue.h"
@@ -56,46 +57,44 @@ struct RecordedStatus {
   bool is_heard(WallTime written) const;
 };
 
-/// One sensor, actuator or property of a recording.
-struct RecordedPoint {
-  Kind kind = Kind::kSensor;
-  std::string id;         ///< in the key: `light-window`
-  std::string text;       ///< its description as recorded; empty = none
-  Capability capability;  ///< from the description; without one, from the id at the join
+/// One sensor, actuator or property of a recording. What a value of it touches comes first, in two cache lines.
+struct alignas(64) RecordedPoint {
   const Type* type = nullptr;
-  std::shared_ptr<const model::OpenType> own_type{};  ///< of an open type: `type` points to it
-  std::optional<model::UnitConversion> unit{};        ///< of recorded values into the unit of the type
-  bool alive = false;                                 ///< its value tuple exists
-  bool joined = false;                                ///< by the last join of its device
-  std::uint64_t session = 0;                          ///< of the recorder, for the three below
-  std::uint64_t sequence = 0;                         ///< of the last value taken
+  std::uint64_t session = 0;   ///< of the recorder, for the three below
+  std::uint64_t sequence = 0;  ///< of the last value taken
   WallTime write_time{};
   std::optional<RecordedStatus> status;
-  std::optional<model::Reading> waiting;  ///< held until the join, or until the status shows that it was heard
+  Kind kind = Kind::kSensor;
+  bool alive = false;                       ///< its value tuple exists
+  bool joined = false;                      ///< by the last join of its device
+  std::unique_ptr<model::Reading> waiting;  ///< held until the join, or until the status shows that it was heard
+  std::unique_ptr<const model::UnitConversion> unit{};  ///< of recorded values into the unit of the type
+  Capability capability;                                ///< from the description; without one, from the id at the join
+  std::shared_ptr<const model::OpenType> own_type{};    ///< of an open type: `type` points to it
+  std::string id;                                       ///< in the key: `light-window`
+  std::string text;                                     ///< its description as recorded; empty = none
 
   /// What a value of it touches comes into the cache meanwhile.
   void fetch() const {
+    __builtin_prefetch(this);
     __builtin_prefetch(&capability.point);
-    __builtin_prefetch(&type);
-    __builtin_prefetch(&session);
-    __builtin_prefetch(&waiting);
   }
 };
 
-/// One device of a recording. Its points never move.
-struct RecordedDevice {
+/// One device of a recording. Its points never move. What a value touches comes first, in a cache line.
+struct alignas(64) RecordedDevice {
   using PointKey = std::pair<Kind, std::string>;
 
-  std::string id;    ///< in the keys
-  std::string text;  ///< its description as recorded; empty = none
+  std::string joined_as;        ///< address of its last join; empty = not joined
+  std::uint64_t confirmed = 0;  ///< the snapshot that named it last
+  bool changed = false;         ///< since its last join
+  bool deferred = false;        ///< until the end of the turn
+  std::string id;               ///< in the keys
+  std::string text;             ///< its description as recorded; empty = none
   std::string address, name, model, type;
   std::array<std::vector<std::string>, 3> listed;  ///< ids by kind, in order
   std::vector<std::string> capabilities;           ///< types in the order of their first point
   std::map<PointKey, RecordedPoint> points;
-  bool changed = false;         ///< since its last join
-  bool deferred = false;        ///< until the end of the turn
-  std::string joined_as;        ///< address of its last join; empty = not joined
-  std::uint64_t confirmed = 0;  ///< the snapshot that named it last
 
   /// Memory that the description takes.
   std::size_t text_cost() const;
@@ -104,10 +103,24 @@ struct RecordedDevice {
   bool complete() const;
 };
 
+/// Reads the descriptions of points. Thousands of points have the same one, so that it keeps some.
+class PointDescriptions {
+ public:
+  /// nullptr: it is not a description. Valid until the next call.
+  const model::PointDescription* read(std::string_view text);
+
+ private:
+  static constexpr std::size_t kMaxKept = 64, kMaxText = 1024;
+  base::ByText<model::PointDescription> kept_;
+  std::optional<model::PointDescription> last_;  ///< one that is too long to be kept
+};
+
 /// Reads the JSON of a `.description` tuple (docs/tuple-keys.md); false, and nothing changes, if it is not a
 /// description.
 bool describe(RecordedDevice& device, std::string_view text);
-bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types);
+/// Takes the description that the text is; false, and nothing changes, if no number is left for its type.
+bool describe(RecordedPoint& point, const model::PointDescription& described, std::string_view text,
+              ForeignTypes& types);
 
 /// The Join that makes a proxy publish these descriptions; marks its points as joined. Held values without a user time
 /// become initial values.

@@ -109,8 +109,10 @@ void RecordedKeys::fetch(std::span<const recording::Record> next) {
   for (const auto& record : next) {
     const auto guess = by_text_.guess(numbered(record).hash);
     if (guess == base::HashIndex::kNone) continue;
-    __builtin_prefetch(keys_[guess].text.data());
-    if (const auto* device = keys_[guess].target.device) __builtin_prefetch(&device->joined_as);
+    const auto& text = keys_[guess].text;
+    __builtin_prefetch(text.data());
+    __builtin_prefetch(text.data() + text.size());
+    if (const auto* device = keys_[guess].target.device) __builtin_prefetch(device);
     if (const auto* point = keys_[guess].target.point) point->fetch();
   }
 }

@@ -72,7 +72,7 @@ class RecordedKeys {
 
  private:
   /// A key of any block.
-  struct Key {
+  struct alignas(64) Key {
     std::string text;
     Target target;
   };

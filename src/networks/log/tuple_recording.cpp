@@ -102,7 +102,7 @@ bool TupleRecording::read_network_names() {
 
 std::optional<Record> TupleRecording::next_record() {
   while (!failure_ && !budget_.used_up()) {
-    if (next_place_ == next_.size() && !behind_) read_some();
+    if (must_read()) read_some();
     if (next_place_ < next_.size()) {
       const auto& record = next_[next_place_++];
       budget_.charge(1);
@@ -115,10 +115,16 @@ std::optional<Record> TupleRecording::next_record() {
   return std::nullopt;
 }
 
+/// Some are looked up while those before them are played. What follows the last record of a block may end the life of
+/// all before it.
+bool TupleRecording::must_read() const {
+  const auto left = next_.size() - next_place_;
+  return !behind_ && (left == 0 || (left <= kAtOnce && left_in_block_ > 0));
+}
+
 void TupleRecording::read_some() {
-  next_.clear();
-  next_place_ = 0;
-  // What follows the last record of a block may end the life of those before it.
+  next_.erase(next_.begin(), next_.begin() + static_cast<std::ptrdiff_t>(std::exchange(next_place_, 0)));
+  const auto before = next_.size();
   for (auto most = std::clamp<std::size_t>(left_in_block_, 1, kAtOnce); most > 0; --most) {
     auto item = reader_.next();
     if (!item) break;
@@ -129,8 +135,9 @@ void TupleRecording::read_some() {
     }
     next_.push_back(*record);
   }
-  left_in_block_ -= std::min(left_in_block_, static_cast<std::uint32_t>(next_.size()));
-  keys_.fetch(next_);
+  const auto fresh = std::span(next_).subspan(before);
+  left_in_block_ -= std::min(left_in_block_, static_cast<std::uint32_t>(fresh.size()));
+  keys_.fetch(fresh);
 }
 
 void TupleRecording::read(const recording::RecordingReader::Item& item) {

@@ -38,6 +38,7 @@ class TupleRecording final : public Recording {
   bool read_network_names();
   bool belongs_to_step(const recording::Record& record) const;
   std::optional<recording::Record> next_record();
+  bool must_read() const;
   void read_some();
   void read(const recording::RecordingReader::Item& item);
   void read_head(const recording::FileHead& head);

@@ -115,10 +115,14 @@ bool try_lock(int file) {
   return true;
 }
 
-/// Removes the file of a lock that a killed process left.
-void remove_left_lock(const std::string& path) {
-  auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
-  if (file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) const DiskLock left(std::move(file), path);
+/// Removes the files of locks that killed processes left.
+void remove_left_locks(const std::string& folder) {
+  for (const auto& name : names_in(folder)) {
+    if (!name.ends_with(kLock)) continue;
+    const auto path = folder + "/" + name;
+    auto file = OwnFile::of_descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
+    if (file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) const DiskLock left(std::move(file), path);
+  }
 }
 
 std::string text_in(int file) {
@@ -245,9 +249,6 @@ Result<std::unique_ptr<IdLock>> DiskFolder::lock(OwnerId id) {
 Result<std::unique_ptr<transport::LocalListener>> DiskFolder::open(const std::string& token,
                                                                    transport::LocalAccept accept) {
   if (auto made = make(); !made) return fail(std::move(made.error()));
-  for (const auto& name : names_in(own_)) {
-    if (name.ends_with(kLock)) remove_left_lock(own_ + "/" + name);
-  }
   own_token_ = token;
   own_socket_ = fmt::format("{}/{}{}", own_, token, kSocket);
   if (own_socket_.size() > transport::kMaxSocketPath)
@@ -290,14 +291,16 @@ Result<std::vector<Door>> DiskFolder::doors() const {
   return all;
 }
 
-/// If no process listens on a socket of this user, a process that was killed left it.
+/// If no process listens on a socket of this user, a process that was killed left it, and its locks. Nobody looks for
+/// locks otherwise: that takes each of them for a moment, in which its component cannot start.
 Result<std::unique_ptr<transport::LocalStream>> DiskFolder::connect(const Door& door, transport::LocalCallbacks calls) {
   const auto owner = owner_of(door);
   if (!owner) return fail(owner.error());
   const auto path = fmt::format("{}/{}{}", door.place, door.token, kSocket);
   auto stream = transports_.open_local(path, std::move(calls));
   if (!stream) {
-    if (stream.error().code == ErrorCode::kUnreachable && *owner == ::geteuid()) ::unlink(path.c_str());
+    const bool is_left = stream.error().code == ErrorCode::kUnreachable && *owner == ::geteuid();
+    if (is_left && ::unlink(path.c_str()) == 0) remove_left_locks(door.place);
     return stream;
   }
   if ((*stream)->peer().user != *owner)

@@ -54,9 +54,7 @@ Result<void> HostEcology::enter() {
   own.own = own.ours = true;
   own.connection.loop(calls_of(own));
   introduce(own);
-  const auto doors = folder_->doors();
-  if (!doors) return fail(doors.error());
-  meet_all();
+  if (auto met = meet_all(); !met) return met;
   look();
   return {};
 }
@@ -79,69 +77,72 @@ Connection::Callbacks HostEcology::calls_of(Process& process) {
           [this, &process](const Error& why) { on_ended(process, why); }};
 }
 
-void HostEcology::meet_all() {
+Result<void> HostEcology::meet_all() {
   const auto doors = folder_->doors();
-  if (!doors) return void(log_.warning("doors", doors.error().text));
+  if (!doors) return fail(doors.error());
   for (const auto& door : *doors) {
     if (door.token != token_ && !is_met(door)) connect(door);
   }
+  return {};
 }
 
-bool HostEcology::is_met(const Door& door) const {
-  return std::any_of(processes_.begin(), processes_.end(),
-                     [&](const auto& one) { return !one->ended && one->door.token == door.token; });
+/// From now on the process is the one behind that door.
+void HostEcology::know(Process& process, Door door) {
+  if (process.door.token.empty()) by_token_.emplace(door.token, &process);
+  process.door = std::move(door);
 }
 
 void HostEcology::connect(const Door& door) {
   auto& process = add_process();
   process.ours = true;
-  process.door = door;
+  know(process, door);
   auto stream = folder_->connect(door, process.connection.begin(calls_of(process)));
   if (stream) {
-    const auto user = (*stream)->peer().user;
     process.connection.take(std::move(*stream));
-    if (count_of(user) > kMaxConnections) return refuse(process, "its user has too many processes already");
+    if (!has_room(process)) return refuse(process, "its user has too many processes already");
     return introduce(process);
   }
   end(process);
   const auto& why = stream.error();
   if (why.code == ErrorCode::kBusy) return connect_later(door);
+  later_.erase(door);
   if (why.code != ErrorCode::kNotFound && why.code != ErrorCode::kUnreachable) log_.warning(door.place, why.text);
 }
 
 void HostEcology::connect_later(const Door& door) {
   const auto now = scheduler_.now();
-  auto& again = later_.try_emplace(door, Again{now, kPause / 2}).first->second;
+  auto& again = later_.try_emplace(door, Again{now, now, kPause / 2}).first->second;
   again.pause *= 2;
-  if (again.since + options_.patience > now) return connect_again_.advance_to(now + again.pause);
+  again.next = now + again.pause;
+  if (again.since + options_.patience > now) return connect_again_.advance_to(again.next);
   later_.erase(door);
   meet_again_ = true;
 }
 
+/// Those whose pause is over.
 void HostEcology::connect_again() {
-  const auto doors = folder_->doors();
+  const auto now = scheduler_.now();
   const auto all = later_;
   for (const auto& [door, again] : all) {
-    const bool stands = doors && std::find(doors->begin(), doors->end(), door) != doors->end();
-    if (stands && !is_met(door)) connect(door);
-    if (!stands) later_.erase(door);  // else its hello ends the wait
+    if (again.next > now) {
+      connect_again_.advance_to(again.next);
+    } else if (!is_met(door)) {
+      connect(door);  // its hello ends the wait
+    }
   }
 }
 
-/// Connections with that user, in both directions.
-std::size_t HostEcology::count_of(uid_t user) const {
-  return static_cast<std::size_t>(std::count_if(processes_.begin(), processes_.end(), [&](const auto& one) {
-    return !one->ended && !one->own && one->connection.is_open() && one->connection.peer().user == user;
-  }));
+/// Counts the connection. False: its user has too many.
+bool HostEcology::has_room(Process& process) {
+  process.counted_for = process.connection.peer().user;
+  return ++by_user_[*process.counted_for] <= kMaxConnections;
 }
 
 transport::LocalCallbacks HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
-  const auto who = stream->peer();
-  const auto same = count_of(who.user);
   auto& process = add_process();
   auto calls = process.connection.begin(calls_of(process));
   process.connection.take(std::move(stream));
-  if (same >= kMaxConnections)
+  if (!has_room(process))
     lifetime_.post(scheduler_, [this, &process] { refuse(process, "its user has too many connections already"); });
   return calls;
 }
@@ -173,9 +174,21 @@ void HostEcology::on_ended(Process& process, const Error& why) {
 
 void HostEcology::end(Process& process) {
   process.ended = true;
+  if (const auto user = process.counted_for; user && --by_user_[*user] == 0) by_user_.erase(*user);
+  const auto [first, last] = by_token_.equal_range(process.door.token);
+  const auto known = std::find_if(first, last, [&](const auto& one) { return one.second == &process; });
+  if (known != last) by_token_.erase(known);
   process.connection.close();
   review_all(process, process.said_goodbye ? PeerEvent::kLeft : PeerEvent::kLost);
   purge_.request();
+}
+
+void HostEcology::purge() {
+  for (const auto& process : processes_) {
+    if (!process->ended) continue;
+    for (const auto& [id, component] : process->components) unlist(*process, id);
+  }
+  std::erase_if(processes_, [](const auto& one) { return one->ended; });
 }
 
 void HostEcology::refuse(Process& process, const std::string& why) {
@@ -207,7 +220,8 @@ void HostEcology::look() {
     if (auto opened = open_door(); !opened) log_.warning("door", opened.error().text);
     meet_again_ = true;
   }
-  if (std::exchange(meet_again_, false)) meet_all();
+  if (!std::exchange(meet_again_, false)) return;
+  if (auto met = meet_all(); !met) log_.warning("doors", met.error().text);
 }
 
 void HostEcology::check(Process& process, SteadyTime now) {

@@ -3,8 +3,10 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "base/log.h"
@@ -39,7 +41,8 @@ struct Process {
   bool ready = false;       ///< it sent all its components
   bool silent = false;      ///< it answers nothing: its components count as lost
   bool said_goodbye = false;
-  bool ended = false;  ///< to be removed in a later turn
+  bool ended = false;                  ///< to be removed in a later turn
+  std::optional<uid_t> counted_for{};  ///< the user, of a connection in HostEcology::by_user_
   SteadyTime begun{}, heard{};
   SteadyTime asked{};  ///< zero: no question waits for its answer
   std::map<OwnerId, Component> components{};
@@ -101,16 +104,18 @@ class HostEcology final : public StandInEcology {
   Result<void> open_door();
   Process& add_process();
   Connection::Callbacks calls_of(Process& process);
-  void meet_all();
-  bool is_met(const Door& door) const;
+  Result<void> meet_all();
+  bool is_met(const Door& door) const { return by_token_.contains(door.token); }
+  void know(Process& process, Door door);
   void connect(const Door& door);
   void connect_later(const Door& door);
   void connect_again();
-  std::size_t count_of(uid_t user) const;
+  bool has_room(Process& process);
   transport::LocalCallbacks accept(std::unique_ptr<transport::LocalStream> stream);
   void introduce(Process& process);
   void on_ended(Process& process, const Error& why);
   void end(Process& process);
+  void purge();
   void refuse(Process& process, const std::string& why);
   void look();
   void check(Process& process, SteadyTime now);
@@ -125,6 +130,7 @@ class HostEcology final : public StandInEcology {
   void take_name(Process& process, const Result<transport::UserName>& name);
   Result<void> on_up(Process& process, const Record& up);
   void forget(Process& process, OwnerId id);
+  void unlist(const Process& process, OwnerId id);
   static Result<void> count(Process& process, std::size_t less, std::size_t more);
   static Process::Component* component(Process& process, OwnerId id);
   bool is_present(const Process& process, OwnerId id) const;
@@ -150,9 +156,13 @@ class HostEcology final : public StandInEcology {
   std::string token_;
   std::unique_ptr<transport::LocalListener> listener_;
   std::vector<std::unique_ptr<Process>> processes_;
-  /// A door that is tried again: since when, and after which pause.
+  // A folder may hold hundreds of processes, and each meets all others: nothing of a meeting walks through them.
+  std::unordered_multimap<std::string, Process*> by_token_;            ///< that are not ended and whose door is known
+  std::unordered_map<uid_t, std::size_t> by_user_;                     ///< connections, in both directions
+  std::unordered_map<OwnerId, std::vector<Process*>> by_component_{};  ///< ended ones too, until they are removed
+  /// A door that is tried again: since when, when next, and after which pause.
   struct Again {
-    SteadyTime since{};
+    SteadyTime since{}, next{};
     Duration pause{};
   };
   std::map<Door, Again> later_;
@@ -163,8 +173,7 @@ class HostEcology final : public StandInEcology {
   SteadyTime next_look_{};
   Timer look_timer_;
   base::Deadline connect_again_{scheduler_, [this] { connect_again(); }};
-  base::OncePerTurn purge_{scheduler_,
-                           [this] { std::erase_if(processes_, [](const auto& one) { return one->ended; }); }};
+  base::OncePerTurn purge_{scheduler_, [this] { purge(); }};
   base::Lifetime lifetime_;
 };
 

@@ -95,6 +95,7 @@ struct MemoryHost::State : std::enable_shared_from_this<MemoryHost::State> {
   std::map<pid_t, std::vector<std::function<void()>>> later;  ///< connections that a stopped process will accept
   pid_t processes = 0;
   std::uint64_t doors_made = 0;
+  std::size_t listings = 0;
   std::function<void()> meanwhile;
 };
 
@@ -158,6 +159,7 @@ class MemoryFolder final : public Folder {
   Result<Door> own_door() const override { return Door{token_, path(), islands_}; }
   Result<std::vector<Door>> doors() const override {
     if (const auto call = std::exchange(state_->meanwhile, nullptr)) call();
+    ++state_->listings;
     std::vector<Door> all;
     for (const auto& [token, standing] : state_->doors) all.push_back({token, path(), standing.islands});
     return all;
@@ -272,6 +274,10 @@ void MemoryHost::clean() {
 
 std::size_t MemoryHost::doors() const {
   return state_->doors.size();
+}
+
+std::size_t MemoryHost::listings() const {
+  return state_->listings;
 }
 
 }  // namespace rubicon::tuples::host

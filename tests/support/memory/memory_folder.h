@@ -38,6 +38,8 @@ class MemoryHost {
   /// A cleaner removes all sockets; processes keep their connections.
   void clean();
   std::size_t doors() const;
+  /// How often processes listed the folder.
+  std::size_t listings() const;
   /// The system knows this user by that name; others have their numbers only.
   void name(uid_t user, std::string name);
 

@@ -158,13 +158,26 @@ TEST_P(FolderOnDisk, FilesThatAreNoSocketsAndSocketsOfTheDeadAreNobody) {
   left.copy(static_cast<char*>(address.sun_path), left.size());
   ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ::close(dead);
+  const auto lock = path + "/default/70009.lock";
+  std::ofstream(lock) << "x";
   auto ecology = enter();
   const auto link = std::move(*ecology->join(kAtHand));
   const TupleSpace space(kAtHand, loop->scheduler(), *link);
   EXPECT_TRUE(until([&] { return ecology->knows_all(); }));
   EXPECT_THAT(space.peers(), testing::IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(left)) << "what a killed process left is removed";
+  EXPECT_FALSE(std::filesystem::exists(lock)) << "and its lock";
   EXPECT_TRUE(log.lines.empty()) << log.lines.front();
+}
+
+/// Who looks for left locks holds each for a moment: of many that start at once, some would find their own taken.
+TEST_P(FolderOnDisk, AStartTouchesNoLocksWhereNobodyWasKilled) {
+  const auto folder = std::move(*open());
+  const auto lock = path + "/default/70009.lock";
+  std::ofstream(lock) << "x";
+  const auto ecology = enter();
+  EXPECT_TRUE(until([&] { return ecology->knows_all(); }));
+  EXPECT_TRUE(std::filesystem::exists(lock));
 }
 
 TEST_P(FolderOnDisk, ComponentsMeetOnSocketsAndTheEndOfOneIsKnown) {

@@ -81,6 +81,7 @@ TEST_F(HostEcologyInMemory, TwoThatComeAtOnceHaveOneConnectionAndNobodyIsLostFor
 TEST_F(HostEcologyInMemory, TwoThatReachEachOtherKeepTheConnectionOfTheHigherToken) {
   for (const bool shrink : {false, true}) {
     host.tokens_shrink = shrink;
+    const auto before = host.listings();
     std::unique_ptr<Program> second;
     host.meanwhile([&] {
       second = begin();
@@ -98,6 +99,7 @@ TEST_F(HostEcologyInMemory, TwoThatReachEachOtherKeepTheConnectionOfTheHigherTok
     EXPECT_TRUE(second->ecology->knows_all());
     EXPECT_THAT(first->take(), IsEmpty());
     EXPECT_THAT(second->take(), IsEmpty());
+    EXPECT_EQ(host.listings() - before, 2U) << "each lists the folder once";
     first.reset();
     time.run_ready();
     EXPECT_THAT(second->take(), ElementsAre("70001 saw leave 6541"));
