@@ -67,6 +67,46 @@ def in_a_network_of_its_own():
                    {**os.environ, "RUBICON_BENCH_INSIDE": "yes"})
 
 
+class Group:
+    """A control group of version 2, or of version 1, that holds a process to `share` of a core and `memory` bytes. The processor is given
+    and taken away in each `period` of microseconds. Root."""
+
+    def __init__(self, share, memory, period=100_000):
+        root = pathlib.Path("/sys/fs/cgroup")
+        self.two = (root / "cgroup.controllers").exists()
+        name = f"rubicon-held-{os.getpid()}"
+        self.cpu = root / name if self.two else root / "cpu" / name
+        self.memory = self.cpu if self.two else root / "memory" / name
+        for folder in {self.cpu, self.memory}:
+            folder.mkdir()
+        if self.two:
+            (self.cpu / "cpu.max").write_text(f"{int(share * period)} {period}")
+            (self.cpu / "cpu.weight").write_text("2000")  # it gets its share beside other programs
+            (self.memory / "memory.max").write_text(str(memory))
+        else:
+            (self.cpu / "cpu.cfs_period_us").write_text(str(period))
+            (self.cpu / "cpu.cfs_quota_us").write_text(str(int(share * period)))
+            (self.cpu / "cpu.shares").write_text("20480")
+            (self.memory / "memory.limit_in_bytes").write_text(str(memory))
+
+    def enter(self):
+        """In the process that is held, before it becomes the program."""
+        for folder in {self.cpu, self.memory}:
+            (folder / "cgroup.procs").write_text(str(os.getpid()))
+
+    def throttled(self):
+        """Periods, and those in which the processor was taken away."""
+        rows = dict(line.split() for line in (self.cpu / "cpu.stat").read_text().splitlines())
+        return int(rows["nr_periods"]), int(rows["nr_throttled"])
+
+    def peak(self):
+        return int((self.memory / ("memory.peak" if self.two else "memory.max_usage_in_bytes")).read_text())
+
+    def remove(self):
+        for folder in {self.cpu, self.memory}:
+            folder.rmdir()
+
+
 class Program:
     """A program that can be killed and started again. Its messages go to a file of its own."""
 

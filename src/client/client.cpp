@@ -145,6 +145,36 @@ struct Client::Impl {
     };
   }
 
+  bool run_until(const std::function<bool()>& done, Duration timeout) const {
+    const auto sleep = sleep_of(timeout);
+    Duration gone{};
+    for (auto before = loop->now();;) {
+      loop->poll();
+      if (done()) return true;
+      const auto now = loop->now();
+      gone += std::min(now - std::exchange(before, now), 2 * sleep);
+      if (gone >= timeout) return false;
+      loop->wait(std::min(timeout - gone, sleep));
+    }
+  }
+
+  /// All present tuples that match one of the patterns. Blocks.
+  std::vector<Tuple> read(const std::vector<Pattern>& patterns, Duration timeout,
+                          const TupleQuery::Wanted& wanted = {}) {
+    std::vector<Tuple> found;
+    std::list<TupleQuery> under_way;
+    auto left = patterns.size();
+    const auto take = [&](std::vector<Tuple> some) {
+      std::move(some.begin(), some.end(), std::back_inserter(found));
+      --left;
+    };
+    for (const auto& pattern : patterns)
+      under_way.emplace_back(*loop, *space, *peer_discovery, pattern, take, timeout, warns_of_unanswered(timeout),
+                             wanted);
+    run_until([&] { return left == 0; }, Duration::max());
+    return found;
+  }
+
   /// Owns a thing until it reports its end. It may do so while it runs, so it is destroyed in a later turn.
   template <class Thing, class Make>
   void keep(std::list<std::unique_ptr<Thing>>& things, Make make) {
@@ -211,17 +241,7 @@ void Client::stop() {
 }
 
 bool Client::run_until(const std::function<bool()>& done, Duration timeout) {
-  auto& loop = *impl_->loop;
-  const auto sleep = sleep_of(timeout);
-  Duration gone{};
-  for (auto before = loop.now();;) {
-    loop.poll();
-    if (done()) return true;
-    const auto now = loop.now();
-    gone += std::min(now - std::exchange(before, now), 2 * sleep);
-    if (gone >= timeout) return false;
-    loop.wait(std::min(timeout - gone, sleep));
-  }
+  return impl_->run_until(done, timeout);
 }
 
 Handle Client::after(Duration delay, std::function<void()> call) {
@@ -299,12 +319,7 @@ void Client::read(const Pattern& pattern, TuplesCall call, Duration timeout) {
 }
 
 std::vector<Tuple> Client::read(const Pattern& pattern, Duration timeout) {
-  std::optional<std::vector<Tuple>> found;
-  const TupleQuery query(
-      *impl_->loop, *impl_->space, *impl_->peer_discovery, pattern,
-      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, timeout, impl_->warns_of_unanswered(timeout));
-  run_until([&] { return found.has_value(); }, Duration::max());
-  return std::move(*found);
+  return impl_->read({pattern}, timeout);
 }
 
 Result<void> Client::read_points(const Pattern& points, PointsCall call, Duration timeout) {
@@ -350,13 +365,10 @@ Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, Poi
 }
 
 std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration timeout) {
-  std::vector<Tuple> tuples;
   const auto any_network = model::IslandKey{"*"}.network("*");
-  for (const auto& pattern : {any_network.status(), any_network.device("*").status(), any_network.property("*")}) {
-    auto some = read({island, pattern}, timeout);
-    std::move(some.begin(), some.end(), std::back_inserter(tuples));
-  }
-  return networks_from(tuples);
+  return networks_from(impl_->read(
+      {{island, any_network.status()}, {island, any_network.device("*").status()}, {island, any_network.property("*")}},
+      timeout));
 }
 
 Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
@@ -369,14 +381,19 @@ Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
 }
 
 std::vector<Device> Client::devices(const DeviceQuery& query, Duration timeout) {
+  constexpr std::size_t kFew = 64;  // whose statuses are read one by one
   const auto any_network = model::IslandKey{"*"}.network("*");
   const auto any_device = any_network.device("*");
-  std::vector<Tuple> tuples;
-  for (const auto& pattern : {any_device.status(), any_network.status(), any_device.description()}) {
-    auto some = read({query.island, pattern}, timeout);
-    std::move(some.begin(), some.end(), std::back_inserter(tuples));
+  const auto may_be_wanted = [&query](const auto& tuple) { return may_fit(query, tuple.key, tuple.value); };
+  auto found =
+      described_devices(impl_->read({{query.island, any_device.description()}}, timeout, may_be_wanted), query);
+  std::vector<Pattern> states{{query.island, any_network.status()}};
+  if (found.size() > kFew) {
+    states.push_back({query.island, any_device.status()});
+  } else {
+    for (const auto& device : found) states.push_back({device.island, model::DeviceKey{device.key()}.status()});
   }
-  auto found = devices_from(tuples, query);
+  add_states(found, impl_->read(states, timeout));
   std::sort(found.begin(), found.end(), listed_before);
   return found;
 }

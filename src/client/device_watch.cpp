@@ -21,6 +21,18 @@ bool has_point(const std::vector<std::string>& points, const std::string& type) 
   });
 }
 
+/// The longest part of a pattern that stands in JSON as it is.
+std::string_view plain_part(std::string_view pattern) {
+  const auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '*' && c != '?' && c != '"' && c != '\\'; };
+  std::string_view longest;
+  for (std::size_t at = 0, begin = 0; at <= pattern.size(); ++at) {
+    if (at < pattern.size() && is_plain(pattern[at])) continue;
+    if (at - begin > longest.size()) longest = pattern.substr(begin, at - begin);
+    begin = at + 1;
+  }
+  return longest;
+}
+
 constexpr Flow kPassive{.passive = true};
 
 }  // namespace
@@ -54,6 +66,13 @@ bool fits(const DeviceQuery& query, const Device& device) {
   const bool type_fits = any_or_matches(query.type, device.type) || has_point(device.sensors, query.type) ||
                          has_point(device.actuators, query.type) || has_point(device.properties, query.type);
   return name_fits && type_fits;
+}
+
+bool may_fit(const DeviceQuery& query, std::string_view key, std::string_view description) {
+  if (description.find('\\') != description.npos) return true;  // a letter may be written as a number
+  const auto has = [](std::string_view text, std::string_view part) { return text.find(part) != text.npos; };
+  const auto name = plain_part(query.name);
+  return has(description, plain_part(query.area)) && (has(description, name) || has(key, name));
 }
 
 DeviceWatch::DeviceWatch(TupleSpace& space, DeviceQuery query, DeviceCall call)

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "base/compare_text.h"
@@ -15,8 +17,13 @@ namespace {
 
 constexpr std::size_t kPointParts = 5;
 
+struct NameHash {
+  std::size_t operator()(const std::pair<OwnerId, std::string_view>& name) const {
+    return std::hash<std::string_view>{}(name.second) + number(name.first) * 0x9e3779b97f4a7c15u;
+  }
+};
 /// What several tuples say, by owner and key.
-using Texts = std::map<std::pair<OwnerId, std::string_view>, const Tuple*>;
+using Texts = std::unordered_map<std::pair<OwnerId, std::string_view>, const Tuple*, NameHash>;
 
 std::string_view text_at(const Texts& texts, OwnerId owner, const std::string& key) {
   const auto found = texts.find({owner, key});
@@ -91,22 +98,37 @@ std::vector<Point> points_from(const std::vector<Tuple>& tuples) {
   return points;
 }
 
-std::vector<Device> devices_from(const std::vector<Tuple>& tuples, const DeviceQuery& query) {
-  Texts texts;
-  for (const auto& tuple : tuples) texts[{tuple.owner, tuple.key}] = &tuple;
+std::vector<Device> described_devices(const std::vector<Tuple>& tuples, const DeviceQuery& query) {
   std::vector<Device> found;
   for (const auto& tuple : tuples) {
     if (!tuple.key.ends_with(".description")) continue;
     auto device = device_from(tuple.owner, tuple.key, tuple.value);
-    if (!device || !fits(query, *device)) continue;
-    auto condition =
-        model::device_condition_from_json(text_at(texts, tuple.owner, model::DeviceKey{device->key()}.status()));
-    device->status = std::move(condition.status);
-    device->reason = std::move(condition.reason);
-    device->since = condition.since;
-    device->line = model::line_status_from_json(text_at(texts, tuple.owner, line_key(tuple.key)));
-    found.push_back(std::move(*device));
+    if (device && fits(query, *device)) found.push_back(std::move(*device));
   }
+  return found;
+}
+
+void add_states(std::vector<Device>& devices, const std::vector<Tuple>& tuples) {
+  Texts texts;
+  for (const auto& tuple : tuples) {
+    if (tuple.key.ends_with(".status")) texts[{tuple.owner, tuple.key}] = &tuple;
+  }
+  std::map<std::pair<OwnerId, std::string>, LineStatus> lines;
+  for (auto& device : devices) {
+    const model::DeviceKey key{device.key()};
+    auto condition = model::device_condition_from_json(text_at(texts, device.island, key.status()));
+    device.status = std::move(condition.status);
+    device.reason = std::move(condition.reason);
+    device.since = condition.since;
+    const auto [line, fresh] = lines.try_emplace({device.island, line_key(key.text)});
+    if (fresh) line->second = model::line_status_from_json(text_at(texts, device.island, line->first.second));
+    device.line = line->second;
+  }
+}
+
+std::vector<Device> devices_from(const std::vector<Tuple>& tuples, const DeviceQuery& query) {
+  auto found = described_devices(tuples, query);
+  add_states(found, tuples);
   return found;
 }
 

@@ -15,6 +15,9 @@ namespace rubicon::client {
 /// The content of a `<prefix>.<network>.<device>.description`. kInvalid: the key or the JSON is not one.
 Result<Device> device_from(OwnerId island, std::string_view key, std::string_view description);
 bool fits(const DeviceQuery& query, const Device& device);
+/// The same of a description whose JSON was not read, at the cost of a search in it: false only if the device does not
+/// fit.
+bool may_fit(const DeviceQuery& query, std::string_view key, std::string_view description);
 
 /// Follows the devices of all islands by their descriptions and statuses, and the lines of their networks, without
 /// creating demand.
@@ -60,7 +63,11 @@ void describe(Point& point, std::string_view description);
 /// Shows a point of a lost island as network-down.
 void hide_behind_lost_island(Point& point);
 
-/// The devices that match among the tuples: one for each description, with the statuses of device and line.
+/// The devices that match among the tuples: one for each description, still without the statuses of device and line.
+std::vector<Device> described_devices(const std::vector<Tuple>& tuples, const DeviceQuery& query);
+/// Gives them the statuses that are among the tuples.
+void add_states(std::vector<Device>& devices, const std::vector<Tuple>& tuples);
+/// Both.
 std::vector<Device> devices_from(const std::vector<Tuple>& tuples, const DeviceQuery& query);
 /// One network for each status of a line among the tuples, with the devices and properties among them.
 std::vector<Network> networks_from(const std::vector<Tuple>& tuples);

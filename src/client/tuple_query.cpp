@@ -113,13 +113,14 @@ constexpr Duration kStep = std::chrono::milliseconds(100);
 }  // namespace
 
 TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& peer_discovery, Pattern pattern,
-                       TuplesCall call, Duration patience, UnansweredCall unanswered)
+                       TuplesCall call, Duration patience, UnansweredCall unanswered, Wanted wanted)
     : scheduler_(scheduler),
       space_(space),
       peer_discovery_(peer_discovery),
       pattern_(std::move(pattern)),
       call_(std::move(call)),
       unanswered_call_(std::move(unanswered)),
+      wanted_(std::move(wanted)),
       whole_patience_(patience) {
   subscription_ = space_.subscribe(
       pattern_, {{}, {}, 0, true}, [](const tuples::Event&) {},
@@ -162,7 +163,9 @@ void TupleQuery::check() {
 void TupleQuery::end() {
   if (std::exchange(over_, true)) return;
   std::vector<Tuple> found;
-  space_.list(pattern_, [&](const tuples::TupleView& tuple) { found.emplace_back(tuple); });
+  space_.list(pattern_, [&](const tuples::TupleView& tuple) {
+    if (!wanted_ || wanted_(tuple)) found.emplace_back(tuple);
+  });
   subscription_.reset();
   peers_.reset();
   const bool searches = scheduler_.now() < found_at();

@@ -70,9 +70,11 @@ class TupleQuery {
   /// Receives the owners that are left out, before the call with the tuples; none if only those are left out that were
   /// not discovered yet.
   using UnansweredCall = std::function<void(const std::vector<OwnerId>&)>;
+  /// Whether a tuple that matches is collected.
+  using Wanted = std::function<bool(const tuples::TupleView&)>;
 
   TupleQuery(Scheduler& scheduler, TupleSpace& space, PeerDiscovery& peer_discovery, Pattern pattern, TuplesCall call,
-             Duration patience, UnansweredCall unanswered = {});
+             Duration patience, UnansweredCall unanswered = {}, Wanted wanted = {});
 
  private:
   SteadyTime found_at();
@@ -87,6 +89,7 @@ class TupleQuery {
   Pattern pattern_;
   TuplesCall call_;
   UnansweredCall unanswered_call_;
+  Wanted wanted_;
   std::set<OwnerId> answered_;
   bool over_ = false;
   tuples::Handle subscription_, peers_;

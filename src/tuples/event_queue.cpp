@@ -53,7 +53,7 @@ void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::
   queued.sequence = tuple.sequence;
   queued.write_time = tuple.write_time;
   queued.user_time = tuple.user_time;
-  queued.expire_time = tuple.expire_time;
+  queued.expire_time = store_.expire_time(index);
   queued.value = tuple.value;
 }
 
@@ -95,9 +95,10 @@ void EventQueue::call(Subscription& subscription, const Event& event) {
 void EventQueue::shrink() {
   if (size() < limit_) beyond_.clear();
   if (head_ == events_.size()) {
+    const bool needs_less = events_.capacity() > kKept && events_.size() < events_.capacity() / 8;
     events_.clear();
     head_ = 0;
-    if (events_.capacity() > 65536) events_.shrink_to_fit();
+    if (needs_less) events_.shrink_to_fit();
   } else if (head_ > 4096 && head_ > events_.size() / 2) {
     events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(head_));
     head_ = 0;

@@ -12,6 +12,8 @@ namespace rubicon::tuples {
 class EventQueue {
  public:
   static constexpr std::size_t kLimit = 1'000'000;
+  /// Room for so many events is kept for later turns, and more as long as turns need an eighth of it.
+  static constexpr std::size_t kKept = 4096;
 
   explicit EventQueue(Store& store, std::size_t limit = kLimit) : store_(store), limit_(limit) {}
 
@@ -38,7 +40,7 @@ class EventQueue {
     WallTime write_time{};
     WallTime user_time{};
     WallTime expire_time{};
-    std::string value;
+    StoredText value;
     SubscriptionPtr target;
   };
   Queued* room_for(std::uint32_t index, EventKind kind);

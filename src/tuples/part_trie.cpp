@@ -2,19 +2,29 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 
 #include "base/assert.h"
 
 namespace rubicon::tuples {
+
+namespace {
+
+std::uint32_t hash_of_part(std::string_view part) {
+  return static_cast<std::uint32_t>(std::hash<std::string_view>{}(part) >> 32);
+}
+
+}  // namespace
 
 PartNames::PartNames() {
   RUBICON_ASSERT(acquire("*") == kAnyPart);
   RUBICON_ASSERT(acquire("**") == kAnyRest);
 }
 
+static_assert(kNoPart == base::HashIndex::kNone);
+
 PartId PartNames::find(std::string_view text) const {
-  const auto found = ids_.find(text);
-  return found == ids_.end() ? kNoPart : found->second;
+  return ids_.find(hash_of_part(text), [&](PartId part) { return entries_[part].text == text; });
 }
 
 PartId PartNames::acquire(std::string_view text) {
@@ -28,7 +38,7 @@ PartId PartNames::acquire(std::string_view text) {
       free_.pop_back();
     }
     entries_[part].text = text;
-    ids_.emplace(entries_[part].text, part);
+    ids_.add(hash_of_part(text), part);
   }
   ++entries_[part].uses;
   return part;
@@ -38,7 +48,7 @@ void PartNames::release(PartId part) {
   auto& entry = entries_[part];
   RUBICON_DEBUG_ASSERT(entry.uses > 0);
   if (--entry.uses > 0) return;
-  ids_.erase(entry.text);
+  ids_.remove(hash_of_part(entry.text), part);
   entry.text = std::string();
   free_.push_back(part);
 }

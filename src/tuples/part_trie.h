@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
+#include "base/hash_index.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::tuples {
@@ -61,7 +61,7 @@ class PartNames {
   };
   std::deque<Entry> entries_;
   std::vector<PartId> free_;
-  std::unordered_map<std::string_view, PartId> ids_;
+  base::HashIndex ids_;
 };
 
 /// (node, part) -> child node, for all nodes of a trie: one open-addressing table of 12-byte slots.

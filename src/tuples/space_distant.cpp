@@ -61,15 +61,16 @@ void TupleSpace::Impl::update_copy(std::uint32_t index, const TupleView& news) {
   const bool confirmed = tuple.epoch == epoch;
   tuple.epoch = epoch;
   if (confirmed && news.sequence <= tuple.sequence) return;
-  if (news.sequence == tuple.sequence && news.write_time == tuple.write_time && news.value == tuple.value) return;
-  tuple.value.assign(news.value);
+  if (news.sequence == tuple.sequence && news.write_time == tuple.write_time && news.value == tuple.value.view())
+    return;
+  store.set_value(tuple, news.value);
   set_media_type(tuple, news.media_type);
   tuple.sequence = news.sequence;
   tuple.creator = news.creator;
   tuple.write_time = news.write_time;
   tuple.user_time = news.user_time;
-  if (tuple.expire_time != WallTime{}) expiry.clear(index);
-  tuple.expire_time = news.expire_time;
+  if (tuple.expires) expiry.clear(index);
+  store.set_expire_time(index, news.expire_time);
   if (const auto lifetime = lifetime_of(news); lifetime > Duration(0)) expiry.set(index, lifetime, now);
   announce(index, EventKind::kSet);
 }

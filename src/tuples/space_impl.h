@@ -73,7 +73,7 @@ struct TupleSpace::Impl final : LinkListener {
   Result<void> check_append(std::string_view key, std::uint32_t index, std::size_t more,
                             const SetOptions& options) const;
   void stamp(Tuple& tuple, const SetOptions& options, OwnerId creator);
-  void live_for(Tuple& tuple, std::uint32_t index, Duration lifetime);
+  void live_for(std::uint32_t index, Duration lifetime);
   void set_media_type(Tuple& tuple, std::string_view name);
   void announce(std::uint32_t index, EventKind kind);
   void deliver(const SubscriptionPtr& subscription, std::uint32_t index, EventKind kind);

@@ -109,7 +109,7 @@ void TupleSpace::Impl::remove(std::uint32_t index, EventKind how) {
   const auto demand_before = store.subscribers(index).demand;
   store.pool().pin(index);
   announce(index, how);
-  if (tuple.expire_time != WallTime{}) expiry.clear(index);
+  if (tuple.expires) expiry.clear(index);
   store.remove(index, how);
   if (own) demand.note(index, demand_before);
   store.pool().unpin(index);
@@ -155,13 +155,13 @@ Result<TupleRef> TupleSpace::Impl::write(std::string_view key, std::string_view 
 void TupleSpace::Impl::write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator) {
   open_turn();
   auto& tuple = store.at(index);
-  tuple.value.assign(value);
+  store.set_value(tuple, value);
   set_media_type(tuple, options.media_type);
   stamp(tuple, options, creator);
   if (options.lifetime > Duration(0)) {
-    live_for(tuple, index, options.lifetime);
-  } else if (tuple.expire_time != WallTime{}) {
-    tuple.expire_time = {};
+    live_for(index, options.lifetime);
+  } else if (tuple.expires) {
+    store.set_expire_time(index, {});
     expiry.clear(index);
   }
   announce(index, EventKind::kSet);
@@ -175,7 +175,7 @@ Result<TupleRef> TupleSpace::Impl::append(std::string_view key, std::string_view
   auto& tuple = store.at(index);
   tuple.value.append(bytes);
   stamp(tuple, options, creator);
-  if (options.lifetime > Duration(0)) live_for(tuple, index, options.lifetime);
+  if (options.lifetime > Duration(0)) live_for(index, options.lifetime);
   announce(index, EventKind::kSet);
   return TupleRef{index, tuple.generation};
 }
@@ -219,9 +219,9 @@ void TupleSpace::Impl::stamp(Tuple& tuple, const SetOptions& options, OwnerId cr
   ++sets;
 }
 
-void TupleSpace::Impl::live_for(Tuple& tuple, std::uint32_t index, Duration lifetime) {
+void TupleSpace::Impl::live_for(std::uint32_t index, Duration lifetime) {
   lifetime = std::min(lifetime, kMaxDuration);
-  tuple.expire_time = wall + std::chrono::ceil<std::chrono::microseconds>(lifetime);
+  store.set_expire_time(index, wall + std::chrono::ceil<std::chrono::microseconds>(lifetime));
   expiry.set(index, lifetime, now);
 }
 

@@ -234,6 +234,7 @@ void Store::remove(std::uint32_t index, EventKind how) {
   keys_.remove(index);
   tuples_.clear(tuple.node);
   for (auto* subscription : sets_[tuple.subscribers].paced) subscription->paces.erase(index);
+  set_expire_time(index, {});
   move_to(index, 0);
   --(tuple.owner == self_ ? own_ : cached_);
   pool_.end(index, how);
@@ -288,8 +289,22 @@ bool Store::move_to(std::uint32_t index, std::uint32_t set) {
 
 TupleView Store::view(std::uint32_t index) const {
   const auto& t = pool_[index];
-  return {t.owner,      t.key(),     t.value,      media_types_.name(t.media_type), t.creator, t.sequence,
-          t.write_time, t.user_time, t.expire_time};
+  return {t.owner,      t.key(),     t.value,           media_types_.name(t.media_type), t.creator, t.sequence,
+          t.write_time, t.user_time, expire_time(index)};
+}
+
+WallTime Store::expire_time(std::uint32_t index) const {
+  return pool_[index].expires ? expire_times_.at(index) : WallTime{};
+}
+
+void Store::set_expire_time(std::uint32_t index, WallTime when) {
+  auto& tuple = pool_[index];
+  if (when != WallTime{}) {
+    expire_times_[index] = when;
+  } else if (tuple.expires) {
+    expire_times_.erase(index);
+  }
+  tuple.expires = when != WallTime{};
 }
 
 }  // namespace rubicon::tuples

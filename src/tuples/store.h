@@ -12,6 +12,7 @@
 #include "base/hash_index.h"
 #include "rubicon/tuple_space.hpp"
 #include "tuples/part_trie.h"
+#include "tuples/stored_text.h"
 
 namespace rubicon::tuples {
 
@@ -31,29 +32,30 @@ class MediaTypes {
   std::deque<std::string> names_;  // views into them stay valid
 };
 
-/// One tuple in the store. A deleted one stays in memory while events about it are queued (pins). Aligned to a pair of
-/// cache lines, because tuples are visited in random order.
-struct alignas(128) Tuple {
+/// One tuple in the store. A deleted one stays in memory while events about it are queued (pins). Its size and place
+/// are such that it lies in two cache lines: tuples are visited in random order.
+struct alignas(16) Tuple {
   std::unique_ptr<char[]> key_text;
-  std::string value;
+  StoredText value;
   std::uint64_t sequence = 0;
   WallTime write_time{};
   WallTime user_time{};
-  WallTime expire_time{};
   OwnerId owner{};
   OwnerId creator{};
   std::uint32_t generation = 0;  ///< differs from all earlier tuples with this index
   std::uint32_t node = kNone;
   std::uint32_t subscribers = 0;  ///< id of an interned set
-  std::uint32_t pins = 0;
   std::uint16_t media_type = 0;
   std::uint16_t epoch = 0;  ///< of a copy: the owner's epoch in which it was last confirmed
+  std::uint32_t pins : 28 = 0;
+  std::uint32_t present : 1 = 0;
+  std::uint32_t expires : 1 = 0;            ///< Store::expire_time() says when
+  EventKind end : 2 = EventKind::kDeleted;  ///< how it ended, if not present
   std::uint8_t key_size = 0;
-  bool present = false;
-  EventKind end = EventKind::kDeleted;  ///< how it ended, if not present
 
   std::string_view key() const { return {key_text.get(), key_size}; }
 };
+static_assert(sizeof(Tuple) == 80);
 
 /// Tuples by index; they never move.
 class TuplePool {
@@ -235,6 +237,13 @@ class Store {
   MediaTypes& media_types() { return media_types_; }
   const MediaTypes& media_types() const { return media_types_; }
   TupleView view(std::uint32_t index) const;
+  /// Few tuples expire. WallTime{} = never.
+  WallTime expire_time(std::uint32_t index) const;
+  void set_expire_time(std::uint32_t index, WallTime when);
+  /// Later values seldom equal those of other tuples: only the first one looks for a text to share.
+  void set_value(Tuple& tuple, std::string_view value) {
+    tuple.sequence == 0 ? shared_texts_.assign(tuple.value, value) : tuple.value.assign(value);
+  }
   std::size_t own() const { return own_; }
   std::size_t cached() const { return cached_; }
 
@@ -257,6 +266,8 @@ class Store {
   KeyTable keys_;
   SubscriberSets sets_;
   MediaTypes media_types_;
+  SharedTexts shared_texts_;
+  std::unordered_map<std::uint32_t, WallTime> expire_times_;
   std::size_t own_ = 0;
   std::size_t cached_ = 0;
 };

@@ -51,6 +51,22 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.1.description", "x"));
 }
 
+TEST(DeviceQuery, MayFitWithoutReadingTheJson) {
+  const std::string key = "proxy.knx-hall.1_4_6.description";
+  const std::string text = R"({"name":"Kücheninsel 7","area":"Küche","address":"1/4/6","sensors":["light-1"]})";
+  const auto may = [&](const std::string& name, const std::string& area = {}) {
+    return may_fit({{}, "", "", name, area}, key, text);
+  };
+  for (const auto* name : {"", "*", "Kücheninsel 7", "K?cheninsel*", "*insel 7", "1_4_6", "1/4/6", "1*6", "Kü*7"})
+    EXPECT_TRUE(may(name)) << name;
+  EXPECT_TRUE(may("*insel*", "K*che"));
+  EXPECT_FALSE(may("*insel 8"));
+  EXPECT_FALSE(may("Keller*"));
+  EXPECT_FALSE(may("*insel*", "Keller"));
+  EXPECT_TRUE(may_fit({{}, "", "", "Tür"}, key, R"({"name":"T\u00fcr"})")) << "letters may be written as numbers";
+  EXPECT_TRUE(may_fit({{}, "", "", "a\"b"}, key, R"({"name":"a\"b"})"));
+}
+
 struct ClientCommands : ClientParts {
   void SetUp() override {
     ASSERT_TRUE(island->space.set("d.command", ""));

@@ -19,6 +19,15 @@ TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
   EXPECT_EQ(self.space.stats().subscriptions, 0U);
 }
 
+TEST_F(ClientParts, AReadingKeepsWhatIsWanted) {
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), std::to_string(i)));
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a.*"}, keep, 3s, {},
+                         [](const TupleView& tuple) { return tuple.value == "1"; });
+  time.run_for(kDdsPace.quiet + 1ms);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].key, "a.t1");
+}
+
 TEST_F(ClientParts, OnPeisAReadingWaitsUntilKernelsHadTimeToAppear) {
   PeerDiscovery search{time, self.space, kPeisPace};
   ASSERT_TRUE(island->space.set("a", "x"));

@@ -68,7 +68,7 @@ class Host final : public DeviceHost {
 /// `!P VALUE`: a command for the point of this letter; `-`, `+`: the line; `?`: a demand; else a state message.
 class Story {
  public:
-  explicit Story(bool battery) : device_(host_, types(), record(battery)) { device_.line_up(); }
+  explicit Story(bool battery) : device_(host_, models(), record(battery)) { device_.line_up(); }
 
   void step(std::string_view line) {
     host_.time.run_for(std::chrono::milliseconds(50 + line.size()));
@@ -88,6 +88,10 @@ class Story {
   static const TypeCatalogue& types() {
     static const TypeCatalogue all;
     return all;
+  }
+  static exposes::PointsOfModels& models() {
+    static exposes::PointsOfModels of_all(types());
+    return of_all;
   }
   static bridge::DeviceRecord record(bool battery) {
     static const auto leaves = [] {

@@ -316,7 +316,7 @@ TEST(EventQueue, MergesToTheLatestOfATupleBeyondItsLimit) {
   const auto a = store.create(OwnerId(1), "a");
   const auto b = store.create(OwnerId(1), "b");
   for (int i = 0; i < 10; ++i) {
-    store.at(a).value = store.at(b).value = std::to_string(i);
+    for (const auto index : {a, b}) store.set_value(store.at(index), std::to_string(i));
     queue.push(a, EventKind::kSet);
     queue.push(b, EventKind::kSet);
   }

@@ -51,7 +51,7 @@ class KnxNetwork final : public network::Network {
             [this](const wire::Telegram& telegram) { points_.receive(telegram); }),
         reporter_(host, [this] { return state(); }) {
     points_.set_table(PointTable(options_.points, types_, options_.notation));
-    options_.points = {};  // the table has them
+    options_.points = std::vector<groups::GroupPoint>();  // the table has them; `{}` would keep their memory
   }
 
   Result<void> open() override;

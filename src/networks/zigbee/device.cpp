@@ -37,7 +37,7 @@ Duration retry_of(const std::string& address) {
 }  // namespace
 
 struct Device::Impl {
-  Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record);
+  Impl(DeviceHost& its_host, exposes::PointsOfModels& its_models, bridge::DeviceRecord its_record);
 
   void set_record(bridge::DeviceRecord now);
   void limit_silence();
@@ -58,9 +58,10 @@ struct Device::Impl {
   bool can_ask() const { return reports.traits().can_ask; }
 
   DeviceHost& host;
+  exposes::PointsOfModels& models;
   const TypeCatalogue& types;
   bridge::DeviceRecord record;
-  std::vector<exposes::MappedPoint> points;
+  base::SharedList<exposes::MappedPoint> points;
   device::Properties properties;
   device::Commands commands;
   device::Verification verification;
@@ -76,9 +77,10 @@ struct Device::Impl {
   bool renamed = false;
 };
 
-Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record)
+Device::Impl::Impl(DeviceHost& its_host, exposes::PointsOfModels& its_models, bridge::DeviceRecord its_record)
     : host(its_host),
-      types(its_types),
+      models(its_models),
+      types(its_models.types()),
       commands(its_host.scheduler(),
                {[this](std::string payload) { return host.publish(record.name, "set", std::move(payload)); },
                 [this](std::uint64_t request, Outcome outcome, std::string text) {
@@ -102,7 +104,8 @@ Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge:
 
 void Device::Impl::set_record(bridge::DeviceRecord now) {
   record = std::move(now);
-  auto mapped = exposes::map_leaves(record.leaves, types, !record.is_group());
+  const auto mapped = record.is_group() ? base::SharedList(exposes::map_leaves(record.leaves, types, false))
+                                        : models.of(record.vendor + '\n' + record.model, record.leaves);
   const bool others = mapped != points;
   if (others) {
     commands.end(Outcome::kUndeliverable, "the definition of the device changed");
@@ -110,7 +113,7 @@ void Device::Impl::set_record(bridge::DeviceRecord now) {
     polling.clear();
     kept.clear();
     properties.set_points(points, mapped);
-    points = std::move(mapped);
+    points = mapped;
   }
   auto traits = reports.traits();
   traits.group = record.is_group();
@@ -272,8 +275,8 @@ bool Device::Impl::ask(std::size_t property, bool own) {
   return (own || host.take_poll(record.address)) && get({property});
 }
 
-Device::Device(DeviceHost& host, const TypeCatalogue& types, bridge::DeviceRecord record)
-    : impl_(std::make_unique<Impl>(host, types, std::move(record))) {
+Device::Device(DeviceHost& host, exposes::PointsOfModels& models, bridge::DeviceRecord record)
+    : impl_(std::make_unique<Impl>(host, models, std::move(record))) {
   host.deliver(impl_->record.address, impl_->join());
 }
 

@@ -38,7 +38,7 @@ class DeviceHost {
 class Device {
  public:
   /// Delivers the Join. Nothing is published before line_up().
-  Device(DeviceHost& host, const TypeCatalogue& types, bridge::DeviceRecord record);
+  Device(DeviceHost& host, exposes::PointsOfModels& models, bridge::DeviceRecord record);
   ~Device();
 
   /// A new record of the same address: a rename, a new definition. Delivers a Join if the device looks different.

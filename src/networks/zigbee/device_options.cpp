@@ -8,6 +8,7 @@
 #include "base/bytes.h"
 #include "model/json_members.h"
 #include "model/json_text.h"
+#include "networks/zigbee/bridge/device_record.h"
 #include "networks/zigbee/bridge/json_tree.h"
 #include "rubicon/key.hpp"
 
@@ -18,8 +19,7 @@ namespace {
 using bridge::JsonObject;
 using nlohmann::json;
 
-constexpr std::size_t kMaxList = std::size_t{16} << 20;
-constexpr std::size_t kMaxOptions = 200, kMaxTroubled = 100;
+constexpr std::size_t kMaxTroubled = 100;
 
 json parsed(std::string_view text) {
   auto tree = model::parse_json(text);
@@ -37,7 +37,7 @@ std::map<std::string, json> configured(std::string_view id, std::string_view inf
   const auto own = devices ? bridge::object_at(*devices, id) : std::nullopt;
   if (!own) return values;
   for (const auto& [name, value] : *own) {
-    if (name != "friendly_name" && values.size() < kMaxOptions)
+    if (name != "friendly_name" && values.size() < bridge::kMaxOptions)
       values.emplace(std::string(name), parsed(simdjson::to_string(value)));
   }
   return values;
@@ -59,29 +59,13 @@ json option_json(const JsonObject& leaf) {
 
 }  // namespace
 
-Result<json> device_options(std::string_view id, std::string_view list, std::string_view info) {
+json device_options(std::string_view id, const std::vector<std::string>& definition, std::string_view info) {
   auto values = configured(id, info);
   auto options = json::array();
-  if (id.starts_with("0x")) {
+  for (const auto& text : definition) {
     bridge::JsonTree tree;
-    const auto root = tree.parse(list, "bridge/devices", kMaxList);
-    if (!root) return fail(root.error());
-    simdjson::dom::array records;
-    if (root->get(records) != simdjson::SUCCESS) return fail(ErrorCode::kInvalid, "bridge/devices is not a list");
-    bool found = false;
-    for (const auto& element : records) {
-      JsonObject record;
-      if (element.get(record) != simdjson::SUCCESS || bridge::text_at(record, "ieee_address") != id) continue;
-      found = true;
-      const auto definition = bridge::object_at(record, "definition");
-      const auto leaves = definition ? bridge::array_at(*definition, "options") : std::nullopt;
-      if (!leaves) break;
-      for (const auto& one : *leaves) {
-        JsonObject leaf;
-        if (one.get(leaf) == simdjson::SUCCESS && options.size() < kMaxOptions) options.push_back(option_json(leaf));
-      }
-    }
-    if (!found) return fail(ErrorCode::kNotFound, fmt::format("the list of devices has no {}", model::quoted(id)));
+    const auto leaf = tree.parse_object(text, "an option", bridge::kMaxRecordBytes);
+    if (leaf) options.push_back(option_json(*leaf));
   }
   for (auto& option : options) {
     const auto value = values.find(option["name"].get<std::string>());

@@ -30,7 +30,7 @@ std::string model_of(const bridge::DeviceRecord& record) {
 DeviceTable::DeviceTable(network::NetworkHost& host, const TypeCatalogue& types, const ZigbeeOptions& options,
                          bridge::Topics& topics, BrokerLine& line, std::function<void()> changed)
     : host_(host),
-      types_(types),
+      models_(types),
       topics_(topics),
       line_(line),
       report_(std::move(changed)),
@@ -71,7 +71,7 @@ void DeviceTable::changed(const bridge::DeviceRecord& record) {
   if (!record.is_group() && !same_leaves) member_changed(address);
   if (!entity.device) {
     ++counters_.joins;
-    entity.device = std::make_unique<Device>(*this, types_, record);
+    entity.device = std::make_unique<Device>(*this, models_, record);
     apply_info(*entity.device);
     if (down_.empty()) entity.device->line_up(repeats_);
   } else {

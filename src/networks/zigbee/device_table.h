@@ -135,7 +135,7 @@ class DeviceTable final : public DeviceHost {
   void forget(const std::string& address, const std::string& why);
 
   network::NetworkHost& host_;
-  const TypeCatalogue& types_;
+  exposes::PointsOfModels models_;
   bridge::Topics& topics_;
   BrokerLine& line_;
   std::function<void()> report_;

@@ -370,10 +370,10 @@ void ToolRequests::options(Requester requester, const json& request) {
   if (!device) return;
   const auto set = request.find("set");
   if (set == request.end()) {
-    auto all = device_options(device->id, devices_.inventory().compared_list(), info_);
-    if (!all) return refuse(requester, all.error().text);
-    (*all)["ok"] = true;
-    return reply(requester, std::move(*all));
+    const auto* record = device->group ? nullptr : devices_.inventory().find(device->address);
+    auto all = device_options(device->id, record ? record->options.items() : std::vector<std::string>(), info_);
+    all["ok"] = true;
+    return reply(requester, std::move(all));
   }
   if (!set->is_object() || set->empty()) return refuse(requester, "set is no JSON object with options");
   ask(std::move(requester), device->group ? "group/options" : "device/options", {{"id", device->id}, {"options", *set}},

@@ -58,6 +58,13 @@ Result<void> read_definition(const JsonObject& definition, DeviceRecord& record)
   record.vendor = text_at(definition, "vendor");
   record.model = text_at(definition, "model");
   if (record.description.empty()) record.description = text_at(definition, "description");
+  if (const auto options = array_at(definition, "options")) {
+    std::vector<std::string> texts;
+    for (const auto option : *options) {
+      if (texts.size() < kMaxOptions) texts.push_back(simdjson::to_string(option));
+    }
+    record.options = std::move(texts);
+  }
   const auto exposes = json_at(definition, "exposes");
   if (exposes.empty()) return {};
   auto leaves = exposes::read_exposes(exposes, record.skipped);

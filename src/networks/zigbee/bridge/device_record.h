@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/shared_list.h"
 #include "networks/zigbee/exposes/leaf.h"
 #include "rubicon/result.hpp"
 
@@ -33,8 +34,9 @@ struct DeviceRecord {
   std::string description;    ///< what the user wrote about the device, else the definition's
   std::string firmware;
   std::string power_source;  ///< as written: `Battery`, `Mains (single phase)`; empty = not known yet
-  std::vector<exposes::Leaf> leaves;
-  std::vector<std::string> skipped;  ///< what of `exposes` is not a leaf
+  base::SharedList<exposes::Leaf> leaves;
+  std::vector<std::string> skipped;       ///< what of `exposes` is not a leaf
+  base::SharedList<std::string> options;  ///< what the bridge can be told to do with it: JSON of each
   std::vector<Reporting> reportings;
 
   /// Has a power source other than a battery, or is a router without a known one: it can be polled (zigbee.md, section
@@ -48,6 +50,9 @@ struct DeviceRecord {
 /// Longest record that is read. The largest of 4,516 definitions has 63 KB; a record is read in one turn, and one of
 /// this size can take 5 ms.
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{128} * 1024;
+
+/// Further options of a definition are left out.
+inline constexpr std::size_t kMaxOptions = 200;
 
 /// `0x00124B0010000000` -> `00124b0010000000`; empty if it is not an ieee_address.
 std::string address_of(std::string_view ieee);

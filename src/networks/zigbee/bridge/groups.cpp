@@ -103,13 +103,15 @@ DeviceRecord group_record(const Group& group, const FindDevice& find) {
   record.vendor = "Zigbee2MQTT";
   record.model = "group";
   record.description = group.description;
+  std::vector<exposes::Leaf> leaves;
   for (const auto& member : group.members) {
     const auto* device = find(member);
     if (device == nullptr) continue;
     for (const auto& leaf : device->leaves) {
-      if (for_groups(leaf)) add_leaf(record.leaves, without_endpoint(leaf));
+      if (for_groups(leaf)) add_leaf(leaves, without_endpoint(leaf));
     }
   }
+  record.leaves = std::move(leaves);
   return record;
 }
 

@@ -46,6 +46,7 @@ void keep_what_was_known(DeviceRecord& record, const DeviceRecord& before) {
   record.description = before.description;
   record.leaves = before.leaves;
   record.skipped = before.skipped;
+  record.options = before.options;
 }
 
 }  // namespace
@@ -100,6 +101,7 @@ struct Inventory::Impl {
   bool still_true(const Slice& slice, TextHash hash);
   Slice read(std::string_view slice, TextHash hash);
   Slice apply(DeviceRecord record, TextHash hash);
+  void share_definition(DeviceRecord& record);
   void compare(Known& known, DeviceRecord record);
   void listed(const std::string& address);
   void end_list();
@@ -117,12 +119,16 @@ struct Inventory::Impl {
   Callbacks calls;
   std::map<std::string, Known> devices;      ///< by address
   std::map<std::string, Presence> expected;  ///< by address; none of the devices
+  struct Definition {
+    base::SharedList<exposes::Leaf> leaves;
+    base::SharedList<std::string> options;
+  };
+  std::map<std::string, Definition> definitions;  ///< by the model; some device has it
   std::optional<WaitingList> waiting;
   std::unique_ptr<Current> current;
   std::optional<TextHash> last;  ///< the list that was compared last
   bool last_live = false;        ///< it was
   bool last_complete = false;    ///< a device that is absent from it is absent from the bridge
-  std::string last_text;         ///< also after the line was lost
   Slices slices;                 ///< of that list
   bool live_list = false;        ///< one arrived since the line was lost
   std::uint64_t lists_compared = 0;
@@ -282,8 +288,20 @@ Inventory::Impl::Slice Inventory::Impl::apply(DeviceRecord record, TextHash hash
   }
   listed(address);
   known->second.text = hash;
+  share_definition(record);
   compare(known->second, std::move(record));
   return {Slice::Kind::kDevice, address};
+}
+
+/// Devices of one model have the same definition, and keep it once.
+void Inventory::Impl::share_definition(DeviceRecord& record) {
+  auto& known = definitions[record.vendor + '\n' + record.model];
+  if (known.leaves == record.leaves && known.options == record.options) {
+    record.leaves = known.leaves;
+    record.options = known.options;
+  } else {
+    known = {record.leaves, record.options};
+  }
 }
 
 void Inventory::Impl::compare(Known& known, DeviceRecord record) {
@@ -327,8 +345,9 @@ void Inventory::Impl::end_list() {
   const auto gone = last_complete ? note_absences() : Gone();
   last = current->lost ? std::nullopt : std::optional(current->hash);
   last_live = current->live;
-  last_text = current->slices.take_text();
   slices = std::move(current->found);
+  std::erase_if(definitions,
+                [](const auto& one) { return one.second.leaves.uses() <= 1 && one.second.options.uses() <= 1; });
   const bool too_many = std::exchange(too_many_reported, current->too_many) < current->too_many;
   current.reset();
   ++counters.compared;
@@ -428,10 +447,6 @@ const DeviceRecord* Inventory::find_named(std::string_view name) const {
   const auto found =
       std::ranges::find_if(impl_->devices, [&](const auto& device) { return device.second.record.name == name; });
   return found == impl_->devices.end() ? nullptr : &found->second.record;
-}
-
-const std::string& Inventory::compared_list() const {
-  return impl_->last_text;
 }
 
 void Inventory::each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const {

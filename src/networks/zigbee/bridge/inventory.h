@@ -102,8 +102,6 @@ class Inventory {
   const DeviceRecord* find(const std::string& address) const;
   /// By friendly name.
   const DeviceRecord* find_named(std::string_view name) const;
-  /// The text of the list that was compared last; empty before the first. Valid until the next turn.
-  const std::string& compared_list() const;
   /// Every device in the order of the addresses; `why` is empty if it is usable.
   void each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const;
   std::size_t size() const;

@@ -153,11 +153,6 @@ Result<std::optional<std::string_view>> ListSlices::next() {
   return std::optional(record);
 }
 
-std::string ListSlices::take_text() {
-  parsed_.reset();
-  return std::move(list_);
-}
-
 std::string address_in(std::string_view record) {
   std::string text(record);
   ondemand::parser parser;

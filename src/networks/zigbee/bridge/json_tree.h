@@ -76,8 +76,6 @@ class ListSlices {
   /// The next record; an empty text for an item that is not an object; nullopt at the end. Valid as long as this lives.
   /// kInvalid if the list cannot be read from here on. Only after open().
   Result<std::optional<std::string_view>> next();
-  /// Ends the slices and gives the list back.
-  std::string take_text();
 
  private:
   struct Parsed;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <unordered_map>
 #include <utility>
 
 namespace rubicon::networks::zigbee::device {
@@ -10,49 +12,68 @@ namespace {
 
 using Points = std::vector<exposes::MappedPoint>;
 
-bool are_same(const Property& one, const Points& its_points, const Property& other, const Points& other_points) {
-  return std::equal(one.points.begin(), one.points.end(), other.points.begin(), other.points.end(),
-                    [&](std::size_t a, std::size_t b) { return its_points[a] == other_points[b]; });
+std::vector<std::size_t> points_with(const std::vector<std::uint32_t>& of_point, std::size_t property) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < of_point.size(); ++i) {
+    if (of_point[i] == property) found.push_back(i);
+  }
+  return found;
 }
 
 }  // namespace
 
 void Properties::set_points(const Points& before, const Points& points) {
   auto old = std::exchange(all_, {});
-  const auto known = std::exchange(by_name_, {});
+  const auto old_by_name = std::exchange(by_name_, {});
+  const auto old_of_point = std::exchange(of_point_, {});
   add(points);
+  const auto are_same = [&](std::size_t a, std::size_t b) { return points[a] == before[b]; };
   for (auto& property : all_) {
-    const auto found = known.find(property.name);
-    if (found == known.end()) continue;
-    auto& its_past = old[found->second];
-    if (its_past.unproven || are_same(property, points, its_past, before))
-      static_cast<KnownValue&>(property) = std::move(its_past);
+    auto* past = find(old, old_by_name, property.name);
+    if (!past) continue;
+    const auto place = static_cast<std::size_t>(past - old.data());
+    if (past->unproven || std::ranges::equal(points_of(property), points_with(old_of_point, place), are_same))
+      static_cast<KnownValue&>(property) = std::move(*past);
   }
 }
 
 void Properties::add(const Points& points) {
-  of_point_.clear();
+  std::unordered_map<std::string_view, std::uint32_t> places;
+  of_point_.reserve(points.size());
+  all_.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& point = points[i];
-    const auto [entry, fresh] = by_name_.emplace(point.property, all_.size());
+    const auto [entry, fresh] = places.emplace(point.property, static_cast<std::uint32_t>(all_.size()));
     if (fresh) {
       auto& property = all_.emplace_back();
       property.name = point.property;
       property.of_the_link = point.property == "linkquality";
     }
     auto& property = all_[entry->second];
-    property.points.push_back(i);
     property.published |= point.access.published;
     property.settable |= point.access.settable;
     property.gettable |= point.access.gettable;
     property.event |= point.event;
     of_point_.push_back(entry->second);
   }
+  by_name_.resize(all_.size());
+  std::iota(by_name_.begin(), by_name_.end(), std::uint32_t{0});
+  std::ranges::sort(by_name_, {}, [this](std::uint32_t one) { return all_[one].name; });
+}
+
+std::vector<std::size_t> Properties::points_of(const Property& property) const {
+  return points_with(of_point_, index_of(property));
 }
 
 Property* Properties::find(std::string_view key) {
-  const auto found = by_name_.find(key);
-  return found == by_name_.end() ? nullptr : &all_[found->second];
+  return find(all_, by_name_, key);
+}
+
+Property* Properties::find(std::vector<Property>& all, const std::vector<std::uint32_t>& by_name,
+                           std::string_view key) {
+  const auto name_of = [&all](std::uint32_t one) { return all[one].name; };
+  const auto found = std::ranges::lower_bound(by_name, key, {}, name_of);
+  return found == by_name.end() || all[*found].name != key ? nullptr : &all[*found];
 }
 
 namespace {

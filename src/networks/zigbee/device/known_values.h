@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "base/compare_text.h"
 #include "base/scheduler.h"
 #include "networks/zigbee/device/state_message.h"
 #include "networks/zigbee/exposes/mapping.h"
@@ -29,14 +29,13 @@ struct KnownValue {
 /// A property of the state messages of a device. Several points may share one: colour as x and y and as hue and
 /// saturation.
 struct Property : KnownValue {
-  std::string name;
-  std::vector<std::size_t> points;
+  std::string_view name;  ///< as its points have it
   bool published = false, settable = false, gettable = false;
   bool event = false;        ///< each message counts once
   bool of_the_link = false;  ///< differs in each message, whatever caused it: no news of the other properties
 };
 
-/// The properties of a device by their JSON key.
+/// The properties of a device by their JSON key. The points must outlive them.
 class Properties {
  public:
   /// `before`: the points until now. A property whose points are the same keeps what is known of it, and so does one
@@ -48,14 +47,16 @@ class Properties {
   Property& operator[](std::size_t index) { return all_[index]; }
   std::size_t index_of(const Property& property) const { return static_cast<std::size_t>(&property - all_.data()); }
   std::size_t of_point(std::size_t point) const { return of_point_[point]; }
+  std::vector<std::size_t> points_of(const Property& property) const;
   std::vector<Property>& all() { return all_; }
 
  private:
   void add(const std::vector<exposes::MappedPoint>& points);
+  static Property* find(std::vector<Property>& all, const std::vector<std::uint32_t>& by_name, std::string_view key);
 
   std::vector<Property> all_;
-  base::ByText<std::size_t> by_name_;
-  std::vector<std::size_t> of_point_;
+  std::vector<std::uint32_t> by_name_;  ///< the properties in the order of their names
+  std::vector<std::uint32_t> of_point_;
 };
 
 /// Finds out which of the values that Zigbee2MQTT published without a report the device really has. It asks for one

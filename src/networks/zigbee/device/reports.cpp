@@ -89,7 +89,7 @@ bool is_same_value(const exposes::MappedPoint& point, const Value& reported, con
   return is_same_json(is_tree, should_tree, is_colour(point));
 }
 
-Reports::Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& points, Properties& properties,
+Reports::Reports(Scheduler& scheduler, const base::SharedList<exposes::MappedPoint>& points, Properties& properties,
                  Commands& commands, Verification& verification)
     : scheduler_(scheduler),
       points_(points),
@@ -100,11 +100,11 @@ Reports::Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& 
 Reports::Found Reports::take(std::span<const Member> members, bool retained) {
   Found found;
   auto heard = this->heard(members, retained);
-  compare(members, heard, found);
+  auto compared = compare(members, heard, found);
   found.heard |= heard.later && (!heard.copy || heard.answers);
-  const bool any_own = take_echoes(heard, found);
+  const bool any_own = take_echoes(compared, heard, found);
   alive_ |= found.heard;
-  for (const auto& change : changes_) apply(change, heard, judge(change, heard, any_own), found);
+  for (const auto& change : compared.changes) apply(change, heard, judge(change, heard, any_own), found);
   if (!heard.copy || heard.presumed) verification_.message(heard);
   note_last_seen(heard);
   if (!alive_) {
@@ -115,13 +115,13 @@ Reports::Found Reports::take(std::span<const Member> members, bool retained) {
 }
 
 /// Whether one of the changes is the value of a command of ours.
-bool Reports::take_echoes(const Heard& heard, Found& found) {
+bool Reports::take_echoes(Compared& compared, const Heard& heard, Found& found) {
   bool any_own = false;
-  for (auto& change : changes_) {
+  for (auto& change : compared.changes) {
     change.own = take_echo(*change.property, change.json, heard);
     any_own |= change.own;
   }
-  for (const auto& one : same_) {
+  for (const auto& one : compared.same) {
     if (!take_echo(*one.property, one.json, heard))
       unchanged(*one.property, heard, found);
     else if (!traits_.group)
@@ -170,9 +170,9 @@ void Reports::date(Heard& heard) const {
   heard.copy |= heard.older;
 }
 
-void Reports::compare(std::span<const Member> members, Heard& heard, Found& found) {
-  changes_.clear();
-  same_.clear();
+Reports::Compared Reports::compare(std::span<const Member> members, Heard& heard, Found& found) {
+  Compared compared;
+  compared.same.reserve(members.size());
   heard.quiet = true;
   for (const auto& member : members) {
     auto* property = properties_.find(member.key);
@@ -184,9 +184,10 @@ void Reports::compare(std::span<const Member> members, Heard& heard, Found& foun
     }
     heard.answers |= heard.presumed && is_asked(*property);
     const bool same = property->text == member.json;
-    (same ? same_ : changes_).push_back({property, member.json});
+    (same ? compared.same : compared.changes).push_back({property, member.json});
     if (!same && !property->of_the_link) heard.quiet = false;
   }
+  return compared;
 }
 
 /// To prove a command, and the answer may still come. The command had its echo, so what Zigbee2MQTT repeats at its
@@ -340,8 +341,9 @@ void Reports::points_changed() {
 void Reports::readings(const Property& property, std::string_view json, WallTime time,
                        std::vector<model::Reading>& out) {
   const auto first = out.size();
+  const auto points = properties_.points_of(property);
   std::string why;
-  for (const auto index : property.points) {
+  for (const auto index : points) {
     const auto& point = points_[index];
     if (json == "null") {
       out.push_back({point.capability.point, {}, time, {}});
@@ -357,7 +359,7 @@ void Reports::readings(const Property& property, std::string_view json, WallTime
     out.push_back({point.capability.point, std::move(shown), time, {}});
   }
   if (out.size() > first || why.empty()) return;  // of points that share a property, one that reads it is enough
-  for (const auto index : property.points) out.push_back({points_[index].capability.point, {}, time, why});
+  for (const auto index : points) out.push_back({points_[index].capability.point, {}, time, why});
 }
 
 Value Reports::as_commanded(std::size_t point, std::string_view json, Value value) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/shared_list.h"
 #include "model/message.h"
 #include "networks/zigbee/device/commands.h"
 #include "networks/zigbee/device/known_values.h"
@@ -34,7 +35,7 @@ class Reports {
     bool heard = false;                    ///< the device itself was
   };
 
-  Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& points, Properties& properties,
+  Reports(Scheduler& scheduler, const base::SharedList<exposes::MappedPoint>& points, Properties& properties,
           Commands& commands, Verification& verification);
 
   Found take(std::span<const Member> members, bool retained);
@@ -64,6 +65,10 @@ class Reports {
     std::string_view json;
     bool own = false;  ///< the value of a command of ours that waited for its echo
   };
+  /// The members of a message that differ from what is known, and those that do not.
+  struct Compared {
+    std::vector<Change> changes, same;
+  };
   /// The last command for a point, until another value is reported: a report of the same value means the commanded one,
   /// which may have lost digits.
   struct Commanded {
@@ -81,7 +86,7 @@ class Reports {
     kNoNews,    ///< older than what is known
   };
 
-  bool take_echoes(const Heard& heard, Found& found);
+  bool take_echoes(Compared& compared, const Heard& heard, Found& found);
   void note_last_seen(const Heard& heard);
   bool is_commanded(std::size_t property, std::string_view json) const;
   /// Whether the JSON that was reported is what a command (of type Command or Commanded) wanted.
@@ -89,7 +94,7 @@ class Reports {
   bool means(std::string_view json, const Sent& command) const;
   Heard heard(std::span<const Member> members, bool retained);
   void date(Heard& heard) const;
-  void compare(std::span<const Member> members, Heard& heard, Found& found);
+  Compared compare(std::span<const Member> members, Heard& heard, Found& found);
   Verdict judge(const Change& change, const Heard& heard, bool beside_own) const;
   void apply(const Change& change, const Heard& heard, Verdict verdict, Found& found);
   bool is_asked(const Property& property) const;
@@ -106,12 +111,11 @@ class Reports {
   bool can_ask(const Property& property) const { return traits_.can_ask && property.gettable; }
 
   Scheduler& scheduler_;
-  const std::vector<exposes::MappedPoint>& points_;
+  const base::SharedList<exposes::MappedPoint>& points_;
   Properties& properties_;
   Commands& commands_;
   Verification& verification_;
   Traits traits_;
-  std::vector<Change> changes_, same_;
   std::vector<Commanded> commanded_;
   std::optional<WallTime> newest_{};
   WallTime seen_{};

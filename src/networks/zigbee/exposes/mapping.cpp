@@ -391,6 +391,16 @@ std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& exposed, const Type
   return points;
 }
 
+base::SharedList<MappedPoint> PointsOfModels::of(const std::string& model, const base::SharedList<Leaf>& leaves) {
+  auto known = known_.find(model);
+  if (known == known_.end() || !(known->second.leaves == leaves)) {
+    std::erase_if(known_, [](const auto& one) { return one.second.points.uses() <= 1; });
+    Known made{leaves, map_leaves(leaves, types_)};
+    known = known_.insert_or_assign(model, std::move(made)).first;
+  }
+  return known->second.points;
+}
+
 std::vector<std::string> unknown_units(const std::vector<Leaf>& leaves) {
   std::vector<std::string> unknown;
   for (const auto& leaf : leaves) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/shared_list.h"
 #include "model/point.h"
 #include "networks/zigbee/exposes/leaf.h"
 
@@ -57,6 +59,25 @@ struct MappedPoint {
 /// leaves give the same points, in the order of the leaves; ids are unique as keys are.
 std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types,
                                     bool link_quality = true);
+
+/// The points of all models: devices that are alike share theirs.
+class PointsOfModels {
+ public:
+  explicit PointsOfModels(const TypeCatalogue& types) : types_(types) {}
+
+  const TypeCatalogue& types() const { return types_; }
+  /// map_leaves() of a device. Keeps those that a device still has.
+  base::SharedList<MappedPoint> of(const std::string& model, const base::SharedList<Leaf>& leaves);
+
+ private:
+  struct Known {
+    base::SharedList<Leaf> leaves;
+    base::SharedList<MappedPoint> points;
+  };
+
+  const TypeCatalogue& types_;
+  std::map<std::string, Known> known_;  ///< by the model
+};
 
 /// The spellings of units that are in no table, each as often as a leaf has it.
 std::vector<std::string> unknown_units(const std::vector<Leaf>& leaves);

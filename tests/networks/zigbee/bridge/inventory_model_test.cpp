@@ -94,7 +94,7 @@ struct Picture {
   int doubled = 0;
 
   Inventory::Callbacks calls() {
-    return {[this](const auto& record) { names[record.address] = record.name + " " + record.leaves.at(0).name; },
+    return {[this](const auto& record) { names[record.address] = record.name + " " + record.leaves[0].name; },
             [this](const auto& address, const auto&) { doubled += names.erase(address) == 1 ? 0 : 1; },
             [this](const auto&, const auto&) { ++doubled; }, [this](const auto&) { ++doubled; }, [] {}};
   }

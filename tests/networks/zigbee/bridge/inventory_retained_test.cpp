@@ -159,18 +159,5 @@ TEST_F(ExpectedDevices, AreAsManyAsDevicesAtMost) {
               ElementsAre("left 01: removed from Zigbee2MQTT", "left 02: removed from Zigbee2MQTT"));
 }
 
-TEST(Inventory, KeepsTheTextOfTheListThatItComparedLast) {
-  ObservedInventory seen;
-  EXPECT_EQ(seen.inventory.compared_list(), "");
-  const auto first = list_of({{1, "lamp"}}), second = list_of({{1, "light"}});
-  seen.list(first);
-  seen.inventory.list(second);
-  EXPECT_EQ(seen.inventory.compared_list(), first);
-  seen.run();
-  EXPECT_EQ(seen.inventory.compared_list(), second);
-  seen.inventory.line_lost();
-  EXPECT_EQ(seen.inventory.compared_list(), second);
-}
-
 }  // namespace
 }  // namespace rubicon::networks::zigbee::bridge

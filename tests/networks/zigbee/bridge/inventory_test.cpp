@@ -134,6 +134,15 @@ TEST(Inventory, AListThatArrivesWhileAnotherIsComparedIsTakenAfterIt) {
   EXPECT_EQ(under_test.find(test_address(1))->name, "other");
 }
 
+TEST(Inventory, DevicesOfOneModelKeepTheirDefinitionOnce) {
+  ObservedInventory seen;
+  seen.list(list_of({{1, "one"}, {2, "two"}, {3, "three"}}));
+  const auto leaves_of = [&](unsigned device) { return seen.inventory.find(test_address(device))->leaves; };
+  ASSERT_FALSE(leaves_of(1).empty());
+  EXPECT_EQ(leaves_of(1).begin(), leaves_of(2).begin());
+  EXPECT_EQ(leaves_of(1).begin(), leaves_of(3).begin());
+}
+
 std::vector<TestRecord> many_records(unsigned count) {
   std::vector<TestRecord> many;
   for (unsigned i = 1; i <= count; ++i) many.push_back({i, fmt::format("device {}", i)});

@@ -137,7 +137,7 @@ class DeviceTest : public testing::Test {
 
   /// Starts a device; the questions that it asks at once are over and forgotten.
   void start(bridge::DeviceRecord record, bool with_line = true) {
-    device = std::make_unique<Device>(host, types, std::move(record));
+    device = std::make_unique<Device>(host, models, std::move(record));
     host.taken = [this] { device->taken(); };
     if (!with_line) return;
     device->line_up();
@@ -240,6 +240,7 @@ class DeviceTest : public testing::Test {
   std::vector<std::string> gets() const { return host.payloads("get"); }
 
   TypeCatalogue types;
+  exposes::PointsOfModels models{types};
   FakeDeviceHost host;
   std::unique_ptr<Device> device;
   std::uint64_t request = 0;

@@ -53,11 +53,13 @@ TEST_F(ZigbeeDeviceTest, AfterANewDefinitionPointsThatChangedAreDeliveredAgain) 
   const auto before = point("temperature");
   forget();
   auto record = record_of(definitions::kWeather, true);
-  auto second = record.leaves[0];
+  auto leaves = record.leaves.items();
+  auto second = leaves[0];
   second.property = "temperature_probe";
   second.endpoint = "probe";
-  record.leaves[0].endpoint = "room";
-  record.leaves.push_back(second);
+  leaves[0].endpoint = "room";
+  leaves.push_back(second);
+  record.leaves = std::move(leaves);
   device->update(std::move(record));
   ASSERT_NE(point("temperature"), before);
   report(R"("temperature":20,"humidity":40)");
@@ -72,9 +74,11 @@ TEST_F(ZigbeeDeviceTest, ANewDefinitionDoesNotProveAnEcho) {
   echo(R"("state":"OFF","brightness":127)");
   forget();
   auto record = record_of(definitions::kLamp);
-  for (auto& leaf : record.leaves) {
+  auto leaves = record.leaves.items();
+  for (auto& leaf : leaves) {
     if (leaf.property == "brightness") leaf.endpoint = "left";
   }
+  record.leaves = std::move(leaves);
   device->update(std::move(record));
   report(R"("state":"OFF","brightness":127)");
   run(milliseconds(110));
@@ -193,7 +197,7 @@ TEST_F(ZigbeeDeviceTest, AGroupIsAssumedAndItsStateIsShownAsStored) {
   record.address = "group-7";
   record.name = "lamps";
   record.power_source.clear();
-  device = std::make_unique<Device>(host, types, std::move(record));
+  device = std::make_unique<Device>(host, models, std::move(record));
   const auto joins = host.all<model::Join>();
   for (const auto& one : joins.at(0).capabilities) {
     EXPECT_FALSE(one.reports);

@@ -33,7 +33,7 @@ class World {
   World(unsigned seed, int access, bool battery, bool obeys_always)
       : random_(seed), record_(record_with(access, battery)), obeys_always_(obeys_always) {
     host_.on_publish = [this](const FakeDeviceHost::Publication& one) { on_publish(one); };
-    device_ = std::make_unique<Device>(host_, types_, record_);
+    device_ = std::make_unique<Device>(host_, models_, record_);
     device_->line_up();
     for (const auto* key : {"wish", "goal"}) {
       cached_[key] = truth_[key] = 1;
@@ -176,6 +176,7 @@ class World {
 
   std::mt19937 random_;
   TypeCatalogue types_;
+  exposes::PointsOfModels models_{types_};
   FakeDeviceHost host_;
   bridge::DeviceRecord record_;
   bool obeys_always_ = false, dead_ = false, up_ = true;

@@ -53,7 +53,7 @@ class ReplayTest : public testing::Test {
       if (record->role == bridge::Role::kCoordinator) continue;
       auto& one = devices_[record->name];
       one.host.time.set_wall(trace_.front().at - seconds(20));
-      one.device = std::make_unique<Device>(one.host, types_, std::move(*record));
+      one.device = std::make_unique<Device>(one.host, models_, std::move(*record));
       one.device->line_up();
       one.host.time.run_for(seconds(20));
       one.host.delivered.clear();
@@ -115,6 +115,7 @@ class ReplayTest : public testing::Test {
   }
 
   TypeCatalogue types_;
+  exposes::PointsOfModels models_{types_};
   std::map<std::string, OneDevice> devices_;
   std::vector<Line> trace_;
   bool answers_gets_ = false, commands_ = false;

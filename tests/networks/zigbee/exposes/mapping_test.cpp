@@ -76,6 +76,20 @@ TEST(Mapping, GroupsHaveNoLinkQuality) {
   EXPECT_EQ(points[0].property, "linkquality");
 }
 
+TEST(Mapping, DevicesThatAreAlikeShareTheirPoints) {
+  const auto leaves_of = [](const std::string& property) {
+    Leaf leaf;
+    leaf.name = leaf.property = property;
+    return base::SharedList<Leaf>(std::vector{leaf});
+  };
+  PointsOfModels models(all_types());
+  const auto one = models.of("V\nM", leaves_of("temperature")), other = models.of("V\nM", leaves_of("temperature"));
+  EXPECT_EQ(one.begin(), other.begin());
+  EXPECT_EQ(one.items(), map_leaves(leaves_of("temperature"), all_types()));
+  EXPECT_EQ(models.of("V\nM", leaves_of("humidity"))[0].property, "humidity") << "another definition of this model";
+  EXPECT_EQ(one[0].property, "temperature");
+}
+
 TEST(Mapping, TheWorkForEqualLeavesIsLinear) {
   constexpr std::size_t kPoints = 512;
   Leaf leaf;
