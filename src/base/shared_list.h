@@ -26,6 +26,7 @@ class SharedList {
   std::size_t size() const { return items().size(); }
   bool empty() const { return !items_; }
   const T& operator[](std::size_t index) const { return items()[index]; }
+  const T& at(std::size_t index) const { return items().at(index); }
   /// Of those that share the items.
   long uses() const { return items_.use_count(); }
 

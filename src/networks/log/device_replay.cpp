@@ -161,8 +161,7 @@ void DeviceReplay::read_point(RecordedDevice& device, RecordedPoint& point, cons
   const auto before = point.text.size();
   if (record.value.size() > kMaxDescription || !reserve_description(before, record.value.size()))
     return faults_.limit_exceeded("bytes of descriptions", kMaxDescriptions);
-  const auto* described = descriptions_.read(record.value);
-  if (!described || !describe(point, *described, record.value, types_)) {
+  if (!describe(point, record.value, types_, descriptions_)) {
     description_bytes_ -= record.value.size() - before;
     return faults_.invalid(fmt::format("{} is not a description of a point, expected a JSON object with a type",
                                        model::quoted(record.key)));

@@ -157,9 +157,10 @@ const model::PointDescription* PointDescriptions::read(std::string_view text) {
   return &kept_.emplace(text, std::move(*described)).first->second;
 }
 
-bool describe(RecordedPoint& point, const model::PointDescription& described, std::string_view text,
-              ForeignTypes& types) {
-  const auto& type_name = described.type;
+bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types, PointDescriptions& descriptions) {
+  const auto* described = descriptions.read(text);
+  if (!described) return false;
+  const auto& type_name = described->type;
   // In keys a type without a name is called by its number.
   const auto name = type_name.empty() ? std::string(type_part(point.id)) : type_name;
   if (!types.has_room(name)) return false;
@@ -167,12 +168,12 @@ bool describe(RecordedPoint& point, const model::PointDescription& described, st
   auto& capability = point.capability;
   capability = {};
   capability.type_name = model::current_type(type_name);
-  const auto id = static_cast<std::uint16_t>(std::min<std::uint64_t>(described.type_id, UINT16_MAX));
+  const auto id = static_cast<std::uint16_t>(std::min<std::uint64_t>(described->type_id, UINT16_MAX));
   capability.point = {point.kind, TypeId(id), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
-  capability.access = access_of(described.access, point.kind);
-  if (point.type == nullptr && described.report == "event") capability.report = model::Report::kEvent;
-  const auto& unit = described.unit;
+  capability.access = access_of(described->access, point.kind);
+  if (point.type == nullptr && described->report == "event") capability.report = model::Report::kEvent;
+  const auto& unit = described->unit;
   point.unit = has_unit(point.type) && unit != point.type->unit ? conversion_of(unit, *point.type) : nullptr;
   if (point.type == nullptr || (unit != point.type->unit && !point.unit)) capability.unit = unit;
   const auto own_bound = [&](std::optional<double> bound, double of_type) {
@@ -180,15 +181,15 @@ bool describe(RecordedPoint& point, const model::PointDescription& described, st
     if (bound && point.unit) bound = (*point.unit)(*bound);
     return bound;
   };
-  capability.minimum = own_bound(described.minimum, point.type ? point.type->minimum : 0);
-  capability.maximum = own_bound(described.maximum, point.type ? point.type->maximum : 0);
+  capability.minimum = own_bound(described->minimum, point.type ? point.type->minimum : 0);
+  capability.maximum = own_bound(described->maximum, point.type ? point.type->maximum : 0);
   const bool enumeration = point.type != nullptr && point.type->data == model::DataType::kEnumeration;
   if (point.type == nullptr || point.type->words.empty() ||
-      (enumeration && described.words != model::words_in(point.type->words))) {
-    capability.words = described.words;
+      (enumeration && described->words != model::words_in(point.type->words))) {
+    capability.words = described->words;
     if (capability.words.size() > kMaxListed) capability.words.resize(kMaxListed);
   }
-  if (point.type == nullptr && model::is_open(TypeId(id))) set_open_type(point, described);
+  if (point.type == nullptr && model::is_open(TypeId(id))) set_open_type(point, *described);
   set_deadline(point);
   return true;
 }

@@ -118,9 +118,7 @@ class PointDescriptions {
 /// Reads the JSON of a `.description` tuple (docs/tuple-keys.md); false, and nothing changes, if it is not a
 /// description.
 bool describe(RecordedDevice& device, std::string_view text);
-/// Takes the description that the text is; false, and nothing changes, if no number is left for its type.
-bool describe(RecordedPoint& point, const model::PointDescription& described, std::string_view text,
-              ForeignTypes& types);
+bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types, PointDescriptions& descriptions);
 
 /// The Join that makes a proxy publish these descriptions; marks its points as joined. Held values without a user time
 /// become initial values.

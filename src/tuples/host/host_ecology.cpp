@@ -174,7 +174,8 @@ void HostEcology::on_ended(Process& process, const Error& why) {
 
 void HostEcology::end(Process& process) {
   process.ended = true;
-  if (const auto user = process.counted_for; user && --by_user_[*user] == 0) by_user_.erase(*user);
+  const auto user = std::exchange(process.counted_for, std::nullopt);
+  if (user && --by_user_[*user] == 0) by_user_.erase(*user);
   const auto [first, last] = by_token_.equal_range(process.door.token);
   const auto known = std::find_if(first, last, [&](const auto& one) { return one.second == &process; });
   if (known != last) by_token_.erase(known);

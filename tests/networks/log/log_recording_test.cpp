@@ -373,13 +373,17 @@ TEST(RecordedValues, EnumerationsAndSetsOfBitsAreReadAsWordsAndAsTheNumbersOfOld
 TEST(RecordedDevices, WordsOfAPointComeBackWithTheirNumbers) {
   const TypeCatalogue types;
   ForeignTypes foreign(types);
+  PointDescriptions descriptions;
   const auto words = [&](std::string_view rest) {
     RecordedPoint point;
     point.id = "enumerationInput-1";
-    EXPECT_TRUE(describe(point, R"({"type":"enumerationInput","type_id":275,)" + std::string(rest) + "}", foreign));
+    EXPECT_TRUE(describe(point, R"({"type":"enumerationInput","type_id":275,)" + std::string(rest) + "}", foreign,
+                         descriptions));
     return point.capability.words;
   };
-  EXPECT_EQ(words(R"("words":["auto","heat"])"), (std::vector<model::Word>{{0, "auto"}, {1, "heat"}}));
+  for (int of_two = 0; of_two < 2; ++of_two) {  // points with one description
+    EXPECT_EQ(words(R"("words":["auto","heat"])"), (std::vector<model::Word>{{0, "auto"}, {1, "heat"}}));
+  }
   EXPECT_EQ(words(R"("words":["auto","no demand"],"codes":[0,20])"),
             (std::vector<model::Word>{{0, "auto"}, {20, "no demand"}}));
   EXPECT_THAT(words(R"("words":["auto","no demand"],"codes":[0,"x"])"), IsEmpty());
@@ -389,19 +393,20 @@ TEST(RecordedDevices, WordsOfAPointComeBackWithTheirNumbers) {
 TEST(RecordedDevices, APointOfAnOpenTypeIsReadAsItDescribesItself) {
   const TypeCatalogue types;
   ForeignTypes foreign(types);
+  PointDescriptions descriptions;
   RecordedPoint lid;
   lid.id = "lid-1";
   const auto id = std::to_string(static_cast<unsigned>(model::open_type("lid")));
   ASSERT_TRUE(describe(lid,
                        R"({"type":"lid","type_id":)" + id +
                            R"(,"data_type":"boolean","unit":"1","words":["CLOSED","OPEN"],"report":"event"})",
-                       foreign));
+                       foreign, descriptions));
   EXPECT_EQ(lid.capability.point.type, model::open_type("lid"));
   EXPECT_EQ(lid.capability.data, model::DataType::kBoolean);
   EXPECT_EQ(lid.capability.report, model::Report::kEvent);
   EXPECT_EQ(lid.capability.words, (std::vector<model::Word>{{0, "CLOSED"}, {1, "OPEN"}}));
   EXPECT_EQ(recorded_value(lid.type, "OPEN", "text/plain"), Value(true));
-  ASSERT_TRUE(describe(lid, R"({"type":"lid","type_id":)" + id + R"(,"data_type":"unknown"})", foreign));
+  ASSERT_TRUE(describe(lid, R"({"type":"lid","type_id":)" + id + R"(,"data_type":"unknown"})", foreign, descriptions));
   EXPECT_EQ(lid.type, nullptr);
   EXPECT_EQ(recorded_value(lid.type, "OPEN", "text/plain"), Value(std::string("OPEN")));
 }

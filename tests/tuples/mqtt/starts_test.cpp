@@ -15,14 +15,14 @@ using namespace std::chrono_literals;
 using testing::IsEmpty;
 
 /// How a start ends.
-enum class End : std::uint8_t {
+enum class Ending : std::uint8_t {
   kLeft,
   kKilled,         ///< the broker publishes the will
   kUnplugged,      ///< the broker notices it after a while
   kWithTheBroker,  ///< killed together; the broker has its topics again, and no will
   kWithAForgetfulBroker,
 };
-constexpr End kEnds[]{End::kLeft, End::kKilled, End::kUnplugged, End::kWithTheBroker, End::kWithAForgetfulBroker};
+constexpr Ending kEnds[]{Ending::kLeft, Ending::kKilled, Ending::kUnplugged, Ending::kWithTheBroker, Ending::kWithAForgetfulBroker};
 
 /// Two starts of one component, whose clock may go forward or back between them, at one broker.
 struct Starts : testing::TestWithParam<std::tuple<bool, bool>> {
@@ -51,16 +51,16 @@ struct Starts : testing::TestWithParam<std::tuple<bool, bool>> {
     });
     return last == all.rend() ? "" : last->client;
   }
-  void finish(std::unique_ptr<Site>& place, OwnerId id, End how) {
+  void finish(std::unique_ptr<Site>& place, OwnerId id, Ending how) {
     const auto saved = broker.retained();
-    if (how == End::kKilled) broker.cut(client_of(id));
-    if (how == End::kUnplugged) broker.stall(client_of(id), true);
-    if (how == End::kWithTheBroker) broker.stop(true);
-    if (how == End::kWithAForgetfulBroker) broker.stop(false);
+    if (how == Ending::kKilled) broker.cut(client_of(id));
+    if (how == Ending::kUnplugged) broker.stall(client_of(id), true);
+    if (how == Ending::kWithTheBroker) broker.stop(true);
+    if (how == Ending::kWithAForgetfulBroker) broker.stop(false);
     handles[id] = {};
     place.reset();
-    if (how == End::kWithTheBroker) broker.restart(saved);
-    if (how == End::kWithAForgetfulBroker) broker.start();
+    if (how == Ending::kWithTheBroker) broker.restart(saved);
+    if (how == Ending::kWithAForgetfulBroker) broker.start();
   }
   /// A set with a reply, and the copies of the other one.
   std::string faults_of(Site& from, OwnerId owner, Site& other) {
