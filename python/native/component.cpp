@@ -1,11 +1,6 @@
 #include "native/component.h"
 
-#include <poll.h>
-
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "native/options.h"
@@ -126,18 +121,6 @@ void Component::poll() {
   for (const auto number : frames) {  // one may end others
     if (const auto found = subscriptions_.find(number); found != subscriptions_.end()) found->second->flush();
   }
-}
-
-void Component::wait(double patience) {
-  check();
-  const auto nanoseconds = std::clamp<long>(std::lround(patience * 1e9), 0, 999'999'999);
-  {
-    const py::gil_scoped_release others;
-    pollfd work{client_->descriptor(), POLLIN, 0};
-    const timespec longest{0, nanoseconds};
-    ::ppoll(&work, 1, &longest, nullptr);
-  }
-  poll();
 }
 
 void Component::peer_changed(OwnerId peer, PeerEvent event) {

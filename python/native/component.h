@@ -32,8 +32,6 @@ class Component {
   int descriptor() const { return client_->descriptor(); }
   /// Does what is due, then calls back. Raises what a callback raised; the others are called all the same, next time.
   void poll();
-  /// Sleeps until there is something to do, for `patience` seconds at most, then polls. Others run meanwhile.
-  void wait(double patience);
   /// Subscriptions, judges and listeners end. Every other call is an error from then on.
   void close();
 

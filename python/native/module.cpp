@@ -9,7 +9,6 @@ PYBIND11_MODULE(_native, module) {
       .def_property_readonly("id", &Component::id)
       .def("descriptor", &Component::descriptor)
       .def("poll", &Component::poll)
-      .def("wait", &Component::wait)
       .def("close", &Component::close)
       .def("islands", &Component::islands)
       .def("read", &Component::read)

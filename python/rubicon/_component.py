@@ -14,8 +14,6 @@ from ._feed import Stream
 from ._values import Island, Json, Message, Outcome, parsed
 
 PATIENCE = 3.0  #: seconds for components that do not answer
-MOMENT = 50e-6  #: seconds in which most owners answer
-LONGEST_TURN = 1e-3  #: seconds after which other tasks run
 
 
 class ComponentDoor(Door):
@@ -31,7 +29,6 @@ class ComponentDoor(Door):
         self._streams: Dict[Stream, int] = {}
         self._listeners: Dict[Callable[[Message], None], int] = {}
         self._asked: Set[asyncio.Future[Any]] = set()
-        self._turn = 0.0  # time of the loop at which other tasks run
 
     async def open(self) -> None:
         self._component = self._made(self._options)
@@ -55,19 +52,12 @@ class ComponentDoor(Door):
         asyncio.get_running_loop().call_soon(self._component.poll)
 
     async def _answer(self, ask: Callable[..., None], *arguments: object) -> Any:
-        """What a call of the component is answered, which is asked in this turn: one of asyncio takes longer. A single
-        request is awaited for a moment outside of asyncio, which takes longer than most owners."""
-        loop = asyncio.get_running_loop()
-        future: asyncio.Future[Any] = loop.create_future()
+        """What a call of the component is answered, which is asked in this turn: one of asyncio takes longer."""
+        future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         self._asked.add(future)
         try:
             ask(*arguments, lambda answer: None if future.done() else future.set_result(answer))
             self._component.poll()
-            if len(self._asked) == 1 and not future.done():
-                self._component.wait(MOMENT)
-            if future.done() and loop.time() > self._turn:
-                await asyncio.sleep(0)  # other tasks run, whatever a program asks in a row
-                self._turn = loop.time() + LONGEST_TURN
             return await future
         finally:
             self._asked.discard(future)
