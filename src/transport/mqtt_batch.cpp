@@ -42,9 +42,9 @@ std::size_t length_size(std::size_t length) {
 struct PublishProperties {
   explicit PublishProperties(const MqttPublication& publication) {
     using std::chrono::seconds;
-    constexpr seconds::rep kLongest = std::numeric_limits<std::uint32_t>::max();
+    constexpr seconds::rep kMaxExpiry = std::numeric_limits<std::uint32_t>::max();
     if (publication.expiry > Duration::zero())
-      expiry = static_cast<std::uint32_t>(std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kLongest));
+      expiry = static_cast<std::uint32_t>(std::min(std::chrono::ceil<seconds>(publication.expiry).count(), kMaxExpiry));
     if (is_mqtt_text(publication.response_topic)) response_topic = publication.response_topic;
     if (publication.correlation.size() <= kMaxBinary) correlation = publication.correlation;
     size = (expiry > 0 ? 5 : 0) + (response_topic.empty() ? 0 : 3 + response_topic.size()) +
