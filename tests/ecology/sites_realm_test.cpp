@@ -1,3 +1,6 @@
+#include <chrono>
+#include <thread>
+
 #include "ecology/realm_of_sites.h"
 
 namespace rubicon::ecology {
@@ -114,6 +117,7 @@ TEST_F(SitesOfABroker, TheDoctorSaysWhyThereIsNoBroker) {
   EXPECT_THAT(down.output, AllOf(HasSubstr("programs of this host meet in"), Not(HasSubstr("complaint"))));
   EXPECT_THAT(run("laptop", {"doctor", "--engine", "mqtt", "--broker", "127.0.0.1"}).output, Not(HasSubstr("meet in")));
   support::Mosquitto broker({.users = {{"ann", "secret"}}});
+  while (!broker.ready()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const auto password = folder_ / "password";
   std::ofstream(password) << "wrong\n";
   auto with = words;

@@ -22,7 +22,8 @@ enum class Ending : std::uint8_t {
   kWithTheBroker,  ///< killed together; the broker has its topics again, and no will
   kWithAForgetfulBroker,
 };
-constexpr Ending kEnds[]{Ending::kLeft, Ending::kKilled, Ending::kUnplugged, Ending::kWithTheBroker, Ending::kWithAForgetfulBroker};
+constexpr Ending kEnds[]{Ending::kLeft, Ending::kKilled, Ending::kUnplugged, Ending::kWithTheBroker,
+                         Ending::kWithAForgetfulBroker};
 
 /// Two starts of one component, whose clock may go forward or back between them, at one broker.
 struct Starts : testing::TestWithParam<std::tuple<bool, bool>> {
