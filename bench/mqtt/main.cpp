@@ -5,7 +5,7 @@
 int main(int argc, char** argv) {
   using namespace rubicon::bench::mqtt;
   using namespace std::chrono_literals;
-  const Plan quick{50, 1s, 1s, 2000, 20, 2};
+  const Plan quick{50, 1s, 1s, 2000, 20, 2, 1s};
   return rubicon::bench::run_program(argc, argv,
                                      {"rubicon-bench-mqtt", "Measures the MQTT bridge beside a real broker"}, quick,
                                      {{"announcement", measure_announcement},

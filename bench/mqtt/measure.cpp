@@ -61,9 +61,6 @@ class Readings {
   Timer next_;
 };
 
-/// For the first minute a bridge reads what it publishes, to find what an earlier run left.
-constexpr auto kSettled = 65s;
-
 /// Processor time of this process for each reading, in us.
 double cost(RealRig& rig, const Plan& plan, const std::function<void(std::size_t)>& one) {
   const auto before = processor_seconds(::getpid());
@@ -117,7 +114,7 @@ void measure_mirror(const Plan& plan, Json& out) {
   });
   publisher.reset();
   town.start_bridge();
-  rig.run(kSettled);
+  rig.run(plan.settled);
   const auto sent = town.bridge().status().counters.at("sent");
   const auto both = cost(rig, plan, read);
   out["mirrored"] = town.bridge().status().counters.at("sent") - sent;

@@ -12,6 +12,8 @@ struct Plan {
   int readings_per_second = 20'000;
   int commands = 1000;
   int restarts = 20;  ///< of the broker, which loses what it retained
+  /// For the first minute a bridge reads what it publishes, to find what an earlier run left.
+  std::chrono::seconds settled{65};
 };
 
 // Each adds its figures (bench/README.md, "MQTT bridge"); all need mosquitto in a private network.

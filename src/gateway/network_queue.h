@@ -24,19 +24,14 @@ class NetworkQueue {
   /// False if there is no room: the message is unchanged.
   bool add(Message& message);
 
-  /// Calls with each waiting message, and before that `next` with some that come next: while those before them are
-  /// handled, what they need comes into the cache. Those that arrive meanwhile wait
+  /// Calls with each waiting message, and before that `next` with some that come next. Those that arrive meanwhile wait
   /// for the next time.
   template <class Call>
   void drain(const Gateway::NextCall& next, Call call) {
     begin_drain();
-    const auto look_ahead = [&](std::size_t from) {
-      if (next && from < leaving_.size())
-        next(std::span<const Message>(leaving_).subspan(from, std::min(kAhead, leaving_.size() - from)));
-    };
-    look_ahead(0);
     for (std::size_t i = 0; i < leaving_.size(); ++i) {
-      if (i % kAhead == 0) look_ahead(i + kAhead);
+      if (next && i % kAhead == 0)
+        next(std::span<const Message>(leaving_).subspan(i, std::min(kAhead, leaving_.size() - i)));
       auto& message = leaving_[i];
       if (is_dropped(message)) continue;
       call(message);

@@ -336,31 +336,6 @@ void TupleMirror::schedule_flush(bool at_once) {
   next_flush_.advance_to(at_once ? now : std::max(now, last_flush_ + kRefreshPause));
 }
 
-/// What flush() touches of the devices that come next comes into the cache meanwhile: of the farthest the device, of a
-/// nearer one its points, of the nearest their details and tuples.
-void TupleMirror::fetch_statuses() const {
-  constexpr std::size_t kDeviceAhead = 12, kPointsAhead = 8, kTuplesAhead = 4;
-  const auto ahead = [this](std::size_t count) -> const Device* {
-    if (count >= flushing_.size()) return nullptr;
-    return directory_.find_by_place(static_cast<std::uint32_t>(flushing_[flushing_.size() - 1 - count]));
-  };
-  if (const auto* device = ahead(kDeviceAhead)) __builtin_prefetch(device);
-  if (const auto* device = ahead(kPointsAhead)) {
-    for (const auto& point : device->points) {
-      __builtin_prefetch(&point);
-      __builtin_prefetch(&point.mirror);
-      __builtin_prefetch(&point.mirror.status);
-    }
-  }
-  if (const auto* device = ahead(kTuplesAhead)) {
-    for (const auto& point : device->points) {
-      if (!point.mirror.dirty) continue;
-      __builtin_prefetch(point.details.get());
-      tuples::SpaceRights::fetch(context_.space, point.mirror.status);
-    }
-  }
-}
-
 void TupleMirror::flush() {
   context_.clock.refresh();
   if (flushing_.empty()) {
@@ -369,7 +344,6 @@ void TupleMirror::flush() {
   }
   std::size_t written = 0;
   while (!flushing_.empty() && written < kFlushSlice) {
-    fetch_statuses();
     auto* device = directory_.find(flushing_.back());
     flushing_.pop_back();
     if (!device) continue;

@@ -86,7 +86,6 @@ class TupleMirror {
   void mark(Device& device, Point& point);
   void schedule_flush(bool at_once);
   void flush();
-  void fetch_statuses() const;
 
   ProxyContext& context_;
   DeviceDirectory& directory_;

@@ -7,6 +7,7 @@
 #include <unistd.h>
 #include <utmp.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -178,6 +179,9 @@ void Terminal::put(const std::string& bytes) {
 void Terminal::sequence(const std::string& parameters, char last) {
   if (last == 'J') {
     for (auto& row : cells_) row.assign(kMaxColumns, " ");
+  } else if (last == 'K') {  // to the end of the line
+    if (row_ < kMaxRows && column_ < kMaxColumns)
+      std::fill(cells_[row_].begin() + static_cast<std::ptrdiff_t>(column_), cells_[row_].end(), " ");
   } else if (last == 'H') {
     row_ = column_ = 0;
     if (parameters.size() < 2) return;

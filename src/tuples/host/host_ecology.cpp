@@ -26,6 +26,25 @@ std::string text_of(const transport::LocalPeer& who) {
 
 }  // namespace
 
+std::size_t ProcessTables::count(Process& process) {
+  process.counted_for = process.connection.peer().user;
+  return ++by_user[*process.counted_for];
+}
+
+void ProcessTables::discount(Process& process) {
+  const auto user = std::exchange(process.counted_for, std::nullopt);
+  if (user && --by_user[*user] == 0) by_user.erase(*user);
+  const auto [first, last] = by_token.equal_range(process.door.token);
+  const auto known = std::find_if(first, last, [&](const auto& one) { return one.second == &process; });
+  if (known != last) by_token.erase(known);
+}
+
+void ProcessTables::unlist(const Process& process, OwnerId id) {
+  const auto found = by_component.find(id);
+  std::erase(found->second, &process);
+  if (found->second.empty()) by_component.erase(found);
+}
+
 HostEcology::HostEcology(std::unique_ptr<Folder> folder, HostOptions options, Scheduler& scheduler, base::LogSink& log)
     : folder_(std::move(folder)),
       options_(options),
@@ -81,14 +100,14 @@ Result<void> HostEcology::meet_all() {
   const auto doors = folder_->doors();
   if (!doors) return fail(doors.error());
   for (const auto& door : *doors) {
-    if (door.token != token_ && !is_met(door)) connect(door);
+    if (door.token != token_ && !known_.has(door)) connect(door);
   }
   return {};
 }
 
 /// From now on the process is the one behind that door.
 void HostEcology::know(Process& process, Door door) {
-  if (process.door.token.empty()) by_token_.emplace(door.token, &process);
+  if (process.door.token.empty()) known_.by_token.emplace(door.token, &process);
   process.door = std::move(door);
 }
 
@@ -99,7 +118,7 @@ void HostEcology::connect(const Door& door) {
   auto stream = folder_->connect(door, process.connection.begin(calls_of(process)));
   if (stream) {
     process.connection.take(std::move(*stream));
-    if (!has_room(process)) return refuse(process, "its user has too many processes already");
+    if (known_.count(process) > kMaxConnections) return refuse(process, "its user has too many processes already");
     return introduce(process);
   }
   end(process);
@@ -126,23 +145,17 @@ void HostEcology::connect_again() {
   for (const auto& [door, again] : all) {
     if (again.next > now) {
       connect_again_.advance_to(again.next);
-    } else if (!is_met(door)) {
+    } else if (!known_.has(door)) {
       connect(door);  // its hello ends the wait
     }
   }
-}
-
-/// Counts the connection. False: its user has too many.
-bool HostEcology::has_room(Process& process) {
-  process.counted_for = process.connection.peer().user;
-  return ++by_user_[*process.counted_for] <= kMaxConnections;
 }
 
 transport::LocalCallbacks HostEcology::accept(std::unique_ptr<transport::LocalStream> stream) {
   auto& process = add_process();
   auto calls = process.connection.begin(calls_of(process));
   process.connection.take(std::move(stream));
-  if (!has_room(process))
+  if (known_.count(process) > kMaxConnections)
     lifetime_.post(scheduler_, [this, &process] { refuse(process, "its user has too many connections already"); });
   return calls;
 }
@@ -174,11 +187,7 @@ void HostEcology::on_ended(Process& process, const Error& why) {
 
 void HostEcology::end(Process& process) {
   process.ended = true;
-  const auto user = std::exchange(process.counted_for, std::nullopt);
-  if (user && --by_user_[*user] == 0) by_user_.erase(*user);
-  const auto [first, last] = by_token_.equal_range(process.door.token);
-  const auto known = std::find_if(first, last, [&](const auto& one) { return one.second == &process; });
-  if (known != last) by_token_.erase(known);
+  known_.discount(process);
   process.connection.close();
   review_all(process, process.said_goodbye ? PeerEvent::kLeft : PeerEvent::kLost);
   purge_.request();
@@ -187,7 +196,7 @@ void HostEcology::end(Process& process) {
 void HostEcology::purge() {
   for (const auto& process : processes_) {
     if (!process->ended) continue;
-    for (const auto& [id, component] : process->components) unlist(*process, id);
+    for (const auto& [id, component] : process->components) known_.unlist(*process, id);
   }
   std::erase_if(processes_, [](const auto& one) { return one->ended; });
 }
@@ -266,7 +275,7 @@ std::vector<std::string> HostEcology::awaited() const {
     if (!one->ended && one->ours && !one->own && !one->ready) all.push_back(text_of(one->connection.peer()));
   }
   for (const auto& [door, again] : later_) {
-    if (!is_met(door)) all.push_back(fmt::format("the process of {}/{}.sock", door.place, door.token));
+    if (!known_.has(door)) all.push_back(fmt::format("the process of {}/{}.sock", door.place, door.token));
   }
   return all;
 }

@@ -42,11 +42,31 @@ struct Process {
   bool silent = false;      ///< it answers nothing: its components count as lost
   bool said_goodbye = false;
   bool ended = false;                  ///< to be removed in a later turn
-  std::optional<uid_t> counted_for{};  ///< the user, of a connection in HostEcology::by_user_
+  std::optional<uid_t> counted_for{};  ///< the user, of a connection that ProcessTables counts
   SteadyTime begun{}, heard{};
   SteadyTime asked{};  ///< zero: no question waits for its answer
   std::map<OwnerId, Component> components{};
   std::size_t bytes = 0;  ///< as kMaxBytes counts
+};
+
+/// A folder may hold hundreds of processes, and each meets all others: nothing of a meeting walks through them.
+struct ProcessTables {
+  bool has(const Door& door) const { return by_token.contains(door.token); }
+  /// Counts the connection; how many its user has now, in both directions.
+  std::size_t count(Process& process);
+  /// Of a process that ends.
+  void discount(Process& process);
+  void unlist(const Process& process, OwnerId id);
+
+  std::unordered_multimap<std::string, Process*> by_token{};          ///< that are not ended and whose door is known
+  std::unordered_map<uid_t, std::size_t> by_user{};                   ///< connections
+  std::unordered_map<OwnerId, std::vector<Process*>> by_component{};  ///< ended ones too, until they are removed
+};
+
+/// A door that is tried again: since when, when next, and after which pause.
+struct Again {
+  SteadyTime since{}, next{};
+  Duration pause{};
 };
 
 class HostLink;
@@ -105,12 +125,10 @@ class HostEcology final : public StandInEcology {
   Process& add_process();
   Connection::Callbacks calls_of(Process& process);
   Result<void> meet_all();
-  bool is_met(const Door& door) const { return by_token_.contains(door.token); }
   void know(Process& process, Door door);
   void connect(const Door& door);
   void connect_later(const Door& door);
   void connect_again();
-  bool has_room(Process& process);
   transport::LocalCallbacks accept(std::unique_ptr<transport::LocalStream> stream);
   void introduce(Process& process);
   void on_ended(Process& process, const Error& why);
@@ -130,7 +148,6 @@ class HostEcology final : public StandInEcology {
   void take_name(Process& process, const Result<transport::UserName>& name);
   Result<void> on_up(Process& process, const Record& up);
   void forget(Process& process, OwnerId id);
-  void unlist(const Process& process, OwnerId id);
   static Result<void> count(Process& process, std::size_t less, std::size_t more);
   static Process::Component* component(Process& process, OwnerId id);
   bool is_present(const Process& process, OwnerId id) const;
@@ -156,15 +173,7 @@ class HostEcology final : public StandInEcology {
   std::string token_;
   std::unique_ptr<transport::LocalListener> listener_;
   std::vector<std::unique_ptr<Process>> processes_;
-  // A folder may hold hundreds of processes, and each meets all others: nothing of a meeting walks through them.
-  std::unordered_multimap<std::string, Process*> by_token_;            ///< that are not ended and whose door is known
-  std::unordered_map<uid_t, std::size_t> by_user_;                     ///< connections, in both directions
-  std::unordered_map<OwnerId, std::vector<Process*>> by_component_{};  ///< ended ones too, until they are removed
-  /// A door that is tried again: since when, when next, and after which pause.
-  struct Again {
-    SteadyTime since{}, next{};
-    Duration pause{};
-  };
+  ProcessTables known_;
   std::map<Door, Again> later_;
   std::map<OwnerId, Present> present_;
   OwnLinks<HostLink> links_;

@@ -93,7 +93,7 @@ Result<void> HostEcology::on_hello(Process& process, const Record& hello) {
 void HostEcology::ask_name(Process& process) {
   process.connection.hold();
   folder_->name_of(process.connection.peer(), lifetime_.guard([this, token = process.door.token](const auto& name) {
-    const auto [first, last] = by_token_.equal_range(token);
+    const auto [first, last] = known_.by_token.equal_range(token);
     const auto found = std::find_if(first, last, [](const auto& one) { return one.second->connection.is_held(); });
     if (found != last) take_name(*found->second, name);
   }));
@@ -109,7 +109,7 @@ void HostEcology::take_name(Process& process, const Result<transport::UserName>&
 /// Two processes that start at the same time connect to each other: the connection of the higher token stays.
 bool HostEcology::is_twice(const Process& process, const std::string& token) {
   std::vector<Process*> others;
-  const auto [first, last] = by_token_.equal_range(token);
+  const auto [first, last] = known_.by_token.equal_range(token);
   std::for_each(first, last, [&](const auto& one) { others.push_back(one.second); });
   for (auto* other : others) {
     if (other == &process) continue;
@@ -128,7 +128,7 @@ Result<void> HostEcology::on_up(Process& process, const Record& up) {
     return fail(ErrorCode::kRefused,
                 fmt::format("it says that it is island {}, but here islands run only as the service", number(up.id)));
   process.components[up.id] = {up.number, std::string(up.text), std::string(base::as_text(up.content)), {}};
-  by_component_[up.id].push_back(&process);
+  known_.by_component[up.id].push_back(&process);
   const auto fits = count(process, 0, up.content.size());
   review(up.id, PeerEvent::kLost);
   return fits;
@@ -138,17 +138,11 @@ Result<void> HostEcology::on_up(Process& process, const Record& up) {
 void HostEcology::forget(Process& process, OwnerId id) {
   const auto node = process.components.extract(id);
   if (!node) return;
-  unlist(process, id);
+  known_.unlist(process, id);
   std::size_t bytes = node.mapped().summary.size();
   for (const auto& [number, spec] : node.mapped().interests) bytes += cost(spec);
   std::ignore = count(process, bytes, 0);
   review(id, PeerEvent::kLeft);
-}
-
-void HostEcology::unlist(const Process& process, OwnerId id) {
-  const auto found = by_component_.find(id);
-  std::erase(found->second, &process);
-  if (found->second.empty()) by_component_.erase(found);
 }
 
 /// Takes note of what is kept of the process.
@@ -231,8 +225,8 @@ Process* HostEcology::best(OwnerId id) const {
     const auto& component = one.components.at(id);
     return std::tuple(is_stand_in(component), !one.own, !known || known->at != &one, component.incarnation);
   };
-  const auto having = by_component_.find(id);
-  if (having == by_component_.end()) return nullptr;
+  const auto having = known_.by_component.find(id);
+  if (having == known_.by_component.end()) return nullptr;
   for (auto* one : having->second) {
     if (one->ended || one->silent) continue;
     if (!found || rank(*one) < rank(*found)) found = one;

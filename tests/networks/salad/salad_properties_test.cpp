@@ -212,7 +212,7 @@ constexpr Wrong kWrong[] = {
     {"salad_port=x", "salad_port: is 'x'"},
     {"rubicon_port=70000", "rubicon_port: is '70000'"},
     {"socket_buffer_size_bytes=1", "socket_buffer_size_bytes: is '1'"},
-    {"salad_host=", "salad_host: is empty"},
+    {"salad_host=", "salad_host: expected a host name or an address"},
 };
 INSTANTIATE_TEST_SUITE_P(Of, WrongLine, ::testing::ValuesIn(kWrong),
                          [](const auto& one) { return std::to_string(one.index); });
