@@ -148,7 +148,6 @@ class HostEcology final : public StandInEcology {
   void take_name(Process& process, const Result<transport::UserName>& name);
   Result<void> on_up(Process& process, const Record& up);
   void forget(Process& process, OwnerId id);
-  static Result<void> count(Process& process, std::size_t less, std::size_t more);
   static Process::Component* component(Process& process, OwnerId id);
   bool is_present(const Process& process, OwnerId id) const;
   Result<void> on_summary(Process& process, const Record& news);

@@ -29,6 +29,14 @@ bool is_stand_in(const Process::Component& component) {
   return carrier_of(component.host) != model::kNoOwner;
 }
 
+/// Takes note of what is kept of the process.
+Result<void> note_kept(Process& process, std::size_t less, std::size_t more) {
+  process.bytes += more - less;
+  if (process.bytes <= Process::kMaxBytes) return {};
+  return fail(ErrorCode::kRefused,
+              fmt::format("its subscriptions and summaries have more than {} bytes", Process::kMaxBytes));
+}
+
 }  // namespace
 
 /// A record of a process that may have come from a newer or a hostile program. An error is why the process is refused.
@@ -129,7 +137,7 @@ Result<void> HostEcology::on_up(Process& process, const Record& up) {
                 fmt::format("it says that it is island {}, but here islands run only as the service", number(up.id)));
   process.components[up.id] = {up.number, std::string(up.text), std::string(base::as_text(up.content)), {}};
   known_.by_component[up.id].push_back(&process);
-  const auto fits = count(process, 0, up.content.size());
+  const auto fits = note_kept(process, 0, up.content.size());
   review(up.id, PeerEvent::kLost);
   return fits;
 }
@@ -141,16 +149,8 @@ void HostEcology::forget(Process& process, OwnerId id) {
   known_.unlist(process, id);
   std::size_t bytes = node.mapped().summary.size();
   for (const auto& [number, spec] : node.mapped().interests) bytes += cost(spec);
-  std::ignore = count(process, bytes, 0);
+  std::ignore = note_kept(process, bytes, 0);
   review(id, PeerEvent::kLeft);
-}
-
-/// Takes note of what is kept of the process.
-Result<void> HostEcology::count(Process& process, std::size_t less, std::size_t more) {
-  process.bytes += more - less;
-  if (process.bytes <= Process::kMaxBytes) return {};
-  return fail(ErrorCode::kRefused,
-              fmt::format("its subscriptions and summaries have more than {} bytes", Process::kMaxBytes));
 }
 
 Process::Component* HostEcology::component(Process& process, OwnerId id) {
@@ -168,7 +168,7 @@ Result<void> HostEcology::on_summary(Process& process, const Record& news) {
   auto* of = component(process, news.id);
   if (!of) return {};
   if (news.content.size() > kMaxSummary) return fail(ErrorCode::kRefused, "its summary is too long");
-  const auto fits = count(process, of->summary.size(), news.content.size());
+  const auto fits = note_kept(process, of->summary.size(), news.content.size());
   const std::string summary(base::as_text(news.content));
   of->summary = summary;
   if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_summary(news.id, summary); });
@@ -185,7 +185,7 @@ Result<void> HostEcology::on_interest(Process& process, const Record& news) {
   if (before == all.end() && all.size() >= Process::kMaxInterests)
     return fail(ErrorCode::kRefused,
                 fmt::format("component {} has more than {} subscriptions", number(news.id), Process::kMaxInterests));
-  const auto fits = count(process, before == all.end() ? 0 : cost(before->second), cost(*spec));
+  const auto fits = note_kept(process, before == all.end() ? 0 : cost(before->second), cost(*spec));
   all.insert_or_assign(spec->id, *spec);
   if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_subscribe(news.id, *spec); });
   return fits;
@@ -196,7 +196,7 @@ void HostEcology::on_no_interest(Process& process, const Record& news) {
   const auto id = static_cast<std::uint32_t>(news.number);
   const auto found = of ? of->interests.find(id) : std::map<std::uint32_t, SubscriptionSpec>::iterator();
   if (!of || found == of->interests.end()) return;
-  std::ignore = count(process, cost(found->second), 0);
+  std::ignore = note_kept(process, cost(found->second), 0);
   of->interests.erase(found);
   if (is_present(process, news.id)) each_listener(news.id, [&](LinkListener& to) { to.on_unsubscribe(news.id, id); });
 }
