@@ -22,6 +22,7 @@ VERSION = "1"  #: of the API
 SILENCE = 12.0  #: seconds after which a line is lost; the server speaks every 5 s
 RETRY = (0.25, 0.5, 0.75, 2.0, 5.0)  #: seconds before the next attempt
 BUSY_PAUSE = 3.0
+CANCEL = 1.5  #: seconds after which a cancellation counts as lost; a connection ends within one
 PATIENCE = 5.0  #: seconds after a reconnection in which owners send their tuples
 MAX_VALUE = 47 * 1024  #: bytes: a message to the server has at most 64 KiB, in base64
 
@@ -66,9 +67,9 @@ class WebDoor(Door):
         self.state = "closed"
         if self._patience is not None:
             self._patience.cancel()
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        while self._task is not None and not self._task.done():
+            self._task.cancel()  # lost if it comes together with a connection: asyncio.wait_for() before Python 3.12
+            await asyncio.wait({self._task}, timeout=CANCEL)
         self._fail_answers()
         for feed in {stream.feed for stream in self._streams}:
             feed.end()

@@ -6,7 +6,7 @@ import unittest
 from unittest import mock
 
 import rubicon
-from rubicon import _http
+from rubicon import _http, _web
 
 from .island import enter_private_network
 
@@ -18,6 +18,23 @@ def answer(body, status="200 OK", **fields):
     head = {"Content-Length": len(body), "Connection": "close", **fields}
     lines = "".join(f"{name.replace('_', '-')}: {value}\r\n" for name, value in head.items())
     return f"HTTP/1.1 {status}\r\n{lines}\r\n".encode() + body
+
+
+class Closing(unittest.IsolatedAsyncioTestCase):
+    async def test_a_cancellation_that_was_lost_is_repeated(self):
+        """As by asyncio.wait_for() before Python 3.12, where it comes together with a connection."""
+        async def loses_one():
+            try:
+                await asyncio.Event().wait()
+            except asyncio.CancelledError:
+                await asyncio.Event().wait()
+
+        door = _web.WebDoor(_http.Server.at("http://127.0.0.1:1", None, None, 5))
+        door._task = asyncio.get_running_loop().create_task(loses_one())
+        await asyncio.sleep(0)
+        with mock.patch.object(_web, "CANCEL", 0.01):
+            await asyncio.wait_for(door.close(), 10)
+        self.assertTrue(door._task.cancelled())
 
 
 @unittest.skipUnless(enter_private_network(), "this user may not have a private network")
