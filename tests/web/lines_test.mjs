@@ -74,6 +74,7 @@ async function openTwoLines({ page, open, island }) {
   island.startMotes();
   await comesUp(island, "6541/proxy.wsn-hall");
   await island.endOthers();
+  await isNotUp(island, "6541/proxy.wsn-hall"); // what the page shows may be older
   await page
     .locator(".row", { hasText: "wsn-hall" })
     .locator(".state", { hasText: /down|connecting/ })
@@ -85,14 +86,24 @@ async function openTwoLines({ page, open, island }) {
 
 const shows = (page, path) => page.waitForFunction((one) => document.querySelector(".toolbar select")?.value === one, path);
 
-/** Until it is up, without the pauses between attempts; `network` = ISLAND/KEY. */
+const aMoment = () => new Promise((done) => setTimeout(done, 200));
+
+/** The state of a line, or "" where it is not known; `network` = ISLAND/KEY. */
+async function lineOf(island, network) {
+  const answer = await fetch(`${island.url}api/v1/tuples/${network}.status`, { headers: { accept: "text/plain" } });
+  return answer.ok ? JSON.parse(await answer.text()).line : "";
+}
+
+/** Until it is up, without the pauses between attempts. */
 async function comesUp(island, network) {
-  const path = `${island.url}api/v1/tuples/${network}`;
-  for (let line = ""; line !== "up"; await new Promise((done) => setTimeout(done, 200))) {
-    await fetch(`${path}.property.line.command`, { method: "PUT", body: "reopen" });
-    const answer = await fetch(`${path}.status`, { headers: { accept: "text/plain" } });
-    line = answer.ok ? JSON.parse(await answer.text()).line : "";
+  for (let line = ""; line !== "up"; await aMoment()) {
+    await fetch(`${island.url}api/v1/tuples/${network}.property.line.command`, { method: "PUT", body: "reopen" });
+    line = await lineOf(island, network);
   }
+}
+
+async function isNotUp(island, network) {
+  while ((await lineOf(island, network)) === "up") await aMoment();
 }
 
 /** Of two networks, that whose line comes up first is shown, and remains. */
