@@ -72,13 +72,11 @@ async function anIgnoredDeviceIsApproved({ page, open, island }) {
 async function openTwoLines({ page, open, island }) {
   await open("networks");
   island.startMotes();
+  const state = page.locator(".row", { hasText: "wsn-hall" }).locator(".state");
   await comesUp(island, "6541/proxy.wsn-hall");
+  await state.filter({ hasText: "up" }).waitFor(); // else what the page shows next may be of before
   await island.endOthers();
-  await isNotUp(island, "6541/proxy.wsn-hall"); // what the page shows may be older
-  await page
-    .locator(".row", { hasText: "wsn-hall" })
-    .locator(".state", { hasText: /down|connecting/ })
-    .waitFor();
+  await state.filter({ hasText: /down|connecting/ }).waitFor();
   await island.startNeighbour(', wsn-shed: {type: wsn, source: "network@127.0.0.1:19203", board: EM1000}');
   await open("traffic");
   await shows(page, "6541/wsn-hall");
@@ -100,10 +98,6 @@ async function comesUp(island, network) {
     await fetch(`${island.url}api/v1/tuples/${network}.property.line.command`, { method: "PUT", body: "reopen" });
     line = await lineOf(island, network);
   }
-}
-
-async function isNotUp(island, network) {
-  while ((await lineOf(island, network)) === "up") await aMoment();
 }
 
 /** Of two networks, that whose line comes up first is shown, and remains. */
