@@ -124,7 +124,7 @@ class Screen {
   void read_keys() {
     std::array<char, 4096> buffer;
     const auto count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (count == 0) ended_ = true;  // nobody is at the terminal any more
+    if (count == 0) ended_ = true;  // the terminal was closed
     if (count <= 0) return;
     for (const auto& stroke : reader_.take({buffer.data(), static_cast<std::size_t>(count)})) press(stroke);
     settle_.reset();

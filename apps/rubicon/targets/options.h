@@ -76,7 +76,7 @@ class DeviceOptions {
 
 /// Islands whose names may stand in front of a colon.
 std::vector<client::IslandName> known_islands(Session& session);
-/// The same, if a name stands in front of a colon of this text; else none, and nobody is waited for.
+/// The same, if a name stands in front of a colon of this text; otherwise none, without a wait.
 std::vector<client::IslandName> islands_for(Session& session, std::string_view text);
 /// All devices and islands that are present, with what people call them and their points.
 client::KnownNames known_names(Session& session);
