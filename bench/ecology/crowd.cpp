@@ -94,8 +94,8 @@ void measure_crowd(const Plan& plan, Report& report) {
                                   {"resident_mb", rounded(median(each(crowd, "resident_mb")), 2)}});
 }
 
-/// Each second one component is stopped or continued. Its stops are shorter than a lease, so the others must not count it
-/// as lost, nor it them. On a busy machine `longest_stop_s` says whether the stops were that short.
+/// Each second one component is stopped or continued. Its stops are shorter than a lease, so the others must not count
+/// it as lost, nor it them. On a busy machine `longest_stop_s` says whether the stops were that short.
 void measure_stops(const Plan& plan, Report& report) {
   const int count = plan.is_quick ? 10 : crowd_size();
   const int seconds = plan.is_quick ? 4 : stops_seconds();
