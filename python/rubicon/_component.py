@@ -29,17 +29,19 @@ class ComponentDoor(Door):
         self._streams: Dict[Stream, int] = {}
         self._listeners: Dict[Callable[[Message], None], int] = {}
         self._asked: Set[asyncio.Future[Any]] = set()
+        self._loop: asyncio.AbstractEventLoop  #: which opened it
 
     async def open(self) -> None:
         self._component = self._made(self._options)
-        asyncio.get_running_loop().add_reader(self._component.descriptor(), self._component.poll)
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._component.descriptor(), self._component.poll)
         self.state = "live"
         await self.read("*:*.island")  # then it is known who is there
 
     async def close(self) -> None:
         self.state = "closed"
         if self._component is not None:
-            asyncio.get_running_loop().remove_reader(self._component.descriptor())
+            self._loop.remove_reader(self._component.descriptor())
             self._component.close()
         for future in self._asked:
             if not future.done():
@@ -49,11 +51,11 @@ class ComponentDoor(Door):
 
     def _wake(self) -> None:
         """What a call posted is done in the next turn, not at the next sign of another component."""
-        asyncio.get_running_loop().call_soon(self._component.poll)
+        self._loop.call_soon(self._component.poll)
 
     async def _answer(self, ask: Callable[..., None], *arguments: object) -> Any:
         """What a call of the component is answered, which is asked in this turn: one of asyncio takes longer."""
-        future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        future = self._loop.create_future()
         self._asked.add(future)
         try:
             ask(*arguments, lambda answer: None if future.done() else future.set_result(answer))

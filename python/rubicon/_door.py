@@ -110,7 +110,7 @@ def outcome_of(before: Outcome, answer: Json) -> Outcome:
         return Outcome("queued", "", request, answer.get("sequence", 0))
     state = str(answer["state"])
     return Outcome(state, str(answer.get("reason", "")), request, answer.get("sequence", before.sequence),
-                   "refused" if state == "refused" else "", utc(answer.get("until")))
+                   "refused" if state == "refused" else "", utc(answer["until"]) if "until" in answer else None)
 
 
 def error_of(answer: Mapping[str, Any], otherwise: str) -> Error:

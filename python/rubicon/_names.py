@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ._values import Device
 
 KINDS = ("sensor", "actuator", "property")
+MAX_ISLAND = 65532  #: other components have higher ids
 _PART = re.compile(r"[A-Za-z0-9_?*-]+")
 
 
@@ -23,6 +24,15 @@ def split_owner(name: str) -> Tuple[str, str]:
     if colon and not owner or not rest or not all(map(_PART.fullmatch, rest.split("."))):
         raise Error("invalid", f"name {name!r}: expected OWNER:KEY, a key, or DEVICE.POINT such as living.lamp-1")
     return ("" if owner == "*" else owner), rest
+
+
+@lru_cache(1000)
+def whole(owner: str, key: str, leaf: str) -> Optional[Tuple[str, str]]:
+    """Owner and key of a tuple, where they name one whole; a point gets the leaf. None: it has to be looked up."""
+    parts = key.split(".")
+    if not owner or len(parts) in (2, 3) and int(owner) <= MAX_ISLAND:
+        return None
+    return owner, f"{key}.{leaf}" if len(parts) == 5 and parts[3] in KINDS else key
 
 
 def has_wildcard(name: str) -> bool:

@@ -16,11 +16,9 @@ from ._errors import Error, Refused
 from ._feed import Feed, Flow, Watch
 from ._listening import Judge, Messages
 from ._names import (KINDS, Query, ambiguous, devices_called, has_wildcard, is_like_name, not_found, points_called, query_of,
-                     split_owner)
+                     split_owner, whole)
 from ._values import (Device, Devices, Island, Json, LogLine, Outcome, RemoteSet, Sample, Span, Subject, Value, Values, Waiting,
                       When, moment, parsed, seconds_of, text_of, utc)
-
-MAX_ISLAND = 65532  #: other components have higher ids
 
 
 class Space:
@@ -212,16 +210,19 @@ class Space:
                 owner = await self._owner(owner)
         except Error as error:
             return self._only(name, await self._called(name, leaf, error=error))
+        known = whole(owner, key, leaf)
+        if known:
+            return known  # its owner says whether there is one
         parts = key.split(".")
         if len(parts) == 5 and parts[3] in KINDS:
             parts.append(leaf)
-        if len(parts) in (2, 3) and (not owner or int(owner) <= MAX_ISLAND):
+        if len(parts) in (2, 3):
             found = await self._points_named(owner, parts, leaf)
             if found:
                 return self._only(name, found)
         key = ".".join(parts)
-        if owner and (len(parts) not in (2, 3) or parts[0] == "proxy" or int(owner) > MAX_ISLAND):
-            return owner, key  # whole: its owner says whether there is one
+        if owner and parts[0] == "proxy":
+            return owner, key
         found = [(str(row["owner"]), str(row["key"])) for row in await self._door.read(f"{owner or '*'}:{key}")]
         return self._only(name, found or await self._called(name, leaf, parts))
 

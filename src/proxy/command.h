@@ -59,9 +59,11 @@ struct Command {
   std::string reason;
   std::optional<model::Commander> by;  ///< that superseded it
   std::uint64_t request = 0;           ///< identifies it to the network and to its deadline; changes at each step
-  WallTime dispatched{};               ///< when it was sent to the network; zero = it waits for line or device
+  Moment dispatched{};                 ///< when it was sent to the network; zero = it waits for line or device
   model::Outcome outcome = model::Outcome::kSent;  ///< the answer of the network
   Timer deadline;                                  ///< expiry, then the waits for acknowledgement and confirmation
+
+  bool is_dispatched() const { return dispatched.wall != WallTime{}; }
 };
 
 /// The JSON of the command in the status of its point.

@@ -194,7 +194,7 @@ void CommandDesk::delayed(Device& device) {
   const auto why = why_it_waits(device);
   for (auto& command : queue->second) {
     auto* point = find_point(device, command->point);
-    if (point && command->dispatched == WallTime{} && command->reason != why)
+    if (point && !command->is_dispatched() && command->reason != why)
       change(device, *point, *command, CommandState::kQueued, why);
   }
 }
@@ -225,7 +225,7 @@ void CommandDesk::dispatch(Device& device, Point& point, Command& command) {
   by_request_.erase(command.request);
   const auto serial = command.request = context_.next_request();
   by_request_.emplace(serial, &command);
-  command.dispatched = context_.clock.now().wall;
+  command.dispatched = context_.clock.now();
   Message message;
   message.source.island = context_.space.self();
   message.destination = {context_.space.self(), device.network->id, device.address};
@@ -250,7 +250,7 @@ void CommandDesk::deliver(Device& device) {
   if (queue == queues_.end() || !takes_commands(device)) return;
   std::vector<Command*> waiting;  // a copy: expired ones leave the queue
   for (const auto& command : queue->second) {
-    if (command->dispatched == WallTime{}) waiting.push_back(command.get());
+    if (!command->is_dispatched()) waiting.push_back(command.get());
   }
   for (auto* command : waiting) {
     auto* point = find_point(device, command->point);
@@ -271,7 +271,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
     give_up(command, "its device or point is gone");
     return drop(command);
   }
-  if (command.dispatched == WallTime{}) {
+  if (!command.is_dispatched()) {
     expire(*device, *point, command, why_it_waits(*device));
   } else if (command.state == CommandState::kQueued) {
     settle(*device, *point, command, CommandState::kTimedOut,
@@ -284,7 +284,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
 
 bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
   const auto found = by_request_.find(answer.request);
-  if (found == by_request_.end() || found->second->dispatched == WallTime{}) return false;
+  if (found == by_request_.end() || !found->second->is_dispatched()) return false;
   auto& command = *found->second;
   auto* device = directory_.find(command.device);
   auto* point = device ? find_point(*device, command.point) : nullptr;
@@ -316,15 +316,23 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
   answer(command, model::Outcome::kSent, {});
 }
 
+/// Whether a device measured after the command was sent: by the clock as it was then, and as it is now if it was set
+/// since.
+bool CommandDesk::is_newer(WallTime measured, const Command& command) const {
+  const auto& now = context_.clock.now();
+  const auto& then = command.dispatched;
+  return measured >= then.wall || measured >= now.wall - std::chrono::ceil<WallTime::duration>(now.steady - then.steady);
+}
+
 void CommandDesk::reported(Device& device, Point& point, const model::Reading& reading) {
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end()) return;
   for (auto& command : queue->second) {
-    if (command->point != point.number || command->dispatched == WallTime{}) continue;
+    if (command->point != point.number || !command->is_dispatched()) continue;
     // A report without a time counts as newer once the command is acknowledged: one that arrives earlier may have been
     // on its way before the command.
     const bool newer = reading.user_time == WallTime{} ? command->state == CommandState::kSent
-                                                       : reading.user_time >= command->dispatched;
+                                                       : is_newer(reading.user_time, *command);
     if (!newer || !confirms(reading.value, command->value)) continue;
     settle(device, point, *command, CommandState::kConfirmed, {});
     return;
@@ -411,7 +419,7 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
   Queue released;
   const auto take_from = [&](Queue& queue) {
     for (auto& command : queue) {
-      if (command->device != device.number || command->dispatched != WallTime{}) continue;
+      if (command->device != device.number || command->is_dispatched()) continue;
       const auto* point = find_point(device, command->point);
       if (!point) continue;
       if (newest_wins(*point)) std::erase_if(released, [&](const auto& one) { return one->point == point->number; });

@@ -66,6 +66,7 @@ class CommandDesk {
   void supersede(Device& device, Point& point, const Command& by);
   void dispatch(Device& device, Point& point, Command& command);
   bool is_over(const Command& command) const;
+  bool is_newer(WallTime measured, const Command& command) const;
   /// The time to live ended before it was sent; `why` may be empty.
   void expire(Device& device, Point& point, Command& command, const std::string& why);
   Duration answer_wait(const Device& device) const;

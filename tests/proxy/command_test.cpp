@@ -136,6 +136,27 @@ TEST_F(Commands, AReportOlderThanTheCommandDoesNotConfirm) {
   EXPECT_EQ(command_state(kFlapPoint), "confirmed");
 }
 
+TEST_F(Commands, AReportConfirmsThoughTheClockWasSetBackSinceTheCommand) {
+  begin();
+  set(kFlapCommand, "open");
+  time.run_for(100ms);
+  time.set_wall(time.wall_now() - 1h);
+  report("7", actuator(kFlap), true, time.wall_now() - 200ms);
+  EXPECT_EQ(command_state(kFlapPoint), "sent") << "older than the command";
+  report("7", actuator(kFlap), true, time.wall_now());
+  EXPECT_EQ(command_state(kFlapPoint), "confirmed");
+}
+
+TEST_F(Commands, AReportOfBeforeTheClockWasSetForwardConfirms) {
+  begin();
+  set(kFlapCommand, "open");
+  time.run_for(100ms);
+  const auto measured = time.wall_now();
+  time.set_wall(measured + 1h);
+  report("7", actuator(kFlap), true, measured);
+  EXPECT_EQ(command_state(kFlapPoint), "confirmed");
+}
+
 TEST_F(Commands, AReportThatWasUnderWayBeforeTheCommandDoesNotConfirm) {
   begin();
   hall().answers = false;

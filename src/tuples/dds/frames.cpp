@@ -49,10 +49,10 @@ bool Frames::take() {
 void Frames::place(const Sender& sender, ByteView content) {
   if (sender.id == own_.id) return conflicts_.on_frame(sender.incarnation, content);
   const auto* peer = presences_.find_up(sender.id);
-  if (!peer || sender.incarnation > peer->incarnation) return hold(sender, content);
-  if (sender.incarnation < peer->incarnation) return;
-  if (sender.participant == peer->participant) return deliver(sender.id, content);
-  hold(sender, content);  // it may be the component, whose former participant is not lost here yet
+  if (peer && sender.incarnation == peer->incarnation && sender.participant == peer->participant)
+    return deliver(sender.id, content);
+  // It may be the component, whose former participant is not lost here yet, or a start after its clock was set back.
+  hold(sender, content);
 }
 
 void Frames::hold(const Sender& sender, ByteView content) {

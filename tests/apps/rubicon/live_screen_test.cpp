@@ -1,5 +1,7 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 
 #include <algorithm>
 #include <csignal>
@@ -7,6 +9,7 @@
 
 #include "apps/rubicon/live_island.h"
 #include "support/terminal.h"
+#include "transport/descriptor_watch.h"
 
 namespace rubicon::cli {
 namespace {
@@ -192,6 +195,7 @@ build() { :; }
   }
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    ASSERT_EQ(::flock(turn_.get(), LOCK_EX), 0);
   }
 
   /// Command lines of programs that were started there.
@@ -208,6 +212,8 @@ build() { :; }
   const PrivateNetwork alone_;
   const Folder folder_;
   const std::filesystem::path root_ = folder_.file("demo");
+  /// One demo at a time writes where it is beside the programs, which all test programs share.
+  const transport::OwnDescriptor turn_{::open(RUBICON_BINARY_DIR "/demo.turn", O_RDWR | O_CREAT | O_CLOEXEC, 0600)};
 };
 
 TEST_F(TheDemo, IsATableWhoseEndEndsEverything) {

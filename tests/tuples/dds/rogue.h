@@ -18,7 +18,12 @@ namespace rubicon::tuples::dds {
 /// whatever it likes.
 class Rogue {
  public:
-  explicit Rogue(std::uint32_t id, std::uint16_t version = kProtocolVersion, const DdsOptions& options = {}) {
+  explicit Rogue(std::uint32_t id, std::uint16_t version = kProtocolVersion, const DdsOptions& options = {})
+      : Rogue(id, version, options,
+              static_cast<std::uint64_t>(
+                  std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()).time_since_epoch().count())) {}
+
+  Rogue(std::uint32_t id, std::uint16_t version, const DdsOptions& options, std::uint64_t incarnation) {
     domain_ = Entity(dds_create_domain(options.domain, domain_xml(options).c_str()));
     participant_ = Entity(dds_create_participant(options.domain, nullptr, nullptr));
     topic_ =
@@ -28,8 +33,7 @@ class Rogue {
     writer_ = Entity(dds_create_writer(participant_.get(), topic_.get(), qos.get(), nullptr));
     id_ = id;
     version_ = version;
-    incarnation_ = static_cast<std::uint64_t>(
-        std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()).time_since_epoch().count());
+    incarnation_ = incarnation;
     show(id, incarnation_);
   }
 

@@ -299,6 +299,21 @@ TEST_F(Rogues, AStartThatASecondParticipantShowsCountsWhenTheFirstIsGone) {
   EXPECT_TRUE(until([&] { return !is_there(); }));
 }
 
+/// A component ended, the clock of its host was set back, and it began again before others noticed its end.
+TEST_F(Rogues, WhatAStartSaysBeforeADeadOneOfALaterTimeIsGoneCounts) {
+  constexpr auto kId = kRogue + 1;
+  auto dead = std::make_unique<dds::Rogue>(kId);
+  ASSERT_TRUE(until([&] { return island->space.peers().size() == 3; }));
+  dds::Rogue next(kId, dds::kProtocolVersion, {}, dead->incarnation() - 3'600'000'000);
+  next.arrive();
+  next.frame(kId, next.incarnation(), 1, island_incarnation, command(1, "early"));
+  let_pass();
+  EXPECT_THAT(decided, IsEmpty()) << "the dead one counts, as far as the island knows";
+  dead.reset();
+  EXPECT_TRUE(until([&] { return !decided.empty(); }));
+  EXPECT_THAT(decided, ElementsAre("early"));
+}
+
 TEST_F(Rogues, RubbishIsDropped) {
   std::mt19937 dice(7);
   for (int i = 0; i < 500; ++i) {
