@@ -45,10 +45,16 @@ async function startIsland(port = 0) {
 async function openList(browser, island) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   const page = await context.newPage();
+  page.setDefaultTimeout(120_000);
   await page.goto(`http://127.0.0.1:${island.port}/#/devices`);
-  await page.waitForFunction((count) => document.querySelector("[role=grid]")?.getAttribute("aria-rowcount") === String(count + 1), devices);
+  await page.waitForFunction(
+    (count) => document.querySelector("[role=grid]")?.getAttribute("aria-rowcount") === String(count + 1),
+    devices,
+  );
   const listed = await page.evaluate(() => performance.now());
-  await page.waitForFunction(() => [...document.querySelectorAll("[role=grid] [role=row]")].slice(1).every((row) => /\d\.\d/.test(row.textContent)));
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll("[role=grid] [role=row]")].slice(1).every((row) => /\d\.\d/.test(row.textContent)),
+  );
   const valued = await page.evaluate(() => performance.now());
   const painted = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? 0);
   return { context, page, listed, valued, painted };
@@ -97,6 +103,19 @@ function frameTimes(page, span, scroll) {
       }),
     [span, scroll],
   );
+}
+
+/** The list filtered by a word that becomes longer and shorter again, as somebody types it. */
+async function filtering(page) {
+  const frames = frameTimes(page, 6000, false);
+  for (const word of ["7", "77", "777", "7777", "777", "77", "7", ""]) {
+    await page.evaluate((q) => (location.hash = q ? `#/devices?q=${q}` : "#/devices"), word);
+    await sleep(600);
+  }
+  const { times } = await frames;
+  return {
+    frame_ms: { p50: percentile(times, 0.5), p95: percentile(times, 0.95), p99: percentile(times, 0.99), most: percentile(times, 1) },
+  };
 }
 
 async function metricsOf(session) {
@@ -164,6 +183,7 @@ async function measure(browser) {
     report({ [`scrolling_${rate}`]: await drawing(page, island, rate, true) });
     report({ [`resting_${rate}`]: await drawing(page, island, rate, false) });
   }
+  report({ filtering_10000: await filtering(page) });
   await island.rate(0);
   report({ heap_mb_after_updates: await heapOf(page) });
   const restarted = await restart(page, island);

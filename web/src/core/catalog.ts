@@ -70,7 +70,17 @@ export class Device {
   /** Model, else type, else what it can do. */
   get model(): string {
     const about = this.description?.json;
-    return text(about?.model) || text(about?.type) || list(about?.capabilities).slice(0, 3).map(typeWords).join(", ");
+    return text(about?.model) || text(about?.type) || this.capabilities.slice(0, 3).map(typeWords).join(", ");
+  }
+
+  /** The types of its points, as its description says. */
+  get capabilities(): string[] {
+    return list(this.description?.json.capabilities);
+  }
+
+  /** Whether a point has this type, as the description or the point says. */
+  offers(type: string): boolean {
+    return this.capabilities.includes(type) || this.ordered.some((point) => point.type === type);
   }
 
   get state(): string {

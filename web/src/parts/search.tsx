@@ -1,7 +1,6 @@
 import { signal } from "@preact/signals";
 import { useRef, useState } from "preact/hooks";
 import { catalog, chosenIsland } from "../app";
-import { list } from "../core/catalog";
 import { typeWords } from "../core/format";
 import { roomNames } from "../core/rooms";
 import { hrefTo } from "../core/router";
@@ -28,7 +27,7 @@ interface Found {
 /** As devices list what they can do: their points may not be known yet. */
 function knownTypes(): Set<string> {
   const types = new Set<string>();
-  for (const device of catalog.devices.values()) for (const type of list(device.description?.json.capabilities)) types.add(type);
+  for (const device of catalog.devices.values()) for (const type of device.capabilities) types.add(type);
   return types;
 }
 

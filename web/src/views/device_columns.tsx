@@ -18,7 +18,8 @@ export function qualityOf(device: Device): string {
 export function groupOf(device: Device, group: string): string {
   if (group === "network") return `${device.network} · ${device.owner}`;
   if (group === "place") return device.area || text.noPlace;
-  return device.first ? typeWords(device.first.type) : "–";
+  const type = device.first?.type ?? device.capabilities[0];
+  return type ? typeWords(type) : "–";
 }
 
 const stateOrder = ["unreachable", "unknown", "reachable"];
@@ -73,7 +74,16 @@ function FirstValue({ device }: { device: Device }) {
   );
 }
 
-export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Device) => void): Column<Device>[] {
+/** Columns that show points. */
+export const ofPoints = ["value", "quality", "heard"];
+
+/** `sortable`: the points of all devices are known, not only those of the rows that are shown. */
+export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Device) => void, sortable: boolean): Column<Device>[] {
+  const columns = allColumns(chosen, toggle);
+  return sortable ? columns : columns.map((column) => (ofPoints.includes(column.id) ? { ...column, compare: undefined } : column));
+}
+
+function allColumns(chosen: ReadonlySet<string>, toggle: (device: Device) => void): Column<Device>[] {
   return [
     {
       id: "chosen",

@@ -64,7 +64,9 @@ export function DeviceFilters({ filters, columns, shown, order, chosen, onClear,
           onChange={set("type")}
           spoken
         />
-        <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} spoken />
+        {columns.some(({ id, compare }) => id === "quality" && compare) && (
+          <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} spoken />
+        )}
         <Choice
           label={text.group}
           none={text.groups.none}
@@ -117,6 +119,7 @@ function choicesOf(island: number): { networks: string[]; types: string[] } {
   for (const device of catalog.devices.values()) {
     if (island && device.owner !== island) continue;
     networks.add(device.network);
+    for (const type of device.capabilities) types.add(type);
     for (const point of device.points.values()) types.add(point.type);
   }
   return { networks: [...networks].sort(compareNatural), types: [...types].sort(compareNatural) };

@@ -14,7 +14,7 @@ import * as words from "../words/frame";
 import { NoIsland } from "../parts/no_island";
 import { Compare } from "./compare";
 import { DevicePage } from "./device";
-import { deviceColumns, groupOf, qualityOf } from "./device_columns";
+import { deviceColumns, groupOf, ofPoints, qualityOf } from "./device_columns";
 import { RoomDialog } from "./device_dialog";
 import { DeviceFilters, type Filters, readFilters } from "./device_filters";
 import { dragged, RoomTargets } from "./room_targets";
@@ -22,9 +22,11 @@ import type { View } from "./views";
 
 /** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
 export const fewDevices = 1000;
+/** Beyond so many devices, so do the values: a connection has 300,000 tuples. */
+export const manyDevices = 20_000;
 /** Each shown row is a subscription then; a connection has 256. */
 const mostRows = 100;
-/** The values of all points wait for the list of devices, but not longer: an island may send nothing. */
+/** The values of all points wait for the list of devices, but not for one that does not grow: an island may send nothing. */
 const listTime = 2000;
 
 /** Those to compare; the choice outlives the view. */
@@ -35,7 +37,7 @@ function keeps(filters: Filters, island: number): (device: Device) => boolean {
   return (device) => {
     if (island && device.owner !== island) return false;
     if (network && device.network !== network) return false;
-    if (type && !device.ordered.some((point) => point.type === type)) return false;
+    if (type && !device.offers(type)) return false;
     if (quality && qualityOf(device) !== quality) return false;
     return search === "" || matches(search, `${device.name} ${device.id} ${device.network} ${device.model} ${device.area} ${device.owner}`);
   };
@@ -73,14 +75,24 @@ function useListed(): boolean {
   useEffect(() => {
     const timer = setTimeout(() => setLate(true), listTime);
     return () => clearTimeout(timer);
-  }, []);
+  }, [catalog.devices.size]);
   listed.current ||= late || loadingOf(baseFeeds) !== "loading";
   return listed.current;
+}
+
+function isMany(): boolean {
+  return catalog.devices.size > manyDevices;
+}
+
+/** Without filter and order by what the rows that are not shown lack. */
+function withoutValues(filters: Filters): Filters {
+  return { ...filters, quality: "", sort: ofPoints.includes(filters.sort.replace(/^-/, "")) ? "name" : filters.sort };
 }
 
 /** All points' values; states and descriptions of as many as are needed. True once it is known which points there are. */
 function usePoints(filters: Filters, shown: Device[]): boolean {
   const owner = ownerPattern();
+  const many = isMany();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
   // How many devices there are is known when the lists of all islands have come.
   const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices;
@@ -94,7 +106,7 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
         .slice(0, mostRows)
         .map(({ owner, prefix, network, id }) => ({ pattern: `${owner}:${prefix}.${network}.${id}.*.*.*`, min: 500, brief: true }));
   const listed = useListed();
-  const values = useFeeds(listed ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
+  const values = useFeeds(listed && !many ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
   useFeeds(states);
   const owners = islands.value.map(({ id }) => id);
   return listed && values.every((feed) => feed.complete(owners));
@@ -103,7 +115,8 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
 function DeviceList({ route }: { route: Route }) {
   useFrame();
   rememberList("devices", route.query);
-  const filters = readFilters(route.query);
+  const many = isMany();
+  const filters = many ? withoutValues(readFilters(route.query)) : readFilters(route.query);
   const chosen = chosenDevices.value;
   const island = chosenIsland();
   const [window, setWindow] = useState<Device[]>([]);
@@ -114,7 +127,7 @@ function DeviceList({ route }: { route: Route }) {
     if (!next.delete(device.path)) next.add(device.path);
     chosenDevices.value = next;
   };
-  const columns = useMemo(() => deviceColumns(chosen, toggle), [chosen]);
+  const columns = useMemo(() => deviceColumns(chosen, toggle, !many), [chosen, many]);
   const state = loadingOf(baseFeeds);
   const live = filters.quality !== "" || columns.some((column) => column.live && column.id === filters.sort.replace(/^-/, ""));
   const spec = {
@@ -140,6 +153,7 @@ function DeviceList({ route }: { route: Route }) {
         onRoom={() => setPlacing(chosenOf(chosen))}
       />
       {placing.length > 0 && <RoomDialog devices={placing} onClose={() => setPlacing([])} />}
+      {many && <p class="strip">{text.tooMany(manyDevices)}</p>}
       <RoomTargets onOther={setPlacing} />
       <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
         <Table

@@ -29,4 +29,6 @@ export const pinned = "Pinned";
 export const select = "select";
 export const compare = (count: number) => `Compare ${count}`;
 export const unselect = "Clear selection";
+export const tooMany = (most: number) =>
+  `Of more than ${most.toLocaleString()} devices, values come for the rows that are shown; the list has no order and no filter by them.`;
 export const count = (count: number) => many(count, "device");
