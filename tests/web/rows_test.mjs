@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 const devices = 10_000;
 
 /** Another component with many devices, for the page alone: their tuples come through the page's own WebSocket. */
-async function addDevices(page) {
+async function addDevices(page, count = devices) {
   await page.addInitScript((count) => {
     const Real = window.WebSocket;
     window.WebSocket = class extends Real {
@@ -39,7 +39,9 @@ async function addDevices(page) {
         keys[1_000_000 + index] = `7:proxy.big.${index}.${leaf}`;
         set.push([
           1_000_000 + index,
-          leaf === "status" ? '{"status":"reachable","since":1}' : JSON.stringify({ name: `Device ${index}` }),
+          leaf === "status"
+            ? '{"status":"reachable","since":1}'
+            : JSON.stringify({ name: `Device ${index}`, capabilities: [index % 1000 ? "temperature" : "smoke"] }),
           1,
           1,
         ]);
@@ -47,7 +49,7 @@ async function addDevices(page) {
       call({ data: JSON.stringify({ s: number, k: keys, set }) });
       if (leaf === "status") window.changeStatus = () => call({ data: JSON.stringify({ s: number, set: set.slice(0, 1) }) });
     }
-  }, devices);
+  }, count);
 }
 
 async function rowsIn(page) {
@@ -151,6 +153,26 @@ async function scrollingHasSubscriptionsForAllRows({ page, open }) {
   assert.equal(await page.evaluate(() => window.busy ?? 0), 0);
 }
 
+/** A connection has too few tuples for all their values. */
+async function veryManyDevicesHaveValuesWhereTheyAreShown({ page, open }) {
+  const count = 25_000;
+  await addDevices(page, count);
+  await open("devices?sort=-quality&quality=bad");
+  await page.getByText(/^Of more than 20,000 devices/).waitFor();
+  await page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, count);
+  await page.waitForFunction(() => window.patterns.some((one) => /^\d+:proxy\.[\w-]+\.[\w-]+\.\*\.\*\.\*$/.test(one)));
+  assert.equal(await page.getByRole("combobox", { name: "Quality" }).count(), 0);
+  await page.getByRole("combobox", { name: "Type", exact: true }).selectOption("smoke");
+  await page.waitForFunction(() => {
+    const rows = Number(document.querySelector(".list")?.getAttribute("aria-rowcount"));
+    return rows >= 25 && rows < 100;
+  });
+  await open("overview");
+  await page.getByText(/each room has its values on its own page/).waitFor();
+  const asked = await page.evaluate(() => window.patterns.filter((one) => one?.endsWith(":*.*.*.*.*.value")));
+  assert.deepEqual(asked, []);
+}
+
 /** The tree of a large island opens without a subscription to all of it. */
 async function aLargeTreeIsAskedByBranch({ page, open }) {
   await addDevices(page);
@@ -240,6 +262,7 @@ export const tests = () => [
     body: scrollingHasSubscriptionsForAllRows,
   },
   { name: "rows: the tree of a large island", body: aLargeTreeIsAskedByBranch },
+  { name: "rows: very many devices", body: veryManyDevicesHaveValuesWhereTheyAreShown },
   { name: "rows: one redraw an animation frame", body: oneRedrawAFrame },
   { name: "rows: the last of many values arrives", body: theLastValueArrives },
 ];

@@ -216,6 +216,15 @@ export function loadingOf(subscriptions: Iterable<Subscription>): Loading {
   return "ready";
 }
 
+/** Beyond so many devices, values come only for what is shown: a connection has 300,000 tuples. */
+export const manyDevices = 20_000;
+
+/** Whether there are more: as the islands say, also before their devices have come. */
+export function hasMany(): boolean {
+  const said = islands.value.reduce((sum, { devices = 0 }) => sum + devices, 0);
+  return Math.max(said, catalog.devices.size) > manyDevices;
+}
+
 /** The island that the user chose; 0 = all. */
 export function chosenIsland(): number {
   return Number(route.value.query.island ?? 0) || 0;

@@ -30,6 +30,7 @@ export interface Component {
   host: string;
   program: string;
   version?: string;
+  devices?: number; // of an island
   since: number;
 }
 

@@ -1,6 +1,18 @@
 import { signal } from "@preact/signals";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
+import {
+  baseFeeds,
+  catalog,
+  chosenIsland,
+  hasMany,
+  islands,
+  loadingOf,
+  manyDevices,
+  mayBe,
+  noIslands,
+  ownerPattern,
+  useFeeds,
+} from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
 import { useFrame } from "../core/redraw";
@@ -22,8 +34,6 @@ import type { View } from "./views";
 
 /** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
 export const fewDevices = 1000;
-/** Beyond so many devices, so do the values: a connection has 300,000 tuples. */
-export const manyDevices = 20_000;
 /** Each shown row is a subscription then; a connection has 256. */
 const mostRows = 100;
 /** The values of all points wait for the list of devices, but not for one that does not grow: an island may send nothing. */
@@ -80,10 +90,6 @@ function useListed(): boolean {
   return listed.current;
 }
 
-function isMany(): boolean {
-  return catalog.devices.size > manyDevices;
-}
-
 /** Without filter and order by what the rows that are not shown lack. */
 function withoutValues(filters: Filters): Filters {
   return { ...filters, quality: "", sort: ofPoints.includes(filters.sort.replace(/^-/, "")) ? "name" : filters.sort };
@@ -92,7 +98,7 @@ function withoutValues(filters: Filters): Filters {
 /** All points' values; states and descriptions of as many as are needed. True once it is known which points there are. */
 function usePoints(filters: Filters, shown: Device[]): boolean {
   const owner = ownerPattern();
-  const many = isMany();
+  const many = hasMany();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
   // How many devices there are is known when the lists of all islands have come.
   const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices;
@@ -115,7 +121,7 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
 function DeviceList({ route }: { route: Route }) {
   useFrame();
   rememberList("devices", route.query);
-  const many = isMany();
+  const many = hasMany();
   const filters = many ? withoutValues(readFilters(route.query)) : readFilters(route.query);
   const chosen = chosenDevices.value;
   const island = chosenIsland();

@@ -1,5 +1,18 @@
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, islands, loadingOf, measuredWants, noIslands, ownerPattern, server, useFeeds } from "../app";
+import {
+  baseFeeds,
+  catalog,
+  hasMany,
+  islands,
+  islandsKnown,
+  loadingOf,
+  manyDevices,
+  measuredWants,
+  noIslands,
+  ownerPattern,
+  server,
+  useFeeds,
+} from "../app";
 import { moved } from "../core/overview";
 import { second, useFrame } from "../core/redraw";
 import type { Room } from "../core/rooms";
@@ -17,7 +30,7 @@ import { RoomCard } from "./room_card";
 import { RoomPage, useRooms } from "./room";
 import type { View } from "./views";
 
-/** Up to so many devices, controls and words of all points come along; beyond, values only. */
+/** Up to so many devices, controls and words of all points come along; beyond, values only, and of very many none. */
 const fewDevices = 1000;
 
 /** The building at a glance: what needs attention, curves, rooms with their values and controls. */
@@ -28,7 +41,8 @@ function Overview() {
   const owner = ownerPattern();
   const state = loadingOf(baseFeeds);
   const few = state === "ready" && catalog.devices.size <= fewDevices;
-  const leaves = few ? ["description", "status", "value"] : ["value"];
+  const many = hasMany();
+  const leaves = few ? ["description", "status", "value"] : many || !islandsKnown.value ? [] : ["value"];
   useFeeds([...leaves.map((leaf) => ({ pattern: `${owner}:*.*.*.*.*.${leaf}`, min: 500 })), ...measuredWants()]);
   const rooms = useRooms(orderOfRooms());
   if (noIslands()) return <NoIsland />;
@@ -47,6 +61,7 @@ function Overview() {
         <MayNot needs="command" />
         <NotWritten owners={[...islands.value, server.value]} />
         <Attention state={state} />
+        {many && <p class="strip">{text.tooMany(manyDevices)}</p>}
         <Pinned arranging={arranging} />
         {rooms.length === 0 && state === "ready" && (
           <Empty title={text.noDevices}>
