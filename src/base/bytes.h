@@ -14,6 +14,15 @@ namespace rubicon::base {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
+/// What an empty buffer may keep, so that the usual one is not allocated each time.
+inline constexpr std::size_t kKeptBuffer = 32UL * 1024;
+
+/// Removes the first bytes, at most all. A buffer that grew and is empty now gives its memory back.
+inline void drop_front(Bytes& bytes, std::size_t count) {
+  bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+  if (bytes.empty() && bytes.capacity() > kKeptBuffer) Bytes().swap(bytes);
+}
+
 /// Reads integers from a byte string, never beyond its end. After a read beyond the end all further ones give zero and
 /// ok() is false: parse a whole record, then check once.
 class ByteReader {

@@ -19,27 +19,30 @@ inline void give_back_memory() {
 #endif
 }
 
-/// Gives memory back after many components left: DDS frees what it kept of them in places all over the heap. Only for
-/// who owns the heap, a program.
+/// Gives memory back from time to time, and soon after many components left: DDS frees what it kept of them in places all
+/// over the heap. Only for who owns the heap, a program.
 class SpareMemory {
  public:
   static constexpr int kMany = 50;
   static constexpr base::Duration kPause = std::chrono::seconds(10);
+  static constexpr base::Duration kPeriod = std::chrono::minutes(5);
 
   SpareMemory(base::Scheduler& scheduler, tuples::TupleSpace& space, std::function<void()> give = give_back_memory)
       : scheduler_(scheduler), give_(std::move(give)) {
     watch_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
-      if (event != tuples::PeerEvent::kUp && ++left_ >= kMany && !timer_.pending()) give_soon();
+      if (event != tuples::PeerEvent::kUp && ++left_ == kMany) give_at(std::max(scheduler_.now(), not_before_));
     });
+    give_at(scheduler_.now() + kPeriod);
   }
 
  private:
   /// In a turn of its own, and not often: it holds the loop up for some milliseconds.
-  void give_soon() {
-    timer_ = scheduler_.at(std::max(scheduler_.now(), not_before_), [this] {
+  void give_at(base::SteadyTime time) {
+    timer_ = scheduler_.at(time, [this] {
       left_ = 0;
       not_before_ = scheduler_.now() + kPause;
       give_();
+      give_at(scheduler_.now() + kPeriod);
     });
   }
 

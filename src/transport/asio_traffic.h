@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/bytes.h"
 #include "transport/sockets.h"
 
 namespace rubicon::transport {
@@ -104,7 +105,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     ErrorCodeOfAsio error = waited;
     if (!error) written += write_some(ByteView(queue).subspan(written), error);
     if (error) return lose(trouble("send", error));
-    queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(std::exchange(written, 0)));
+    base::drop_front(queue, std::exchange(written, 0));
     if (!queue.empty()) flush_later();
   }
 

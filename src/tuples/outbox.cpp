@@ -81,7 +81,7 @@ Outbox::State Outbox::flush(PeerQueue& peer) {
     done += count;
   }
   peer.entries.erase(peer.entries.begin(), peer.entries.begin() + static_cast<std::ptrdiff_t>(done));
-  if (peer.entries.empty() && peer.entries.capacity() > 65536) peer.entries.shrink_to_fit();
+  if (peer.entries.empty() && peer.entries.capacity() > 4096) peer.entries.shrink_to_fit();
   return state;
 }
 

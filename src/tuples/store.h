@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "base/hash_index.h"
@@ -136,7 +137,7 @@ struct Subscription {
   void die() {
     alive = false;
     if (!running) call = nullptr;
-    paces.clear();
+    std::exchange(paces, {});
     for (const auto& variant : variants) variant->die();
   }
 };

@@ -141,18 +141,19 @@ void Connection::flush() {
   const ByteView fresh(out_);
   if (queue_.empty() && !fresh.empty()) {
     const auto done = write(fresh);
-    if (!done) return out_.clear();  // `failed` follows
-    const auto rest = fresh.subspan(*done);
-    queue_.assign(rest.begin(), rest.end());
-    return out_.clear();
+    if (done) {  // else `failed` follows
+      const auto rest = fresh.subspan(*done);
+      queue_.assign(rest.begin(), rest.end());
+    }
+    return base::drop_front(out_, out_.size());
   }
   queue_.insert(queue_.end(), fresh.begin(), fresh.end());
-  out_.clear();
+  base::drop_front(out_, out_.size());
   if (queue_.empty()) return;
   const auto done = write(ByteView(queue_).subspan(written_));
   written_ += done ? *done : queue_.size() - written_;
   if (written_ < queue_.size() && written_ < queue_.size() / 2) return;
-  queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(std::exchange(written_, 0)));
+  base::drop_front(queue_, std::exchange(written_, 0));
 }
 
 void Connection::release() {
@@ -171,9 +172,12 @@ void Connection::received(ByteView bytes) {
     whole.insert(whole.end(), bytes.begin(), bytes.end());
     bytes = whole;
   }
-  const auto done = static_cast<std::ptrdiff_t>(pass_records(bytes));
+  const auto done = pass_records(bytes);
   if (alive.ended() || closed_) return;
-  continues ? void(whole.erase(whole.begin(), whole.begin() + done)) : whole.assign(bytes.begin() + done, bytes.end());
+  if (continues)
+    base::drop_front(whole, done);
+  else
+    whole.assign(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
   partial_ = std::move(whole);
   // Answers go at once, so that the other process works on them while this one reads on.
   if (!loops_ && !out_.empty() && queue_.empty()) flush();

@@ -10,8 +10,7 @@
 namespace rubicon::tuples::peis {
 
 void PackageStream::append(ByteView bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
-  begin_ = 0;
+  base::drop_front(buffer_, std::exchange(begin_, 0));
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
@@ -182,7 +181,7 @@ void Connection::write_block() {
     if (!write(piece)) break;
     done += piece.size();
   }
-  block_.erase(block_.begin(), block_.begin() + static_cast<std::ptrdiff_t>(done));
+  base::drop_front(block_, done);
   if (!block_.empty() && !failing_ && !retry_.pending()) retry_ = scheduler_.after(kWriteAgain, [this] { write(); });
   tell_room();
 }

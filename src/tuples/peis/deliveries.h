@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <concepts>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -17,15 +18,17 @@
 
 namespace rubicon::tuples::peis {
 
-/// The last ids that came, to drop what comes again. Bounded: the oldest is forgotten first. Ids are below 2^64 - 1.
+/// The last ids that came, to drop what comes again. Bounded: the oldest is forgotten first. Ids are below the greatest
+/// that there is.
+template <std::unsigned_integral Id>
 class SeenIds {
  public:
   explicit SeenIds(std::size_t capacity) : capacity_(capacity) {}
 
   /// False: it was here.
-  bool add(std::uint64_t number) {
-    const auto id = number + 1;
-    if (2 * (ring_.size() + 1) > slots_.size()) grow();
+  bool add(Id number) {
+    const Id id = number + 1;
+    if (2 * (ring_.size() + (ring_.size() < capacity_ ? 1 : 0)) > slots_.size()) grow();
     auto at = place_of(id);
     if (slots_[at] == id) return false;
     if (ring_.size() < capacity_) {
@@ -44,7 +47,7 @@ class SeenIds {
     oldest_ = 0;
     capacity_ = std::max(capacity_, capacity);
   }
-  bool contains(std::uint64_t number) const { return !slots_.empty() && slots_[place_of(number + 1)] == number + 1; }
+  bool contains(Id number) const { return !slots_.empty() && slots_[place_of(number + 1)] == number + 1; }
   std::size_t size() const { return ring_.size(); }
 
  private:
@@ -52,16 +55,16 @@ class SeenIds {
 
   // Below, ids are one more, so that 0 is a free slot.
 
-  std::size_t home_of(std::uint64_t id) const { return (id * 0x9e3779b97f4a7c15U) >> shift_; }
+  std::size_t home_of(Id id) const { return (std::uint64_t{id} * 0x9e3779b97f4a7c15U) >> shift_; }
   std::size_t next(std::size_t at) const { return (at + 1) & (slots_.size() - 1); }
   /// Where the id is, or else belongs.
-  std::size_t place_of(std::uint64_t id) const {
+  std::size_t place_of(Id id) const {
     auto at = home_of(id);
     while (slots_[at] != 0 && slots_[at] != id) at = next(at);
     return at;
   }
   /// Closes the gap: each id stays reachable from its home.
-  void erase(std::uint64_t id) {
+  void erase(Id id) {
     auto gap = place_of(id);
     const auto mask = slots_.size() - 1;
     for (auto at = next(gap); slots_[at] != 0; at = next(at)) {
@@ -78,9 +81,9 @@ class SeenIds {
   }
 
   std::size_t capacity_;
-  std::vector<std::uint64_t> slots_;  ///< a power of two, at most half full; 0 = free
-  int shift_ = 0;                     ///< of the hash, to an index of the slots
-  std::vector<std::uint64_t> ring_;
+  std::vector<Id> slots_;  ///< a power of two, at most half full; 0 = free
+  int shift_ = 0;          ///< of the hash, to an index of the slots
+  std::vector<Id> ring_;
   std::size_t oldest_ = 0;
 };
 
@@ -192,7 +195,7 @@ class Deliveries {
     bool refused = false;  ///< send() gave kBusy
     std::vector<std::uint32_t> acks;
     bool is_wide;
-    SeenIds seen;
+    SeenIds<std::uint32_t> seen;
   };
   struct Ended {
     MessagePtr message;

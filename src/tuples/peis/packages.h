@@ -61,7 +61,7 @@ class Packages {
   Forgeries& forgeries_;
   NodePresence& presence_;
   Fragments fragments_;
-  SeenIds broadcasts_{kDuplicateTable};
+  SeenIds<std::uint64_t> broadcasts_{kDuplicateTable};
 };
 
 }  // namespace rubicon::tuples::peis

@@ -44,7 +44,7 @@ TEST(PeisHello, ALeaseOutOfRangeIsTheNearestOneAndAHostIdIsCut) {
 }
 
 TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
-  SeenIds seen(3);
+  SeenIds<std::uint64_t> seen(3);
   for (const auto id : {1u, 2u, 3u}) EXPECT_TRUE(seen.add(id));
   for (const auto id : {1u, 2u, 3u}) EXPECT_FALSE(seen.add(id));
   EXPECT_TRUE(seen.add(4));
@@ -54,7 +54,7 @@ TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
 }
 
 TEST(PeisSeenIds, WidenedItForgetsNothingAndThenTheOldestFirst) {
-  SeenIds seen(3);
+  SeenIds<std::uint64_t> seen(3);
   for (const auto id : {1u, 2u, 3u, 4u}) seen.add(id);
   seen.widen(5);
   for (const auto id : {5u, 6u, 7u}) EXPECT_TRUE(seen.add(id));
@@ -64,7 +64,7 @@ TEST(PeisSeenIds, WidenedItForgetsNothingAndThenTheOldestFirst) {
 
 TEST(PeisSeenIds, AnyIdsInAnyOrderAreKnownAsLongAsTheyAreAmongTheLast) {
   constexpr std::size_t kCapacity = 100;
-  SeenIds seen(kCapacity);
+  SeenIds<std::uint64_t> seen(kCapacity);
   std::deque<std::uint64_t> last;
   std::mt19937_64 random(1);
   for (int i = 0; i < 20'000; ++i) {
