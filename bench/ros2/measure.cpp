@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <memory>
+#include <vector>
 
 #include "base/config_reader.h"
 #include "bridges/bridge.h"
@@ -162,6 +163,16 @@ std::size_t publications(dds_entity_t reader) {
 
 }  // namespace
 
+/// What as many topics with a writer cost in bare DDS.
+double bare_topic_kb(std::size_t count) {
+  Other robot(202);
+  std::vector<Entity> writers;
+  const auto before = private_mb();
+  for (std::size_t i = 0; i < count; ++i)
+    writers.push_back(robot.end(fmt::format("/town/wsn/d{}/temperature_{}", i / kPoints, i % kPoints + 1), nullptr, true));
+  return rounded((private_mb() - before) * 1000 / static_cast<double>(count), 2);
+}
+
 /// From the start of the bridge until another participant has all topics; what they cost.
 void measure_topics(const Plan& plan, Json& out) {
   Town town(plan, out, "topics");
@@ -184,6 +195,7 @@ void measure_topics(const Plan& plan, Json& out) {
   second.until([&] { return second.counter("topics") == all; });
   second.run(500ms);
   out["topic_kb"] = rounded((private_mb() - before) * 1000 / static_cast<double>(all), 2);
+  out["bare_topic_kb"] = bare_topic_kb(all);
 }
 
 /// From a reading to the callback of a reader of ROS, beside a sample of bare DDS, one after the other.

@@ -10,7 +10,7 @@ TEST_P(BenchOfRos2, ShortRunMeasuresAll) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BenchOfRos2,
-                         testing::Values(Measurement{"topics", {"visible_s", "topic_kb"}, {}},
+                         testing::Values(Measurement{"topics", {"visible_s", "topic_kb", "bare_topic_kb"}, {}},
                                          Measurement{"latency", {"p50_ratio", "p99_ratio"}, {}},
                                          Measurement{"flood", {"flood_per_s", "flood_lost"}, {}},
                                          Measurement{"idle", {"idle_percent"}, {"idle_awake"}}));
