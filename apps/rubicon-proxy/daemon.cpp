@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <malloc.h>
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
@@ -69,16 +68,6 @@ void open_missing_descriptors() {
     }
     if (descriptor < 0) return;
   }
-}
-
-/// A vector that grew and went gives its memory back at once. Left to itself, malloc keeps blocks as large as the
-/// largest that was ever freed: those of a start with 60,000 points stay for good. What threads of brokers and DDS
-/// allocate, and the loop frees, is not spread over a heap for each.
-void keep_heap_small() {
-#ifdef __GLIBC__
-  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
-  ::mallopt(M_ARENA_MAX, 2);
-#endif
 }
 
 /// A running daemon: the loop, the island, and the console component that watches, shows and commands.
@@ -464,7 +453,7 @@ class Session {
 
 int run(const RunOptions& options) {
   open_missing_descriptors();
-  keep_heap_small();
+  island::keep_heap_small();
   std::signal(SIGPIPE, SIG_IGN);  // a closed standard output ends the session by an error of write()
   base::ConfigErrors errors;
   auto config = load_island(options.file, options.overrides, errors);

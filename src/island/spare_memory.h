@@ -12,6 +12,16 @@
 
 namespace rubicon::island {
 
+/// A vector that grew and went gives its memory back at once. Left to itself, malloc keeps blocks as large as the
+/// largest that was ever freed: those of a start with 60,000 points stay for good. What threads of brokers and DDS
+/// allocate, and the loop frees, is not spread over a heap for each.
+inline void keep_heap_small() {
+#ifdef __GLIBC__
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  ::mallopt(M_ARENA_MAX, 2);
+#endif
+}
+
 /// What was freed lies between what stays; the system gets it back only when asked.
 inline void give_back_memory() {
 #ifdef __GLIBC__
