@@ -169,7 +169,8 @@ double bare_topic_kb(std::size_t count) {
   std::vector<Entity> writers;
   const auto before = private_mb();
   for (std::size_t i = 0; i < count; ++i)
-    writers.push_back(robot.end(fmt::format("/town/wsn/d{}/temperature_{}", i / kPoints, i % kPoints + 1), nullptr, true));
+    writers.push_back(
+        robot.end(fmt::format("/town/wsn/d{}/temperature_{}", i / kPoints, i % kPoints + 1), nullptr, true));
   return rounded((private_mb() - before) * 1000 / static_cast<double>(count), 2);
 }
 

@@ -29,8 +29,8 @@ inline void give_back_memory() {
 #endif
 }
 
-/// Gives memory back from time to time, and soon after many components left: DDS frees what it kept of them in places all
-/// over the heap. Only for who owns the heap, a program.
+/// Gives memory back from time to time, and soon after many components left: DDS frees what it kept of them in places
+/// all over the heap. Only for who owns the heap, a program.
 class SpareMemory {
  public:
   static constexpr int kMany = 50;

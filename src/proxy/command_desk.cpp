@@ -321,7 +321,8 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
 bool CommandDesk::is_newer(WallTime measured, const Command& command) const {
   const auto& now = context_.clock.now();
   const auto& then = command.dispatched;
-  return measured >= then.wall || measured >= now.wall - std::chrono::ceil<WallTime::duration>(now.steady - then.steady);
+  return measured >= then.wall ||
+         measured >= now.wall - std::chrono::ceil<WallTime::duration>(now.steady - then.steady);
 }
 
 void CommandDesk::reported(Device& device, Point& point, const model::Reading& reading) {
@@ -331,8 +332,8 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
     if (command->point != point.number || !command->is_dispatched()) continue;
     // A report without a time counts as newer once the command is acknowledged: one that arrives earlier may have been
     // on its way before the command.
-    const bool newer = reading.user_time == WallTime{} ? command->state == CommandState::kSent
-                                                       : is_newer(reading.user_time, *command);
+    const bool newer =
+        reading.user_time == WallTime{} ? command->state == CommandState::kSent : is_newer(reading.user_time, *command);
     if (!newer || !confirms(reading.value, command->value)) continue;
     settle(device, point, *command, CommandState::kConfirmed, {});
     return;

@@ -96,6 +96,17 @@ TEST(Hex, AnErrorNamesThePosition) {
   EXPECT_EQ(from_hex("000").error().text, "hex text: odd number of digits");
 }
 
+TEST(Bytes, ABufferThatGrewAndIsEmptyGivesItsMemoryBack) {
+  Bytes usual(kKeptBuffer / 2), large(4 * kKeptBuffer);
+  drop_front(usual, usual.size());
+  EXPECT_GT(usual.capacity(), 0U);
+  drop_front(large, large.size() - 1);
+  EXPECT_EQ(large.size(), 1U);
+  EXPECT_GE(large.capacity(), 4 * kKeptBuffer) << "it is in use";
+  drop_front(large, 1);
+  EXPECT_EQ(large.capacity(), 0U);
+}
+
 TEST(Bytes, AreTextAndBack) {
   EXPECT_EQ(as_text(as_bytes("gr\xc3\xbcn")), "gr\xc3\xbcn");
   EXPECT_EQ(as_bytes("\xff")[0], 0xff);

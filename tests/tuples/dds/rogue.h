@@ -20,8 +20,9 @@ class Rogue {
  public:
   explicit Rogue(std::uint32_t id, std::uint16_t version = kProtocolVersion, const DdsOptions& options = {})
       : Rogue(id, version, options,
-              static_cast<std::uint64_t>(
-                  std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()).time_since_epoch().count())) {}
+              static_cast<std::uint64_t>(std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now())
+                                             .time_since_epoch()
+                                             .count())) {}
 
   Rogue(std::uint32_t id, std::uint16_t version, const DdsOptions& options, std::uint64_t incarnation) {
     domain_ = Entity(dds_create_domain(options.domain, domain_xml(options).c_str()));
