@@ -58,10 +58,10 @@ def query_of(key: str, leaf: str = "value") -> Query:
             parts = ["*"] * (4 - len(parts)) + parts[:-1] + ["*", parts[-1], leaf]
         elif len(parts) == 5 and (parts[3] in KINDS or has_wildcard(parts[3])):
             parts.append(leaf)
-    whole = [part if part in ("*", "**") or not has_wildcard(part) else "*" for part in parts]
-    if whole == parts:
+    asked = [part if part in ("*", "**") or not has_wildcard(part) else "*" for part in parts]
+    if asked == parts:
         return Query(".".join(parts), None)
-    return Query(".".join(whole), re.compile(r"\.".join(_expression(part) for part in parts)))
+    return Query(".".join(asked), re.compile(r"\.".join(_expression(part) for part in parts)))
 
 
 def _expression(part: str) -> str:

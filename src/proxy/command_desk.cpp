@@ -316,13 +316,13 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
   answer(command, model::Outcome::kSent, {});
 }
 
-/// Whether a device measured after the command was sent: by the clock as it was then, and as it is now if it was set
-/// since.
+/// Whether a device measured after the command was sent: by the clock as it was then, or, if it was set back since, as
+/// it is now. A time that has not come yet is one of before.
 bool CommandDesk::is_newer(WallTime measured, const Command& command) const {
-  const auto& now = context_.clock.now();
+  const auto& now = context_.clock.refresh();
   const auto& then = command.dispatched;
-  return measured >= then.wall ||
-         measured >= now.wall - std::chrono::ceil<WallTime::duration>(now.steady - then.steady);
+  if (measured >= then.wall) return true;
+  return measured <= now.wall && measured >= now.wall - std::chrono::ceil<WallTime::duration>(now.steady - then.steady);
 }
 
 void CommandDesk::reported(Device& device, Point& point, const model::Reading& reading) {

@@ -140,7 +140,10 @@ TEST_F(Commands, AReportConfirmsThoughTheClockWasSetBackSinceTheCommand) {
   begin();
   set(kFlapCommand, "open");
   time.run_for(100ms);
+  const auto before = time.wall_now() - 200ms;
   time.set_wall(time.wall_now() - 1h);
+  report("7", actuator(kFlap), true, before);
+  EXPECT_EQ(command_state(kFlapPoint), "sent") << "older than the command, by the clock of then";
   report("7", actuator(kFlap), true, time.wall_now() - 200ms);
   EXPECT_EQ(command_state(kFlapPoint), "sent") << "older than the command";
   report("7", actuator(kFlap), true, time.wall_now());

@@ -216,13 +216,23 @@ export function loadingOf(subscriptions: Iterable<Subscription>): Loading {
   return "ready";
 }
 
-/** Beyond so many devices, values come only for what is shown: a connection has 300,000 tuples. */
-export const manyDevices = 20_000;
+/** A connection has 300,000 tuples; some are for what else is looked at. */
+const roomForPoints = 250_000;
+/** Points of a device that has not described itself yet. */
+const usualPoints = 5;
 
-/** Whether there are more: as the islands say, also before their devices have come. */
-export function hasMany(): boolean {
-  const said = islands.value.reduce((sum, { devices = 0 }) => sum + devices, 0);
-  return Math.max(said, catalog.devices.size) > manyDevices;
+/** Whether so many tuples of each point of the chosen island fit into the connection, beside the two of each device. */
+export function hasRoom(leaves: number): boolean {
+  const chosen = chosenIsland();
+  const said = new Map(islands.value.map(({ id, devices = 0 }) => [id, devices]));
+  let tuples = 0;
+  for (const owner of new Set([...said.keys(), ...catalog.described.keys()])) {
+    const known = catalog.described.get(owner) ?? { devices: 0, points: 0 };
+    const devices = Math.max(said.get(owner) ?? 0, known.devices);
+    tuples += 2 * devices;
+    if (!chosen || chosen === owner) tuples += leaves * (known.points + (devices - known.devices) * usualPoints);
+  }
+  return tuples <= roomForPoints;
 }
 
 /** The island that the user chose; 0 = all. */

@@ -53,6 +53,29 @@ test("a device has its points in order: sensors, actuators, properties, by natur
   );
 });
 
+test("how many points an island has is known from the descriptions of its devices", () => {
+  const { store, catalog, put } = setUp();
+  const about = (sensors: string[]) => JSON.stringify({ sensors, actuators: ["lamp-1"], properties: ["rate"] });
+  put("7:proxy.wsn.3.description", about(["light-1", "light-2"]));
+  put("7:proxy.wsn.4.description", about([]));
+  put("7:proxy.wsn.5.status", "{}");
+  assert.deepEqual(catalog.described.get(7), { devices: 2, points: 6 });
+  const last = put("7:proxy.wsn.3.description", about(["light-1"]));
+  assert.deepEqual(catalog.described.get(7), { devices: 2, points: 5 });
+  store.release(last);
+  assert.deepEqual(catalog.described.get(7), { devices: 1, points: 2 });
+});
+
+test("what a device is for is known from its description", () => {
+  const { catalog, put } = setUp();
+  put("7:proxy.zigbee.a.description", JSON.stringify({ capabilities: ["battery", "humidity", "temperature"] }));
+  put("7:proxy.zigbee.b.sensor.light-1.value", "1");
+  assert.equal(catalog.device(7, "zigbee", "a")?.mainType, "temperature");
+  assert.equal(catalog.device(7, "zigbee", "b")?.mainType, "light");
+  assert.ok(catalog.device(7, "zigbee", "a")?.offers("humidity"));
+  assert.ok(!catalog.device(7, "zigbee", "a")?.offers("light"));
+});
+
 test("battery and link quality do not stand for a device that measures something", () => {
   const { catalog, put } = setUp();
   for (const point of ["sensor.battery-1", "sensor.linkQuality-1", "actuator.lamp-1"]) put(`7:proxy.zigbee.a.${point}.value`, "1");

@@ -11,7 +11,8 @@
 
 namespace rubicon::tuples::dds {
 
-/// Frames that arrived before the presence of their sender: kept for a while, bounded per participant and in all.
+/// Frames that arrived before the presence of their sender, or while another start of it counted: kept for a while,
+/// bounded per participant and in all.
 class EarlyFrames {
  public:
   static constexpr std::size_t kMaxOfOne = 1UL << 20, kMaxOfAll = 4UL << 20;

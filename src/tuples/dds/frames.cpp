@@ -45,7 +45,7 @@ bool Frames::take() {
   return count >= kSamples;
 }
 
-/// Which start of which component it is from: the one that is up, one that is over, or one that was not met yet.
+/// Which start of which component it is from: the one that is up, or one that may be up soon.
 void Frames::place(const Sender& sender, ByteView content) {
   if (sender.id == own_.id) return conflicts_.on_frame(sender.incarnation, content);
   const auto* peer = presences_.find_up(sender.id);
@@ -57,7 +57,7 @@ void Frames::place(const Sender& sender, ByteView content) {
 
 void Frames::hold(const Sender& sender, ByteView content) {
   if (!early_frames_.add(sender, content, shared_.scheduler.now())) {
-    log_.warning("held", "frames arrived before the presence of their component, and the buffer is full: dropped");
+    log_.warning("held", "frames of a start that is not up, or not yet, fill the buffer: dropped");
     return;
   }
   if (!early_timer_.pending())

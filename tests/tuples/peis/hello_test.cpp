@@ -53,6 +53,19 @@ TEST(PeisSeenIds, TheLastOnesAreKnownAndTheOldestIsForgotten) {
   EXPECT_EQ(seen.size(), 3u);
 }
 
+TEST(PeisSeenIds, IdsOfPackagesAreKnownUpToTheGreatest) {
+  constexpr std::size_t kCapacity = 64;
+  SeenIds<std::uint32_t> seen(kCapacity);
+  for (const auto id : {0U, 1U, 0x7fffffffU, 0xfffffffeU}) {
+    EXPECT_TRUE(seen.add(id));
+    EXPECT_FALSE(seen.add(id)) << id;
+  }
+  for (std::uint32_t id = 100; id < 100 + 2 * kCapacity; ++id) EXPECT_TRUE(seen.add(id));
+  for (std::uint32_t id = 100; id < 100 + kCapacity; ++id) EXPECT_FALSE(seen.contains(id)) << id;
+  for (std::uint32_t id = 100 + kCapacity; id < 100 + 2 * kCapacity; ++id) EXPECT_TRUE(seen.contains(id)) << id;
+  EXPECT_EQ(seen.size(), kCapacity);
+}
+
 TEST(PeisSeenIds, WidenedItForgetsNothingAndThenTheOldestFirst) {
   SeenIds<std::uint64_t> seen(3);
   for (const auto id : {1u, 2u, 3u, 4u}) seen.add(id);

@@ -44,6 +44,8 @@ export class Device {
   status?: Tuple;
   description?: Tuple;
   readonly points = new Map<string, Point>();
+  /** How many its description lists; null: it has not come. */
+  described: number | null = null;
   #sorted: Point[] | null = null;
   #main: Point | undefined;
 
@@ -71,6 +73,12 @@ export class Device {
   get model(): string {
     const about = this.description?.json;
     return text(about?.model) || text(about?.type) || this.capabilities.slice(0, 3).map(typeWords).join(", ");
+  }
+
+  /** The type of what stands for it in a list, as far as its description says. */
+  get mainType(): string | undefined {
+    const [first] = [...this.capabilities].sort((a, b) => rankOfType(a) - rankOfType(b));
+    return first ?? this.first?.type;
   }
 
   /** The types of its points, as its description says. */
@@ -145,9 +153,12 @@ const sought = [
 const aside = new Set(["battery", "batteryLow", "deviceTemperature", "linkQuality", "voltage", "rssi", "lastSeen", "uptime"]);
 
 function rankOf(point: Point): number {
-  if (point.kind === "property") return 1000;
-  if (aside.has(point.type)) return 900;
-  const place = sought.indexOf(point.type);
+  return point.kind === "property" ? 1000 : rankOfType(point.type);
+}
+
+function rankOfType(type: string): number {
+  if (aside.has(type)) return 900;
+  const place = sought.indexOf(type);
   return place < 0 ? 800 : place;
 }
 
@@ -190,6 +201,12 @@ function namesIsland(tuple: Tuple): boolean {
   return tuple.json.id === tuple.owner && typeof tuple.json.name === "string";
 }
 
+/** Of an island, as far as it is described. */
+export interface Described {
+  devices: number;
+  points: number;
+}
+
 /** Devices and networks of all islands, put together from the tuples of the store as they come and go. */
 export class Catalog {
   readonly devices = new Map<string, Device>();
@@ -210,6 +227,8 @@ export class Catalog {
   points = 0;
   /** Grows when waiting devices come or go. */
   arrivals = 0;
+  /** By owner. */
+  readonly described = new Map<number, Described>();
 
   /** The prefixes of the islands, by owner. Other components, and other keys of an island, are none of its devices. */
   readonly #prefixes = new Map<number, string>();
@@ -229,8 +248,21 @@ export class Catalog {
   #changed(tuple: Tuple): void {
     if (namesIsland(tuple)) this.#learnPrefix(tuple.owner, tuple.key.slice(0, -islandKey.length));
     if (!tuple.key.endsWith(".description") || !this.#isOfIsland(tuple)) return;
-    if (readKey(tuple.key).what === "device") this.structure++;
-    else this.points++;
+    const key = readKey(tuple.key);
+    if (key.what === "device") {
+      this.structure++;
+      this.#describe(this.device(tuple.owner, key.network, key.device));
+    } else this.points++;
+  }
+
+  #describe(device: Device | undefined): void {
+    if (!device) return;
+    const sum = this.described.get(device.owner) ?? { devices: 0, points: 0 };
+    const now = device.description ? pointsIn(device.description.json) : null;
+    sum.points += (now ?? 0) - (device.described ?? 0);
+    sum.devices += Number(now !== null) - Number(device.described !== null);
+    device.described = now;
+    this.described.set(device.owner, sum);
   }
 
   #removed(tuple: Tuple): void {
@@ -311,6 +343,7 @@ export class Catalog {
     this.#withDevice(owner, key, (device) => {
       if (key.leaf === "status") device.status = now;
       else device.description = now;
+      if (key.leaf !== "status") this.#describe(device);
     });
   }
 
@@ -335,6 +368,10 @@ export class Catalog {
     this.structure++;
     setOrDelete(this.networks, path, network.empty ? undefined : network);
   }
+}
+
+function pointsIn(description: Record<string, unknown>): number {
+  return list(description.sensors).length + list(description.actuators).length + list(description.properties).length;
 }
 
 function setLeaf(point: Point, leaf: Leaf, now: Tuple | undefined): void {

@@ -18,8 +18,7 @@ export function qualityOf(device: Device): string {
 export function groupOf(device: Device, group: string): string {
   if (group === "network") return `${device.network} · ${device.owner}`;
   if (group === "place") return device.area || text.noPlace;
-  const type = device.first?.type ?? device.capabilities[0];
-  return type ? typeWords(type) : "–";
+  return device.mainType ? typeWords(device.mainType) : "–";
 }
 
 const stateOrder = ["unreachable", "unknown", "reachable"];

@@ -1,18 +1,6 @@
 import { signal } from "@preact/signals";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import {
-  baseFeeds,
-  catalog,
-  chosenIsland,
-  hasMany,
-  islands,
-  loadingOf,
-  manyDevices,
-  mayBe,
-  noIslands,
-  ownerPattern,
-  useFeeds,
-} from "../app";
+import { baseFeeds, catalog, chosenIsland, hasRoom, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
 import { useFrame } from "../core/redraw";
@@ -90,7 +78,7 @@ function useListed(): boolean {
   return listed.current;
 }
 
-/** Without filter and order by what the rows that are not shown lack. */
+/** Without filter and order by what rows lack that are not shown. */
 function withoutValues(filters: Filters): Filters {
   return { ...filters, quality: "", sort: ofPoints.includes(filters.sort.replace(/^-/, "")) ? "name" : filters.sort };
 }
@@ -98,7 +86,6 @@ function withoutValues(filters: Filters): Filters {
 /** All points' values; states and descriptions of as many as are needed. True once it is known which points there are. */
 function usePoints(filters: Filters, shown: Device[]): boolean {
   const owner = ownerPattern();
-  const many = hasMany();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
   // How many devices there are is known when the lists of all islands have come.
   const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices;
@@ -112,7 +99,7 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
         .slice(0, mostRows)
         .map(({ owner, prefix, network, id }) => ({ pattern: `${owner}:${prefix}.${network}.${id}.*.*.*`, min: 500, brief: true }));
   const listed = useListed();
-  const values = useFeeds(listed && !many ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
+  const values = useFeeds(listed && hasRoom(1) ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
   useFeeds(states);
   const owners = islands.value.map(({ id }) => id);
   return listed && values.every((feed) => feed.complete(owners));
@@ -121,8 +108,8 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
 function DeviceList({ route }: { route: Route }) {
   useFrame();
   rememberList("devices", route.query);
-  const many = hasMany();
-  const filters = many ? withoutValues(readFilters(route.query)) : readFilters(route.query);
+  const sortable = hasRoom(3);
+  const filters = sortable ? readFilters(route.query) : withoutValues(readFilters(route.query));
   const chosen = chosenDevices.value;
   const island = chosenIsland();
   const [window, setWindow] = useState<Device[]>([]);
@@ -133,7 +120,7 @@ function DeviceList({ route }: { route: Route }) {
     if (!next.delete(device.path)) next.add(device.path);
     chosenDevices.value = next;
   };
-  const columns = useMemo(() => deviceColumns(chosen, toggle, !many), [chosen, many]);
+  const columns = useMemo(() => deviceColumns(chosen, toggle, sortable), [chosen, sortable]);
   const state = loadingOf(baseFeeds);
   const live = filters.quality !== "" || columns.some((column) => column.live && column.id === filters.sort.replace(/^-/, ""));
   const spec = {
@@ -159,7 +146,7 @@ function DeviceList({ route }: { route: Route }) {
         onRoom={() => setPlacing(chosenOf(chosen))}
       />
       {placing.length > 0 && <RoomDialog devices={placing} onClose={() => setPlacing([])} />}
-      {many && <p class="strip">{text.tooMany(manyDevices)}</p>}
+      {!sortable && <p class="strip">{text.tooMany}</p>}
       <RoomTargets onOther={setPlacing} />
       <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
         <Table

@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { chosenIsland, line, loadingOf, ownerPattern, store, useFeeds } from "../app";
+import { chosenIsland, hasRoom, line, loadingOf, ownerPattern, store, useFeeds } from "../app";
 import { formatRate } from "../core/format";
 import { Rates } from "../core/rates";
 import { second } from "../core/redraw";
@@ -17,7 +17,7 @@ export function Floods() {
   return (
     <details class="floods" onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>{text.floods}</summary>
-      {open && <Rated />}
+      {open && (hasRoom(1) ? <Rated /> : <p class="muted">{text.tooMany}</p>)}
     </details>
   );
 }

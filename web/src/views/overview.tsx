@@ -2,11 +2,10 @@ import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
   baseFeeds,
   catalog,
-  hasMany,
+  hasRoom,
   islands,
   islandsKnown,
   loadingOf,
-  manyDevices,
   measuredWants,
   noIslands,
   ownerPattern,
@@ -30,7 +29,7 @@ import { RoomCard } from "./room_card";
 import { RoomPage, useRooms } from "./room";
 import type { View } from "./views";
 
-/** Up to so many devices, controls and words of all points come along; beyond, values only, and of very many none. */
+/** Up to so many devices, controls and words of all points come along; beyond, values only, and where these are too many none. */
 const fewDevices = 1000;
 
 /** The building at a glance: what needs attention, curves, rooms with their values and controls. */
@@ -40,9 +39,9 @@ function Overview() {
   const [arranging, setArranging] = useState(false);
   const owner = ownerPattern();
   const state = loadingOf(baseFeeds);
-  const few = state === "ready" && catalog.devices.size <= fewDevices;
-  const many = hasMany();
-  const leaves = few ? ["description", "status", "value"] : many || !islandsKnown.value ? [] : ["value"];
+  const few = state === "ready" && catalog.devices.size <= fewDevices && hasRoom(3);
+  const room = hasRoom(1);
+  const leaves = few ? ["description", "status", "value"] : room && islandsKnown.value ? ["value"] : [];
   useFeeds([...leaves.map((leaf) => ({ pattern: `${owner}:*.*.*.*.*.${leaf}`, min: 500 })), ...measuredWants()]);
   const rooms = useRooms(orderOfRooms());
   if (noIslands()) return <NoIsland />;
@@ -61,7 +60,7 @@ function Overview() {
         <MayNot needs="command" />
         <NotWritten owners={[...islands.value, server.value]} />
         <Attention state={state} />
-        {many && <p class="strip">{text.tooMany(manyDevices)}</p>}
+        {!room && <p class="strip">{text.tooMany}</p>}
         <Pinned arranging={arranging} />
         {rooms.length === 0 && state === "ready" && (
           <Empty title={text.noDevices}>

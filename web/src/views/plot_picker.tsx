@@ -1,5 +1,5 @@
 import { useMemo, useState } from "preact/hooks";
-import { catalog, chosenIsland, loadingOf, ownerPattern, useFeeds } from "../app";
+import { catalog, chosenIsland, hasRoom, loadingOf, ownerPattern, useFeeds } from "../app";
 import type { Point } from "../core/catalog";
 import { typeWords, unitSign } from "../core/format";
 import { second } from "../core/redraw";
@@ -42,10 +42,9 @@ export function PlotPicker({ chosen, onChange, onClose }: Props) {
   const [search, setSearch] = useState("");
   const [first] = useState(chosen);
   const owner = ownerPattern();
-  const feeds = useFeeds([
-    { pattern: `${owner}:*.*.*.*.*.description`, min: 1000 },
-    { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 },
-  ]);
+  const room = hasRoom(2);
+  const leaves = room ? ["description", "value"] : [];
+  const feeds = useFeeds(leaves.map((leaf) => ({ pattern: `${owner}:*.*.*.*.*.${leaf}`, min: 1000 })));
   const state = loadingOf(feeds);
   const slow = second.value >> 1;
   const { points, more } = useMemo(() => find(search, first), [search, catalog.structure, state === "ready", slow]);
@@ -60,6 +59,7 @@ export function PlotPicker({ chosen, onChange, onClose }: Props) {
         value={search}
         onInput={(event) => setSearch(event.currentTarget.value)}
       />
+      {!room && <p class="strip">{text.tooMany}</p>}
       <Loaded state={state} empty={points.length === 0 && <Empty title={search ? text.noneFound : text.noPoints} />}>
         <ul class="picker">
           {points.map((point) => {

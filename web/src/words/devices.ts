@@ -29,6 +29,6 @@ export const pinned = "Pinned";
 export const select = "select";
 export const compare = (count: number) => `Compare ${count}`;
 export const unselect = "Clear selection";
-export const tooMany = (most: number) =>
-  `Of more than ${most.toLocaleString()} devices, values come for the rows that are shown; the list has no order and no filter by them.`;
+export const tooMany =
+  "There are too many points to know all of them: the list has no order and no filter by value, quality and time. Choose an island, if one has fewer.";
 export const count = (count: number) => many(count, "device");

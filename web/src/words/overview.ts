@@ -60,4 +60,4 @@ export const closed = (value: string) =>
 export const blind = { up: "up", stop: "stop", down: "down" };
 export const warmer = (name: string) => `${name}: warmer`;
 export const colder = (name: string) => `${name}: colder`;
-export const tooMany = (most: number) => `Of more than ${most.toLocaleString()} devices, each room has its values on its own page.`;
+export const tooMany = "There are too many points to show all of them here: each room has its values on its own page.";

@@ -54,3 +54,4 @@ export const band = (low: string, high: string) => `${low} … ${high}`;
 export const commanded = (value: string, time: string) => `set to ${value} at ${time}`;
 export const count = (count: number) => many(count, "command");
 export const zone = (zone: string, short: string) => `Times are those of ${zone === short ? zone : `${zone} (${short})`}.`;
+export const tooMany = "There are too many points for this list: choose an island, if one has fewer, or open a device and plot its points.";

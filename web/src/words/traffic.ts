@@ -60,3 +60,4 @@ export const floods = "Set most often";
 export const counting = "Counting …";
 export const quiet = "Nothing is being set.";
 export const allByRate = "All tuples by rate";
+export const tooMany = "There are too many points to count all of them: choose an island, if one has fewer.";
