@@ -115,6 +115,9 @@ class Program:
         self.process, self.starts, self.stopped = None, 0, False
 
     def start(self):
+        """Nothing, if it runs: one that was killed and stopped at once is started by both."""
+        if self.running():
+            return
         with open(self.folder / f"{self.name}.log", "ab") as log:
             self.process = subprocess.Popen(self.words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder,
                                             env=self.environment, process_group=0)
