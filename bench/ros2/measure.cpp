@@ -162,7 +162,7 @@ std::size_t publications(dds_entity_t reader) {
   return tuples::dds::take<dds_builtintopic_endpoint_t>(reader, SIZE_MAX, [](const auto&, const auto&) {});
 }
 
-/// What as many topics with a writer cost in bare DDS, in a domain where nobody else is.
+/// What each of `count` topics costs in bare DDS. Each has a writer; no other participant is in the domain.
 double bare_topic_kb(std::size_t count) {
   const Other robot(202, 5);
   std::vector<Entity> writers;

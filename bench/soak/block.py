@@ -115,7 +115,7 @@ class Program:
         self.process, self.starts, self.stopped = None, 0, False
 
     def start(self):
-        """Nothing, if it runs: one that was killed and stopped at once is started by both."""
+        """Does nothing if it runs: who killed it and who stopped it both start it again."""
         if self.running():
             return
         with open(self.folder / f"{self.name}.log", "ab") as log:

@@ -17,7 +17,8 @@ using ByteView = std::span<const std::uint8_t>;
 /// What an empty buffer may keep, so that the usual one is not allocated each time.
 inline constexpr std::size_t kKeptBuffer = 32UL * 1024;
 
-/// Removes the first `count` bytes, of as many at least. A buffer that grew and is empty now gives its memory back.
+/// Removes the first `count` bytes; the buffer has at least so many. If it is empty then and had grown, it gives its
+/// memory back.
 inline void drop_front(Bytes& bytes, std::size_t count) {
   bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
   if (bytes.empty() && bytes.capacity() > kKeptBuffer) Bytes().swap(bytes);

@@ -13,8 +13,8 @@
 namespace rubicon::island {
 
 /// A vector that grew and went gives its memory back at once. Left to itself, malloc keeps blocks as large as the
-/// largest that was ever freed: those of a start with 60,000 points stay for good. What threads of brokers and DDS
-/// allocate, and the loop frees, is not spread over a heap for each.
+/// largest that was ever freed: those of a start with 60,000 points stay for good. Threads of brokers and
+/// DDS share two heaps with the loop, which frees what they allocate: one heap for each thread would fragment.
 inline void keep_heap_small() {
 #ifdef __GLIBC__
   ::mallopt(M_MMAP_THRESHOLD, 1 << 20);

@@ -316,8 +316,8 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
   answer(command, model::Outcome::kSent, {});
 }
 
-/// Whether a device measured after the command was sent: by the clock as it was then, or, if it was set back since, as
-/// it is now. A time that has not come yet is one of before.
+/// Whether a device measured after the command was sent: by the clock as it was then, or, if the clock was set back
+/// since, as it is now. A time in the future was taken before the clock was set back.
 bool CommandDesk::is_newer(WallTime measured, const Command& command) const {
   const auto& now = context_.clock.refresh();
   const auto& then = command.dispatched;

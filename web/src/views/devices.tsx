@@ -24,7 +24,7 @@ import type { View } from "./views";
 export const fewDevices = 1000;
 /** Each shown row is a subscription then; a connection has 256. */
 const mostRows = 100;
-/** The values of all points wait for the list of devices, but not for one that does not grow: an island may send nothing. */
+/** The values of all points wait for the list of devices as long as it grows: an island may send nothing. */
 const listTime = 2000;
 
 /** Those to compare; the choice outlives the view. */
@@ -78,7 +78,7 @@ function useListed(): boolean {
   return listed.current;
 }
 
-/** Without filter and order by what rows lack that are not shown. */
+/** Drops the filter and the order that need the points of rows that are not shown. */
 function withoutValues(filters: Filters): Filters {
   return { ...filters, quality: "", sort: ofPoints.includes(filters.sort.replace(/^-/, "")) ? "name" : filters.sort };
 }
@@ -88,7 +88,7 @@ function usePoints(filters: Filters, shown: Device[]): boolean {
   const owner = ownerPattern();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
   // How many devices there are is known when the lists of all islands have come.
-  const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices;
+  const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices && hasRoom(3);
   const all = few || live;
   const states = all
     ? [
