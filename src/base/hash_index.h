@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/prefetch.h"
+
 namespace rubicon::base {
 
 /// Finds elements of a table of the caller by the hashes of their keys: open addressing, slots of eight bytes. The keys
@@ -28,7 +30,7 @@ class HashIndex {
   }
 
   /// What find() will touch first comes into the cache meanwhile.
-  void fetch(std::uint32_t hash) const { __builtin_prefetch(&slots_[hash & mask()]); }
+  void fetch(std::uint32_t hash) const { prefetch(&slots_[hash & mask()]); }
 
   /// The element must not be there yet.
   void add(std::uint32_t hash, std::uint32_t element) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/prefetch.h"
 #include "proxy/naming.h"
 
 namespace rubicon::proxy {
@@ -137,8 +138,8 @@ Device* DeviceTable::find(std::string_view address, std::uint32_t hash) const {
 void DeviceTable::fetch_device(std::uint32_t hash) const {
   const auto guess = index_.guess(hash);
   if (guess == base::HashIndex::kNone) return;
-  __builtin_prefetch(devices_[guess].get());
-  __builtin_prefetch(&devices_[guess]->address);
+  base::prefetch(devices_[guess].get());
+  base::prefetch(&devices_[guess]->address);
 }
 
 Device& DeviceTable::add(const std::string& address) {
@@ -206,7 +207,7 @@ Point* find_point(Device& device, const PointId& id) {
 
 void fetch_points(const Device& device) {
   constexpr std::size_t kMaxFetched = 8;
-  for (std::size_t i = 0; i < std::min(device.points.size(), kMaxFetched); ++i) __builtin_prefetch(&device.points[i]);
+  for (std::size_t i = 0; i < std::min(device.points.size(), kMaxFetched); ++i) base::prefetch(&device.points[i]);
 }
 
 Point* find_point(Device& device, PointNumber number) {

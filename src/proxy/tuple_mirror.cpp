@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "base/prefetch.h"
 #include "base/text.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
@@ -181,8 +182,8 @@ void TupleMirror::all_points(Device& device) {
 }
 
 void TupleMirror::fetch(const Point& point) const {
-  __builtin_prefetch(&point.heard_at);
-  __builtin_prefetch(&point.mirror.text);
+  base::prefetch(&point.heard_at);
+  base::prefetch(&point.mirror.text);
   tuples::SpaceRights::fetch(context_.space, point.mirror.value);
 }
 

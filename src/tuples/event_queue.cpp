@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/prefetch.h"
+
 namespace rubicon::tuples {
 
 void EventQueue::push(std::uint32_t index, EventKind kind) {
@@ -43,7 +45,7 @@ EventQueue::Queued* EventQueue::room_for(std::uint32_t index, EventKind kind) {
 
 void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::uint32_t set) {
   const auto& tuple = store_.at(index);
-  __builtin_prefetch(tuple.key_text.get());  // needed at the end of the turn
+  base::prefetch(tuple.key_text.get());  // needed at the end of the turn
   queued.tuple = index;
   queued.set = set;
   store_.sets().use(queued.set);

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "base/assert.h"
+#include "base/prefetch.h"
 
 namespace rubicon::tuples {
 
@@ -194,8 +195,8 @@ bool Store::is_present(TupleRef tuple) const {
 void Store::fetch(TupleRef tuple) const {
   if (!pool_.contains(tuple.index)) return;
   const auto* begin = reinterpret_cast<const char*>(&pool_[tuple.index]);
-  __builtin_prefetch(begin, 1);
-  __builtin_prefetch(begin + 64, 1);
+  base::prefetch(begin);
+  base::prefetch(begin + 64);
 }
 
 std::uint32_t Store::create(OwnerId owner, std::string_view key) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/compare_text.h"
+#include "base/prefetch.h"
 #include "model/message.h"
 #include "model/point_tuples.h"
 #include "model/type_catalogue.h"
@@ -76,8 +77,8 @@ struct alignas(64) RecordedPoint {
 
   /// What a value of it touches comes into the cache meanwhile.
   void fetch() const {
-    __builtin_prefetch(this);
-    __builtin_prefetch(&capability.point);
+    base::prefetch(this);
+    base::prefetch(&capability.point);
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "base/prefetch.h"
 #include "model/point_keys.h"
 #include "rubicon/key.hpp"
 
@@ -104,15 +105,15 @@ void RecordedKeys::fetch(std::span<const recording::Record> next) {
   for (const auto& record : next) by_text_.fetch(numbered(record).hash);
   for (const auto& record : next) {
     const auto guess = by_text_.guess(numbered(record).hash);
-    if (guess != base::HashIndex::kNone) __builtin_prefetch(&keys_[guess]);
+    if (guess != base::HashIndex::kNone) base::prefetch(&keys_[guess]);
   }
   for (const auto& record : next) {
     const auto guess = by_text_.guess(numbered(record).hash);
     if (guess == base::HashIndex::kNone) continue;
     const auto& text = keys_[guess].text;
-    __builtin_prefetch(text.data());
-    __builtin_prefetch(text.data() + text.size());
-    if (const auto* device = keys_[guess].target.device) __builtin_prefetch(device);
+    base::prefetch(text.data());
+    base::prefetch(text.data() + text.size());
+    if (const auto* device = keys_[guess].target.device) base::prefetch(device);
     if (const auto* point = keys_[guess].target.point) point->fetch();
   }
 }
