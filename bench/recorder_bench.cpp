@@ -193,7 +193,7 @@ void read_records(benchmark::State& state) {
 
 struct CountingHost final : network::NetworkHost {
   using NetworkHost::deliver;
-  void deliver(Message message) override {
+  void deliver(Message&& message) override {
     if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings += updates->readings.size();
     if (const auto* line = std::get_if<model::State>(&message.body)) ended |= line->line == model::LineState::kEnded;
   }

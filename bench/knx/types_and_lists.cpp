@@ -73,7 +73,7 @@ class DeafHost final : public network::NetworkHost {
   DeafHost& operator=(const DeafHost&) = delete;
 
   using NetworkHost::deliver;
-  void deliver(model::Message message) override {
+  void deliver(model::Message&& message) override {
     auto* join = std::get_if<model::Join>(&message.body);
     if (join == nullptr) return;
     auto& points = devices[message.source.device];

@@ -459,7 +459,7 @@ void Gateway::on_accepted(std::function<void(std::uint64_t number)> call) {
   impl_->gateway_tuple.on_accepted(std::move(call));
 }
 
-void Gateway::from_network(const std::string& network, Message message) {
+void Gateway::from_network(const std::string& network, Message&& message) {
   RUBICON_DEBUG_ASSERT(impl_->scheduler.on_loop_thread());
   impl_->stamp(message);
   NetworkQueue& queue = impl_->queue_of(network);

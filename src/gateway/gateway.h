@@ -72,7 +72,7 @@ class Gateway final : public network::MessageSink {
 
   /// A message of an own network. If it cannot be delivered, its Message::source is answered; answers to this island
   /// with an empty network go to the kAcknowledge listeners.
-  void from_network(const std::string& network, Message message) override;
+  void from_network(const std::string& network, Message&& message) override;
 
   /// Sets other bounds; messages that wait already stay.
   void limit(GatewayLimits limits);

@@ -273,7 +273,7 @@ namespace {
 
 /// Discards the messages of networks that are created only to check their options.
 struct NullSink final : network::MessageSink {
-  void from_network(const std::string&, Message) override {}
+  void from_network(const std::string&, Message&&) override {}
 };
 
 const island::NetworkSetup& setup_of(const island::IslandConfig& config, const std::string& id) {

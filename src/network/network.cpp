@@ -20,10 +20,7 @@ Result<void> check_memory(std::string_view name, ByteView value) {
 }
 
 void NetworkHost::deliver(std::string device, model::Body body) {
-  Message message;
-  message.source.device = std::move(device);
-  message.body = std::move(body);
-  deliver(std::move(message));
+  deliver(Message{.source = {{}, {}, std::move(device)}, .destination = {}, .body = std::move(body)});
 }
 
 Result<TupleWatch> NetworkHost::watch_tuple(std::string_view, std::function<void(std::string_view value)>) {

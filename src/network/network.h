@@ -45,7 +45,7 @@ class NetworkHost {
   /// Sends a message upwards: Join, KeepAlive, Unreachable, Leave, Updates, Acknowledge, State, Opaque. Fill
   /// source.device and body (and the destination if it is not this island); the host fills in the rest. Only queues;
   /// may be called at any time after the construction of the network.
-  virtual void deliver(Message message) = 0;
+  virtual void deliver(Message&& message) = 0;
   /// The line is lost; the host calls open() again after a pause. Messages that wait for the line may stay in the
   /// network.
   virtual void failed(Error why) = 0;

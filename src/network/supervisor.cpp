@@ -39,7 +39,7 @@ class Supervisor::Slot final : public NetworkHost {
 
   using NetworkHost::deliver;
 
-  void deliver(Message message) override {
+  void deliver(Message&& message) override {
     if (closed_) return;
     message.source.island = supervisor_.island_;
     message.source.network = id_;

@@ -14,7 +14,7 @@ namespace rubicon::network {
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
-  virtual void from_network(const std::string& network, Message message) = 0;
+  virtual void from_network(const std::string& network, Message&& message) = 0;
 };
 
 /// Keeps what networks remember: NetworkHost::remember and remembered, with the id of the network.

@@ -175,7 +175,7 @@ Result<void> apply(Database& database, std::initializer_list<const char*> pragma
 
 Result<void> tune_reader(Database& database) {
   return apply(database, {"PRAGMA mmap_size=0", "PRAGMA cell_size_check=ON", "PRAGMA temp_store=MEMORY",
-                          "PRAGMA cache_size=-8192"});
+                          "PRAGMA cache_size=-2048"});
 }
 
 Result<void> check_soundness(Database& database) {

@@ -57,9 +57,17 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     if (held) return void(kept = size);
     if (calls.received) calls.received(ByteView(buffer).first(size));
     if (!going()) return;
-    if (size == buffer.size() && size < kMaxReadBytes)
-      buffer.resize(2 * size);  // the other end sends faster than this buffer
+    fit_buffer(size);
     receive();
+  }
+
+  /// The buffer of the next read, after one of `size` bytes: larger if the other end sends faster, else smaller again.
+  void fit_buffer(std::size_t size) {
+    if (size == buffer.size() && size < kMaxReadBytes) {
+      buffer.resize(2 * size);
+    } else if (size < buffer.size() / 4 && buffer.size() > kFirstRead) {
+      buffer = Bytes(buffer.size() / 2);
+    }
   }
 
   /// Either one read is pending or its bytes are kept, so that hardly anything is read while held.

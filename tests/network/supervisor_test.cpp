@@ -82,7 +82,7 @@ NetworkType played(Duration longest_pause = 1s) {
 }
 
 struct Sink final : MessageSink {
-  void from_network(const std::string& network, Message message) override {
+  void from_network(const std::string& network, Message&& message) override {
     EXPECT_EQ(network, message.source.network);
     messages.push_back(std::move(message));
   }

@@ -60,7 +60,7 @@ TEST_F(Islands, AMessageOfADeviceReachesADeviceOfAnotherIsland) {
   message.source.device = "3";
   message.destination.network = "scripted-1";
   message.destination.device = "4";
-  devices_of(1).host().deliver(message);
+  devices_of(1).host().deliver(std::move(message));
   scheduler.run_ready();
   ASSERT_EQ(devices_of(2).sent.size(), 1U);
   const auto& got = devices_of(2).sent[0];

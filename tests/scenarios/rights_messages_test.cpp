@@ -356,7 +356,7 @@ TEST_F(RightsOfMessages, AnIslandSpeaksForItselfWithoutASender) {
   start(2, {rule("island:1", {Right::kSend}, {"scripted-1.7"})});
   auto message = note(2, "scripted-1", "7");
   message.source.device = "3";
-  devices_of(1).host().deliver(message);
+  devices_of(1).host().deliver(std::move(message));
   scheduler.run_for(1s);
   EXPECT_EQ(devices_of(2).sent.size(), 1U);
   EXPECT_THAT(audit(1), IsEmpty());
@@ -387,7 +387,7 @@ TEST_F(RightsOfMessages, ADeviceCommandsItsIslandAsBefore) {
   start(1, {});
   auto message = switch_on(1);
   message.source.device = "3";
-  devices_of(1).host().deliver(message);
+  devices_of(1).host().deliver(std::move(message));
   scheduler.run_ready();
   EXPECT_EQ(commands(1), 1U);
   EXPECT_THAT(audit(1), IsEmpty());

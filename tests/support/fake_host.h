@@ -22,7 +22,7 @@ class FakeHost final : public network::NetworkHost {
   FakeHost& operator=(const FakeHost&) = delete;
 
   using NetworkHost::deliver;
-  void deliver(Message message) override { delivered.push_back(std::move(message)); }
+  void deliver(Message&& message) override { delivered.push_back(std::move(message)); }
   void failed(Error why) override { failures.push_back(std::move(why)); }
   Result<network::TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call) override {
     followed[std::string(tuple)] = std::move(call);

@@ -47,7 +47,7 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
 
  private:
   using NetworkHost::deliver;
-  void deliver(Message message) override {
+  void deliver(Message&& message) override {
     loop_.scheduler().post([this, message = std::move(message)] { receive(message); });
   }
   Result<void> remember(std::string_view, ByteView, network::Keep) override { return keeps_nothing(); }

@@ -203,7 +203,7 @@ Deliveries::Sent* Deliveries::find(Peer& peer, std::uint32_t ack_id) {
 void Deliveries::settle(Peer& peer, Sent& sent) {
   --peer.unacknowledged;
   bytes_ -= sent.package.size();
-  if (spare_.size() < kMaxSpare) spare_.push_back(std::move(sent.package));
+  if (spare_.size() < kMaxSpare && sent.package.capacity() <= kMaxSpareBytes) spare_.push_back(std::move(sent.package));
   sent.package = {};
   sent.message = nullptr;
   sent.over = true;

@@ -202,7 +202,7 @@ class Deliveries {
     Outcome outcome;
   };
   static constexpr std::size_t kSeenOfOurs = 2 * kOfOurs.packages;
-  static constexpr std::size_t kMaxSpare = 512;
+  static constexpr std::size_t kMaxSpare = 512, kMaxSpareBytes = 1024;  ///< buffers that are kept; bytes of each
 
   std::uint32_t next_id() { return last_id_ = last_id_ >= kMaxId ? 1 : last_id_ + 1; }
   bool has_room(const Peer& peer) const { return peer.sent.size() < peer.packages; }

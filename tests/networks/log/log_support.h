@@ -91,7 +91,7 @@ class Listener final : public network::NetworkHost, public base::LogSink {
   };
 
   using NetworkHost::deliver;
-  void deliver(Message message) override { heard.push_back({time.now() - start, std::move(message)}); }
+  void deliver(Message&& message) override { heard.push_back({time.now() - start, std::move(message)}); }
   void failed(Error why) override { failures.push_back(why); }
   Scheduler& scheduler() override { return time; }
   transport::Transports& transports() override { return files; }

@@ -297,7 +297,7 @@ TEST_F(Salad, AHostThatCannotBeFoundIsALostLine) {
 
 TEST_F(Salad, ATakenPortIsTriedAgainByTheSupervisorUntilItIsFree) {
   struct Sink final : network::MessageSink {
-    void from_network(const std::string&, Message message) override { messages.push_back(std::move(message)); }
+    void from_network(const std::string&, Message&& message) override { messages.push_back(std::move(message)); }
     std::vector<Message> messages;
   } sink;
   listen();

@@ -40,7 +40,7 @@ class OnMosquitto : public ::testing::Test, public network::MessageSink {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
   }
-  void from_network(const std::string&, Message message) override { said_.push_back(std::move(message)); }
+  void from_network(const std::string&, Message&& message) override { said_.push_back(std::move(message)); }
 
   Scheduler& scheduler() { return machine_->loop.scheduler(); }
   std::string secret(const std::string& password) {
