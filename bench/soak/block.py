@@ -107,21 +107,32 @@ class Group:
             folder.rmdir()
 
 
+#: Signals that a program ends by because of a fault of its own.
+CRASHES = {signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGSEGV}
+
+
 class Program:
     """A program that can be killed and started again. Its messages go to a file of its own."""
 
     def __init__(self, name, words, folder, environment):
         self.name, self.words, self.folder, self.environment = name, [str(word) for word in words], folder, environment
-        self.process, self.starts, self.stopped = None, 0, False
+        self.process, self.starts, self.told_to_end = None, 0, False
+        self.crashes = []  #: ends that nobody asked for, and signals of a fault
 
     def start(self):
         """Does nothing if it runs: who killed it and who stopped it both start it again."""
         if self.running():
             return
+        self.note_end()
         with open(self.folder / f"{self.name}.log", "ab") as log:
             self.process = subprocess.Popen(self.words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder,
                                             env=self.environment, process_group=0)
-        self.starts += 1
+        self.starts, self.told_to_end = self.starts + 1, False
+
+    def note_end(self):
+        code = self.process.poll() if self.process else None
+        if code is not None and (-code in CRASHES or not self.told_to_end):
+            self.crashes.append(f"{self.name} ended with {code}")
 
     def running(self):
         return self.process is not None and self.process.poll() is None
@@ -130,11 +141,15 @@ class Program:
         if self.running():
             self.process.send_signal(number)
 
+    def tell_to_end(self, number):
+        self.told_to_end |= self.running()
+        self.send(number)
+
     def end(self, number=signal.SIGTERM, wait=10):
         """Returns whether it ended within `wait` seconds."""
         if self.process is None:
             return True
-        self.send(number)
+        self.tell_to_end(number)
         try:
             self.process.wait(wait)
             return True
@@ -144,10 +159,11 @@ class Program:
             return False
 
     def memory(self):
-        """Resident memory in bytes, and descriptors."""
+        """Resident memory in bytes, that of no file, and descriptors."""
         with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as file:
-            pages = int(file.read().split()[1])
-        return pages * os.sysconf("SC_PAGE_SIZE"), len(os.listdir(f"/proc/{self.process.pid}/fd"))
+            resident, of_files = map(int, file.read().split()[1:3])
+        page = os.sysconf("SC_PAGE_SIZE")
+        return resident * page, (resident - of_files) * page, len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def processor(self):
         """Seconds of processor time since it was started."""
@@ -261,8 +277,15 @@ class Block:
         """Names of programs that did not end by themselves."""
         for program in self.islands.values():
             program.send(signal.SIGCONT)
-            program.send(signal.SIGTERM)
+            program.tell_to_end(signal.SIGTERM)
         late = [one.name for one in self.islands.values() if not one.end()]
         for program in self.services.values():
             program.end()
         return late
+
+    def crashes(self):
+        """What ended by itself, or by a fault of its own."""
+        programs = [*self.islands.values(), *self.services.values()]
+        for program in programs:
+            program.note_end()
+        return [one for program in programs for one in program.crashes]

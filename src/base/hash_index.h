@@ -34,7 +34,7 @@ class HashIndex {
 
   /// The element must not be there yet.
   void add(std::uint32_t hash, std::uint32_t element) {
-    if ((used_ + 1) * 2 > slots_.size()) grow();  // looks for what is not there end soon
+    if ((used_ + 1) * 3 > slots_.size() * 2) grow();  // looks for what is not there end soon
     place({hash, element});
     ++used_;
   }

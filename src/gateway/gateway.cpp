@@ -237,8 +237,9 @@ void Gateway::Impl::answer(const Envelope& envelope, Outcome outcome, std::strin
 void Gateway::Impl::report_drops(NetworkQueue& queue) {
   const auto dropped = queue.counters.dropped_readings;
   if (dropped == queue.reported_drops) return;
-  const auto text = fmt::format("network {}: {} readings dropped so far because more than {} were waiting",
-                                queue.network(), dropped, limits.queue);
+  const auto text =
+      fmt::format("network {}: {} readings dropped so far because more than {} were waiting, or {} MiB of text",
+                  queue.network(), dropped, limits.queue, NetworkQueue::kMaxBytes >> 20);
   if (log.warning(queue.network() + " drops", text)) queue.reported_drops = dropped;
 }
 
@@ -447,6 +448,7 @@ Handle Gateway::subscribe(MessageKind kind, MessageCall call) {
 }
 
 Handle Gateway::subscribe_user(std::string_view type, MessageCall call) {
+  std::erase_if(impl_->user_listeners, [](const auto& one) { return one.second.empty(); });
   return impl_->user_listeners[std::string(type)].add(std::move(call));
 }
 

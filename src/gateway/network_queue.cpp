@@ -14,6 +14,26 @@ std::size_t weight(const model::Updates& updates) {
   return std::max<std::size_t>(1, updates.readings.size());
 }
 
+std::size_t bytes_of(const model::Updates& updates) {
+  std::size_t bytes = 0;
+  for (const auto& reading : updates.readings) {
+    if (const auto* text = std::get_if<std::string>(&reading.value)) bytes += text->size();
+    if (const auto* json = std::get_if<model::Json>(&reading.value)) bytes += json->text.size();
+    bytes += reading.why.size();
+  }
+  return bytes;
+}
+
+/// Of what is neither a reading nor a join; its other texts are short.
+std::size_t bytes_of_other(const Message& message) {
+  std::size_t bytes = 0;
+  if (const auto* opaque = std::get_if<model::Opaque>(&message.body)) bytes += opaque->bytes.size();
+  if (const auto* state = std::get_if<model::State>(&message.body)) {
+    for (const auto& [name, text] : state->texts) bytes += text.size();
+  }
+  return bytes;
+}
+
 /// A later Join or KeepAlive of the device must not replace one from before this message.
 bool ends_presence(const Message& message) {
   return message.kind() == MessageKind::kLeave || message.kind() == MessageKind::kUnreachable;
@@ -31,9 +51,11 @@ bool NetworkQueue::add(Message& message) {
 }
 
 bool NetworkQueue::add_updates(Message& message) {
-  readings_ += weight(*std::get_if<model::Updates>(&message.body));
+  const auto& updates = *std::get_if<model::Updates>(&message.body);
+  readings_ += weight(updates);
+  reading_bytes_ += bytes_of(updates);
   push(message);
-  while (readings_ > limits_.queue) drop_oldest_updates();
+  while (readings_ > limits_.queue || reading_bytes_ > kMaxBytes) drop_oldest_updates();
   return true;
 }
 
@@ -43,6 +65,7 @@ void NetworkQueue::drop_oldest_updates() {
   const auto& updates = *std::get_if<model::Updates>(&oldest.body);
   counters.dropped_readings += updates.readings.size();
   readings_ -= weight(updates);
+  reading_bytes_ -= bytes_of(updates);
   oldest.body = model::KeepAlive{};
   oldest.origin = model::kNoOwner;
   if (++dropped_ > kCapacityKept + limits_.queue / 2) compact();
@@ -77,8 +100,10 @@ bool NetworkQueue::add_keep_alive(Message& message) {
 }
 
 bool NetworkQueue::add_other(Message& message) {
-  if (others_ >= limits_.queue) return false;
+  const auto bytes = bytes_of_other(message);
+  if (others_ >= limits_.queue || other_bytes_ + bytes > kMaxBytes) return false;
   ++others_;
+  other_bytes_ += bytes;
   if (ends_presence(message)) marks_.erase(message.source.device);
   push(message);
   return true;
@@ -100,6 +125,7 @@ void NetworkQueue::begin_drain() {
   leaving_.swap(waiting_);
   if (!marks_.empty()) marks_.clear();
   readings_ = others_ = oldest_ = dropped_ = 0;
+  reading_bytes_ = other_bytes_ = 0;
 }
 
 void NetworkQueue::end_drain() {

@@ -14,9 +14,13 @@
 namespace rubicon::gateway {
 
 /// The messages of one network that wait for the next turn, in order and bounded: of readings the oldest are dropped,
-/// of joins and KeepAlives the latest per device is kept, others are refused once there is no room.
+/// of joins and KeepAlives the latest per device is kept, others are refused once there is no room. Of readings and of
+/// others, the bytes of their texts are bounded too; joins say what their network holds in any case.
 class NetworkQueue {
  public:
+  /// Of the texts of readings, and of those of others.
+  static constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+
   NetworkQueue(std::string network, GatewayLimits limits) : network_(std::move(network)), limits_(limits) {}
 
   void limit(GatewayLimits limits) { limits_ = limits; }
@@ -72,6 +76,7 @@ class NetworkQueue {
   std::unordered_map<std::string, Marks> marks_;
   std::size_t readings_ = 0;  ///< waiting; a message without any counts as one
   std::size_t others_ = 0;
+  std::size_t reading_bytes_ = 0, other_bytes_ = 0;
   std::size_t oldest_ = 0;   ///< no Updates wait before this position
   std::size_t dropped_ = 0;  ///< positions of dropped messages
 };

@@ -35,7 +35,7 @@ class SpareMemory {
  public:
   static constexpr int kMany = 50;
   static constexpr base::Duration kPause = std::chrono::seconds(10);
-  static constexpr base::Duration kPeriod = std::chrono::minutes(5);
+  static constexpr base::Duration kPeriod = std::chrono::minutes(1);
 
   SpareMemory(base::Scheduler& scheduler, tuples::TupleSpace& space, std::function<void()> give = give_back_memory)
       : scheduler_(scheduler), give_(std::move(give)) {

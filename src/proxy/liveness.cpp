@@ -14,6 +14,8 @@ constexpr Duration kMinDeadline = std::chrono::seconds(3);
 constexpr Duration kMaxDeadline = std::chrono::hours(24 * 366);
 /// Devices checked in one turn of the loop.
 constexpr int kDevicesATurn = 1000;
+/// So many checks beyond two for each device are left behind before they are looked for.
+constexpr std::size_t kOutdated = 1000;
 
 bool ages(const Point& point) {
   return point.id.kind == Kind::kSensor && !(point.type && point.type->report == model::Report::kEvent);
@@ -75,7 +77,20 @@ void Liveness::arm(Device& device, SteadyTime when) {
   if (when >= device.liveness.check_at) return;
   device.liveness.check_at = when;
   checks_.push({when, device.number});
+  if (checks_.size() > 2 * directory_.size() + kOutdated) drop_outdated();
   set_timer();
+}
+
+/// A device whose check moved to an earlier time leaves the later one behind.
+void Liveness::drop_outdated() {
+  std::vector<Check> current;
+  for (const auto& [id, network] : directory_.networks()) {
+    for (const auto& device : network->devices.all()) {
+      if (device->liveness.check_at != SteadyTime::max())
+        current.push_back({device->liveness.check_at, device->number});
+    }
+  }
+  checks_ = decltype(checks_)(std::greater<>(), std::move(current));
 }
 
 void Liveness::set_timer() {

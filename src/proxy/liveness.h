@@ -11,7 +11,7 @@
 namespace rubicon::proxy {
 
 /// Devices not heard for the network's `silence` become unreachable, values older than their deadline become stale.
-/// One heap entry per device and one timer for all: a reading only notes the time; the check at the deadline decides.
+/// Few heap entries per device and one timer for all: a reading only notes the time; the check at the deadline decides.
 class Liveness {
  public:
   struct Callbacks {
@@ -33,6 +33,7 @@ class Liveness {
     bool operator>(const Check& other) const { return when > other.when; }
   };
   void arm(Device& device, SteadyTime when);
+  void drop_outdated();
   void set_timer();
   void check_due();
   void check(Device& device, SteadyTime now);

@@ -123,7 +123,9 @@ void Outbox::release(PeerQueue& peer, std::size_t from, std::size_t count) {
 void Outbox::close(PeerQueue& peer) {
   peer.closed = true;
   release(peer, 0, peer.entries.size());
-  peer.entries.clear();
+  // Subscriptions that have ended keep the queue for a while, and need no memory of it.
+  std::exchange(peer.entries, {});
+  std::exchange(peer.queued, {});
   if (std::exchange(peer.listed, false)) std::erase(listed_, &peer);
 }
 

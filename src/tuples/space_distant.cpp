@@ -190,11 +190,10 @@ void TupleSpace::Impl::begin_epoch(OwnerId owner) {
 void TupleSpace::Impl::peer_down(OwnerId owner) {
   drop_peer(owner);
   summaries.erase(owner);
-  std::erase_if(absent, [this](const auto& one) { return !store.trie().has_owner(one.first); });
-  if (!store.trie().has_owner(owner)) {
-    epochs.erase(owner);
-    return;
-  }
+  const auto has_no_copies = [this](const auto& one) { return !store.trie().has_owner(one.first); };
+  std::erase_if(absent, has_no_copies);
+  std::erase_if(epochs, has_no_copies);
+  if (!store.trie().has_owner(owner)) return;
   absent[owner] = scheduler.after(kOwnerGrace, [this, owner] {
     open_turn();
     walk(Walk::Purpose::kForget, {owner, "**"}, nullptr);

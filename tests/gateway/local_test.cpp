@@ -59,6 +59,40 @@ TEST_F(LocalGateway, DropsTheOldestReadingsBeyondTheBoundAndCountsThem) {
   EXPECT_TRUE(log.contains("1900 readings dropped"));
 }
 
+TEST_F(LocalGateway, DropsTheOldestReadingsBeyondTheBoundOfBytes) {
+  one.listen(MessageKind::kUpdates);
+  const std::string text(1 << 20, 'x');
+  for (int i = 0; i < 20; ++i) {
+    model::Updates updates;
+    updates.readings.push_back({kMeter, text, {}});
+    one.network("a").say(std::to_string(i), std::move(updates));
+  }
+  for (std::int64_t i = 0; i < 3; ++i) one.network("b").say("7", reading(i));
+  time.run_ready();
+  ASSERT_THAT(one.heard, SizeIs(16 + 3)) << "16 MiB";
+  EXPECT_EQ(one.heard[0].source.device, "4");
+  EXPECT_EQ(one.gateway.counters("a").dropped_readings, 4u);
+  for (int i = 0; i < 16; ++i) {
+    model::Updates updates;
+    updates.readings.push_back({kMeter, text, {}});
+    one.network("a").say("next turn", std::move(updates));
+  }
+  time.run_ready();
+  EXPECT_EQ(one.gateway.counters("a").dropped_readings, 4u) << "a new turn has all the room";
+}
+
+TEST_F(LocalGateway, RefusesOthersBeyondTheBoundOfBytes) {
+  one.listen(MessageKind::kState);
+  for (int i = 0; i < 20; ++i) {
+    model::State state{model::LineState::kUp, {}, {}};
+    for (int part = 0; part < 16; ++part) state.texts["part-" + std::to_string(part)] = std::string(1 << 16, 'x');
+    one.network("a").say({}, std::move(state));
+  }
+  time.run_ready();
+  EXPECT_THAT(one.heard, SizeIs(16)) << "16 MiB";
+  EXPECT_EQ(one.gateway.counters("a").refused_busy, 4u);
+}
+
 TEST_F(LocalGateway, HoldsItsBoundsUnderAFloodOfEveryKind) {
   std::size_t joins = 0, updates = 0;
   auto count_joins = one.gateway.subscribe(MessageKind::kJoin, [&](const Message&) { ++joins; });

@@ -65,6 +65,23 @@ TEST_F(Silence, EachNetworkHasItsOwnSilence) {
   EXPECT_EQ(status(), "unreachable");
 }
 
+TEST_F(Silence, ComesAfterThousandsOfEarlierDeadlinesToo) {
+  rules().silence = 24h;
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  for (int times = 0; times < 2000; ++times) {
+    const auto watched = robot->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {}, [](const Event&) {});
+    time.run_for(4s);
+  }
+  ASSERT_EQ(status(), "reachable");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(24h - 1s);
+  EXPECT_EQ(status(), "reachable");
+  time.run_for(2s);
+  EXPECT_EQ(status(), "unreachable");
+}
+
 TEST_F(Silence, NeverMeansThatTheLineDecides) {
   rules().silence = std::nullopt;
   begin();

@@ -105,6 +105,14 @@ TEST(HouseRules, NothingNamesTheInternalsOfCycloneDds) {
   }
 }
 
+/// GCC takes a function that only fetches for one without effects, and leaves its calls out.
+TEST(HouseRules, OnlyBasePrefetchFetchesAhead) {
+  for (const auto& file : product_sources()) {
+    const bool fetches = file.text.find("__builtin_prefetch") != std::string::npos;
+    EXPECT_EQ(fetches, file.path == "src/base/prefetch.h") << file.path;
+  }
+}
+
 /// A test that meets an island of the host, or of another test, fails for no reason of its own.
 TEST(HouseRules, EachTestProgramMeetsOthersInAFolderOfItsOwn) {
   const auto* const folder = std::getenv("RUBICON_FOLDER");

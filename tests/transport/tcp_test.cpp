@@ -1,11 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <array>
 
+#include <algorithm>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <memory>
+#include <vector>
 
 #include "transport/worlds.h"
 
@@ -306,6 +308,32 @@ TEST(MachineTcp, ADeadPeerIsNoticedWhetherWeSendOrNot) {
   EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPIDLE), 10);
   EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPINTVL), 10);
   EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPCNT), 3);
+}
+
+TEST(MachineTcp, ReadsInLargerPiecesWhileTheOtherEndIsFastAndInSmallOnesAfterwards) {
+  MachineWorld world;
+  MachineServer server(world.loop);
+  std::vector<std::size_t> pieces;
+  std::size_t got = 0, sent = 0;
+  TcpCallbacks calls;
+  calls.received = [&](ByteView bytes) {
+    pieces.push_back(bytes.size());
+    got += bytes.size();
+  };
+  const auto stream = world.local.open_tcp({server.at()}, std::move(calls)).value();
+  ASSERT_TRUE(world.until([&] { return server.accepted == 1; }));
+  const auto send = [&](std::size_t size) {
+    pieces.clear();
+    server.send(std::string(size, 'x'));
+    sent += size;
+    return world.until([&] { return got == sent; });
+  };
+  ASSERT_TRUE(send(60'000));
+  EXPECT_EQ(pieces.front(), 8192U);
+  EXPECT_GT(*std::max_element(pieces.begin(), pieces.end()), 8192U);
+  for (int quiet = 0; quiet < 4; ++quiet) ASSERT_TRUE(send(10));
+  ASSERT_TRUE(send(60'000));
+  EXPECT_EQ(pieces.front(), 8192U) << "the buffer of the burst is still there";
 }
 
 TEST(MachineTcp, WithoutALoopThereAreNoConnections) {
