@@ -157,6 +157,7 @@ class MqttEcology final : public StandInEcology {
   bool may_swallow(std::size_t size) const;
   void show(const MqttLink& link);
   void show_soon();
+  void show_here();
   void hide(const MqttLink& link);
   std::uint32_t credit() const;
   void read_again();
@@ -178,7 +179,8 @@ class MqttEcology final : public StandInEcology {
   std::unique_ptr<Documents> documents_;  ///< null: there is no realm
   Handle realm_changes_;
   Line own_;
-  std::vector<Line> former_;              ///< earlier connections of this process that may have left topics
+  Line here_;                 ///< where the components of this process meet, with or without a broker; unknown outside
+  std::vector<Line> former_;  ///< earlier connections of this process that may have left topics
   bool vouched_ = true, probed_ = false;  ///< whether the broker protects names, and it was tried on this connection
   bool returns_ = false;                  ///< until presence was read on this connection
   std::uint64_t count_ = 0;               ///< of connections
@@ -202,7 +204,7 @@ class MqttEcology final : public StandInEcology {
   Duration read_again_in_{};
   unsigned shown_lately_ = 0;  ///< messages of presence since the last look
   Timer look_;
-  base::OncePerTurn flush_soon_;
+  base::OncePerTurn flush_soon_, show_here_soon_;
   base::Lifetime lifetime_;
 };
 

@@ -52,6 +52,7 @@ void MqttEcology::empty_former() {
 }
 
 void MqttEcology::show(const MqttLink& link) {
+  show_here_soon_.request();
   if (!publish(topics_.component(own_, link.id()), component_text(link.shown()), true)) show_soon();
 }
 
@@ -61,6 +62,7 @@ void MqttEcology::show_soon() {
 
 /// First publishes that it leaves, so that no component takes it for lost.
 void MqttEcology::hide(const MqttLink& link) {
+  show_here_soon_.request();
   const auto topic = topics_.component(own_, link.id());
   publish(topic, std::string(kLeft), false);
   publish(topic, {}, true);
@@ -183,6 +185,7 @@ void MqttEcology::look_at_suspects() {
   std::vector<std::pair<OwnerId, const MqttLink*>> unasked;
   std::vector<OwnerId> over;
   const auto look_at = [&](OwnerId id, const MqttLink& asker) {
+    if (const auto* own = links_.find(id); own && own->attached()) return;
     const auto known = suspects_.find(id);
     const auto [found, is_new] = suspects.emplace(id, known == suspects_.end() ? Suspect() : known->second);
     if (!is_new) return;

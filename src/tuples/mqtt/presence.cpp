@@ -1,6 +1,8 @@
 #include "tuples/mqtt/presence.h"
 
 #include <algorithm>
+#include <limits>
+#include <tuple>
 #include <utility>
 
 #include "tuples/link.h"
@@ -52,6 +54,11 @@ bool Presence::show(const Line& line, const LineShown& shown) {
   return true;
 }
 
+void Presence::show_own(const Line& line, Duration lease) {
+  std::ignore = show(line, {std::numeric_limits<std::uint64_t>::max(), lease});
+  lines_.at(line).own = true;
+}
+
 /// The topics of an earlier connection may be emptied before those of its successor are read. So end_reading() decides
 /// about topics that were not seen.
 void Presence::hide(const Line& line) {
@@ -100,16 +107,16 @@ void Presence::remove(const Line& line, OwnerId id, PeerEvent how) {
 }
 
 void Presence::begin_reading() {
-  for (auto& [line, state] : lines_) state.seen = false;
+  for (auto& [line, state] : lines_) state.seen = state.own;
   for (auto& [id, all] : components_) {
-    for (auto& [line, one] : all) one.seen = false;
+    for (auto& [line, one] : all) one.seen = lines_.at(line).own;
   }
 }
 
 void Presence::cut() {
   begin_reading();
   for (auto& [line, state] : lines_) {
-    if (state.here) end_at(state.until, scheduler_.now() + state.shown.lease);
+    if (state.here && !state.own) end_at(state.until, scheduler_.now() + state.shown.lease);
   }
 }
 

@@ -43,6 +43,8 @@ class Presence {
 
   /// False: no room for one more.
   bool show(const Line& line, const LineShown& shown);
+  /// What is shown on that line is in this process: it does not depend on a broker.
+  void show_own(const Line& line, Duration lease);
   void hide(const Line& line);
   bool show(const Line& line, OwnerId id, ComponentShown shown);
   /// The topic of the component became empty: as hide(), for this component alone.
@@ -92,7 +94,7 @@ class Presence {
   struct LineState {
     LineShown shown;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
-    bool here = false, seen = false;
+    bool here = false, seen = false, own = false;
     std::set<OwnerId> ids;
   };
   Component* find(const Line& line, OwnerId id);

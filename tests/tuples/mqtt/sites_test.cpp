@@ -294,6 +294,52 @@ TEST_F(Sites, NobodySpeaksInTheNameOfTheOwnProcess) {
   EXPECT_TRUE(hall->log.contains("in the name of component 70001 of this process"));
 }
 
+/// As the page of an island does, which is a component of its own.
+TEST_F(Sites, ComponentsOfOneProcessMeetAndStayWithoutABroker) {
+  const auto join = [this](OwnerId id) { return std::move(*hall->ecology->join(id)); };
+  const auto command_of = [this](TupleSpace& space) {
+    Verdict verdict = Verdict::kTimedOut;
+    space.set_remote(kHall, "lamp", "on", 2s, [&](const Reply& reply) { verdict = reply.verdict; });
+    time.run_for(3s);
+    return verdict;
+  };
+  auto page = join(OwnerId(70001));
+  auto of_page = std::make_unique<TupleSpace>(OwnerId(70001), time, *page);
+  time.run_for(2s);
+  EXPECT_THAT(hall->take(), ElementsAre("up 70001"));
+  broker.stop(true);
+  time.run_for(10min);
+  EXPECT_THAT(hall->take(), ElementsAre("lost 2"));
+  EXPECT_EQ(command_of(*of_page), Verdict::kApplied);
+  auto tool = join(OwnerId(70002));
+  auto of_tool = std::make_unique<TupleSpace>(OwnerId(70002), time, *tool);
+  time.run_for(1s);
+  EXPECT_THAT(hall->take(), ElementsAre("up 70002"));
+  EXPECT_EQ(command_of(*of_tool), Verdict::kApplied);
+  of_tool.reset();
+  tool.reset();
+  time.run_for(1s);
+  EXPECT_THAT(hall->take(), ElementsAre("left 70002"));
+  broker.start();
+  time.run_for(1min);
+  EXPECT_THAT(hall->take(), ElementsAre("up 2"));
+  EXPECT_EQ(command_of(*of_page), Verdict::kApplied);
+  of_page.reset();
+  page.reset();
+  time.run_for(1s);
+  EXPECT_THAT(hall->take(), ElementsAre("left 70001"));
+}
+
+/// No broker has ever been there.
+TEST_F(Sites, ComponentsOfOneProcessMeetBeforeTheFirstConnection) {
+  broker.stop(true);
+  const auto yard = site(OwnerId(3), "10.0.0.9");
+  auto page = std::move(*yard->ecology->join(OwnerId(70001)));
+  const auto of_page = std::make_unique<TupleSpace>(OwnerId(70001), time, *page);
+  time.run_for(1s);
+  EXPECT_THAT(yard->take(), ElementsAre("up 70001"));
+}
+
 /// It is shown for a moment after it ended.
 TEST_F(Sites, OneOfThisProcessThatJustEndedGetsNothingMore) {
   broker.latency = 100ms;
