@@ -54,14 +54,18 @@ MqttEcology::MqttEcology(SpaceOptions options, Scheduler& scheduler, transport::
       presence_(scheduler, {[this](OwnerId id, PeerEvent how) { on_changed(id, how); },
                             [this](const Line& line) { search_.forget(line); },
                             [this](const Line& line, OwnerId id) {
-                              return line == own_ || line == here_ || may_have(line.user, id);
+                              return line == own_ || presence_.is_here(line) || may_have(line.user, id);
                             }}),
       search_(topics_, scheduler, search_calls()),
       uplink_(options_.brokers, std::max(kMinKeepAlive, (options_.lease - kBrokerLooks - Presence::kReturn) * 2 / 3),
               scheduler, transports, log_, uplink_calls()),
       streams_(static_cast<std::uint64_t>(since_boot_() / std::chrono::microseconds(1))),
       flush_soon_(scheduler, [this] { links_.each([](MqttLink& link) { link.flush(); }); }),
-      show_here_soon_(scheduler, [this] { show_here(); }) {}
+      show_here_soon_(scheduler, [this] {
+        std::map<OwnerId, ComponentShown> here;
+        links_.each([&](const MqttLink& link) { here[link.id()] = link.shown(); });
+        presence_.show_here({own_.user, random_token()}, options_.lease, here);
+      }) {}
 
 Result<void> check_options(const SpaceOptions& options) {
   if (options.brokers.empty()) return fail(ErrorCode::kInvalid, "no broker");
@@ -107,7 +111,11 @@ Uplink::Callbacks MqttEcology::uplink_calls() {
   calls.received = [this](const transport::MqttMessage& message) { on_message(message); };
   calls.taken = [this](const transport::MqttOutcome& outcome) { on_taken(outcome); };
   calls.not_taken = [this](const transport::MqttOutcome& outcome, const Error& why) { on_not_taken(outcome, why); };
-  calls.leaves = [this] { leave(); };
+  // In order: no topic of this connection stays at the broker.
+  calls.leaves = [this] {
+    links_.each([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
+    publish(topics_.line(own_), {}, true);
+  };
   calls.lost = [this] { on_lost(); };
   return calls;
 }
@@ -136,25 +144,6 @@ void MqttEcology::on_lost() {
   search_.cut();
   presence_.cut();
   if (documents_) documents_->cut();
-}
-
-/// Components of this process meet each other while the broker is away, too. With another user they meet anew: others
-/// judge them by it.
-void MqttEcology::show_here() {
-  const auto alive = lifetime_.watch();
-  const auto before = here_;
-  if (here_.user != own_.user || here_.token.empty()) here_ = {own_.user, random_token()};
-  if (!presence_.has(here_)) presence_.show_own(here_, options_.lease);
-  links_.each([this](const MqttLink& link) { std::ignore = presence_.show(here_, link.id(), link.shown()); });
-  if (alive.ended()) return;
-  for (const auto& line : {before, here_}) {
-    for (const auto id : presence_.shown_on(line)) {
-      const auto* link = links_.find(id);
-      if (line != here_ || !link || !link->attached()) presence_.leave(line, id);
-      if (alive.ended()) return;
-    }
-  }
-  if (before != here_) presence_.hide(before);
 }
 
 Search::Callbacks MqttEcology::search_calls() {
@@ -338,7 +327,8 @@ Channel::Sent MqttEcology::send(const FrameHead& head, ByteView entries) {
     return Channel::Sent::kYes;
   }
   const auto target = presence_.reached(head.target);
-  const bool ended = target && (target->line == own_ || target->line == here_);  // of this process, and still shown
+  const bool ended =
+      target && (target->line == own_ || presence_.is_here(target->line));  // of this process, and still shown
   return target && !ended ? send_to(target->line, head, entries) : Channel::Sent::kLater;
 }
 

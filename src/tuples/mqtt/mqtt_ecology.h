@@ -122,7 +122,6 @@ class MqttEcology final : public StandInEcology {
   Uplink::Callbacks uplink_calls();
   void on_connected(const transport::MqttConnack& connack);
   void on_lost();
-  void leave();
   void show_all();
   void empty_former();
   Search::Callbacks search_calls();
@@ -157,7 +156,6 @@ class MqttEcology final : public StandInEcology {
   bool may_swallow(std::size_t size) const;
   void show(const MqttLink& link);
   void show_soon();
-  void show_here();
   void hide(const MqttLink& link);
   std::uint32_t credit() const;
   void read_again();
@@ -179,8 +177,7 @@ class MqttEcology final : public StandInEcology {
   std::unique_ptr<Documents> documents_;  ///< null: there is no realm
   Handle realm_changes_;
   Line own_;
-  Line here_;                 ///< where the components of this process meet, with or without a broker; unknown outside
-  std::vector<Line> former_;  ///< earlier connections of this process that may have left topics
+  std::vector<Line> former_;              ///< earlier connections of this process that may have left topics
   bool vouched_ = true, probed_ = false;  ///< whether the broker protects names, and it was tried on this connection
   bool returns_ = false;                  ///< until presence was read on this connection
   std::uint64_t count_ = 0;               ///< of connections

@@ -68,12 +68,6 @@ void MqttEcology::hide(const MqttLink& link) {
   publish(topic, {}, true);
 }
 
-/// Leaves in order: no topic of this connection stays at the broker.
-void MqttEcology::leave() {
-  links_.each([this](const MqttLink& link) { publish(topics_.component(own_, link.id()), {}, true); });
-  publish(topics_.line(own_), {}, true);
-}
-
 /// Brokers of version 3.1.1 keep what a killed process showed: its user empties it.
 void MqttEcology::note_own(const Topics::Presence& at, std::uint64_t incarnation, bool here) {
   if (at.line == own_) {  // another one of this user took it for dead

@@ -54,9 +54,15 @@ bool Presence::show(const Line& line, const LineShown& shown) {
   return true;
 }
 
-void Presence::show_own(const Line& line, Duration lease) {
-  std::ignore = show(line, {std::numeric_limits<std::uint64_t>::max(), lease});
-  lines_.at(line).own = true;
+void Presence::show_here(const Line& line, Duration lease, const std::map<OwnerId, ComponentShown>& components) {
+  const auto before = here_;
+  if (before.token.empty() || before.user != line.user) here_ = line;
+  if (!has(here_)) std::ignore = show(here_, {std::numeric_limits<std::uint64_t>::max(), lease});
+  for (const auto& [id, shown] : components) std::ignore = show(here_, id, shown);
+  for (const auto id : shown_on(before)) {
+    if (before != here_ || !components.contains(id)) leave(before, id);
+  }
+  if (before != here_) hide(before);
 }
 
 /// The topics of an earlier connection may be emptied before those of its successor are read. So end_reading() decides
@@ -107,16 +113,16 @@ void Presence::remove(const Line& line, OwnerId id, PeerEvent how) {
 }
 
 void Presence::begin_reading() {
-  for (auto& [line, state] : lines_) state.seen = state.own;
+  for (auto& [line, state] : lines_) state.seen = is_here(line);
   for (auto& [id, all] : components_) {
-    for (auto& [line, one] : all) one.seen = lines_.at(line).own;
+    for (auto& [line, one] : all) one.seen = is_here(line);
   }
 }
 
 void Presence::cut() {
   begin_reading();
   for (auto& [line, state] : lines_) {
-    if (state.here && !state.own) end_at(state.until, scheduler_.now() + state.shown.lease);
+    if (state.here && !is_here(line)) end_at(state.until, scheduler_.now() + state.shown.lease);
   }
 }
 

@@ -43,8 +43,10 @@ class Presence {
 
   /// False: no room for one more.
   bool show(const Line& line, const LineShown& shown);
-  /// What is shown on that line is in this process: it does not depend on a broker.
-  void show_own(const Line& line, Duration lease);
+  /// The components of this process, and no others: they meet while the broker is away, too. `line`: of their user, and
+  /// unknown outside; taken only if they had none, or another user, by whom others judge them.
+  void show_here(const Line& line, Duration lease, const std::map<OwnerId, ComponentShown>& components);
+  bool is_here(const Line& line) const { return line == here_; }
   void hide(const Line& line);
   bool show(const Line& line, OwnerId id, ComponentShown shown);
   /// The topic of the component became empty: as hide(), for this component alone.
@@ -94,7 +96,7 @@ class Presence {
   struct LineState {
     LineShown shown;
     SteadyTime until = SteadyTime::max();  ///< while its topic is there: max
-    bool here = false, seen = false, own = false;
+    bool here = false, seen = false;
     std::set<OwnerId> ids;
   };
   Component* find(const Line& line, OwnerId id);
@@ -111,6 +113,7 @@ class Presence {
 
   Scheduler& scheduler_;
   Callbacks callbacks_;
+  Line here_;
   std::map<Line, LineState> lines_;
   std::map<OwnerId, std::map<Line, Component>> components_;
   std::map<OwnerId, Shown> reached_;
