@@ -14,8 +14,9 @@
 namespace rubicon::gateway {
 
 /// The messages of one network that wait for the next turn, in order and bounded: of readings the oldest are dropped,
-/// of joins and KeepAlives the latest per device is kept, others are refused once there is no room. Of readings and of
-/// others, the bytes of their texts are bounded too; joins say what their network holds in any case.
+/// of joins and KeepAlives the latest per device is kept, others are refused once there is no room. The
+/// bytes of the texts of readings and of others are bounded too; those of a join are not: its network holds them
+/// anyway.
 class NetworkQueue {
  public:
   /// Of the texts of readings, and of those of others.

@@ -43,8 +43,8 @@ class Presence {
 
   /// False: no room for one more.
   bool show(const Line& line, const LineShown& shown);
-  /// The components of this process, and no others: they meet while the broker is away, too. `line`: of their user, and
-  /// unknown outside; taken only if they had none, or another user, by whom others judge them.
+  /// All components of this process: they meet without a broker, too. `line` stands for this process and is known to no
+  /// other one; the one of the first call stays until the user changes.
   void show_here(const Line& line, Duration lease, const std::map<OwnerId, ComponentShown>& components);
   bool is_here(const Line& line) const { return line == here_; }
   void hide(const Line& line);
