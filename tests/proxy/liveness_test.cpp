@@ -68,8 +68,10 @@ TEST_F(Silence, EachNetworkHasItsOwnSilence) {
 TEST_F(Silence, ComesAfterThousandsOfEarlierDeadlinesToo) {
   rules().silence = 24h;
   begin();
-  report("7", sensor(kGlow), 1.5);
+  join("8", lamp());
+  report("8", sensor(kGlow), 1.5);
   for (int times = 0; times < 2000; ++times) {
+    report("7", sensor(kGlow), 1.5);
     const auto watched = robot->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {}, [](const Event&) {});
     time.run_for(4s);
   }
@@ -80,6 +82,7 @@ TEST_F(Silence, ComesAfterThousandsOfEarlierDeadlinesToo) {
   EXPECT_EQ(status(), "reachable");
   time.run_for(2s);
   EXPECT_EQ(status(), "unreachable");
+  EXPECT_EQ(json("proxy.hall.8.status")["status"], "unreachable") << "whose deadline nothing moved";
 }
 
 TEST_F(Silence, NeverMeansThatTheLineDecides) {
