@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <numeric>
 #include <thread>
 
@@ -15,13 +16,23 @@ namespace {
 
 constexpr int kUsualCrowd = 50;
 constexpr int kUsualStops = 60;
+constexpr double kUsualSettled = 20;
 /// In a larger one each process has as much more to meet, and the processors are few.
-constexpr double kSettled = 20, kSettledPerComponent = 0.4;
+constexpr double kSettledPerComponent = 0.4;
 constexpr double kIdle = 5;
 
 int& crowd_size() {
   static int size = kUsualCrowd;
   return size;
+}
+
+/// Reaches the processes of the crowd.
+constexpr const char* kLeaseVariable = "RUBICON_BENCH_LEASE";
+
+/// Seconds until all should see all, at least.
+double& settled_seconds() {
+  static double seconds = kUsualSettled;
+  return seconds;
 }
 
 int& stops_seconds() {
@@ -58,9 +69,23 @@ Json bare_crowd(const Meeting& meeting, int count, double stay) {
 
 }  // namespace
 
+double& lease_seconds() {
+  static double seconds = 2;
+  return seconds;
+}
+
 void add_crowd_options(CLI::App& app) {
+  app.add_option("--lease", lease_seconds(), "seconds of silence after which a component on DDS is lost")
+      ->envname(kLeaseVariable)
+      ->check(CLI::Range(0.5, 60.0))
+      ->each([](const std::string& seconds) { ::setenv(kLeaseVariable, seconds.c_str(), 1); })
+      ->capture_default_str();
   app.add_option("--crowd", crowd_size(), "components of the crowd; DDS has 120 on a host")
       ->check(CLI::Range(2, 500))
+      ->capture_default_str();
+  app.add_option("--settled", settled_seconds(),
+                 "seconds for all to see all, at least; 0.4 for each component if that is more")
+      ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
   app.add_option("--stops", stops_seconds(), "seconds of the measurement stops")
       ->check(CLI::Range(2, 86'400))
@@ -69,9 +94,9 @@ void add_crowd_options(CLI::App& app) {
 
 void measure_crowd(const Plan& plan, Report& report) {
   const int count = plan.is_quick ? 10 : crowd_size();
-  const CrowdTimes times{std::max(kSettled, kSettledPerComponent * count), kIdle};
-  const auto bare = bare_crowd(plan.new_meeting(), count, plan.is_quick ? 2 : kSettled);
-  auto children = start_crowd(plan.new_meeting(), count, plan.is_quick ? CrowdTimes{6, 1} : times);
+  const CrowdTimes times{std::max(settled_seconds(), kSettledPerComponent * count), kIdle};
+  const auto bare = bare_crowd(plan.new_meeting(), count, plan.is_quick ? 2 : kUsualSettled);
+  auto children = start_crowd(plan.new_meeting(), count, plan.is_quick ? CrowdTimes{20, 1} : times);
   const auto crowd = results_of(children);
   const auto slowest = slowest_of(crowd);
   const auto idle = each(crowd, "idle_percent"), memory = each(crowd, "private_mb");
@@ -86,6 +111,7 @@ void measure_crowd(const Plan& plan, Report& report) {
   report.target("idle_cpu_percent", "under 1 each", most < 1);
   report.target("crowd_lost", "0", lost == 0);
   report.detail("all_see_all_s", {{"components", count},
+                                  {"lease_s", plan.engine == "host" ? Json(nullptr) : Json(lease_seconds())},
                                   {"last_begun_s", rounded(percentile(each(crowd, "begun_s"), 1), 2)},
                                   {"processor_s", rounded(sum_of(each(crowd, "meeting_cpu_s")), 2)},
                                   {"bare_processor_s", bare.at("cpu_s")},
@@ -99,7 +125,8 @@ void measure_crowd(const Plan& plan, Report& report) {
 void measure_stops(const Plan& plan, Report& report) {
   const int count = plan.is_quick ? 10 : crowd_size();
   const int seconds = plan.is_quick ? 4 : stops_seconds();
-  const CrowdTimes times{plan.is_quick ? 4 : std::max(kSettled, kSettledPerComponent * count), seconds + 2.0, true};
+  const CrowdTimes times{plan.is_quick ? 4 : std::max(settled_seconds(), kSettledPerComponent * count), seconds + 2.0,
+                         true};
   const auto begin = std::chrono::steady_clock::now() + std::chrono::duration<double>(times.settled);
   auto children = start_crowd(plan.new_meeting(), count, times);
   auto stopped = Clock::time_point();

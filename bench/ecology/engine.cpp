@@ -1,3 +1,4 @@
+#include <chrono>
 #include <functional>
 #include <stdexcept>
 #include <utility>
@@ -48,6 +49,7 @@ tuples::dds::DdsOptions options_of(const Meeting& meeting) {
   tuples::dds::DdsOptions options;
   options.domain = meeting.domain;
   options.tag = meeting.tag;
+  options.lease = std::chrono::duration_cast<base::Duration>(std::chrono::duration<double>(lease_seconds()));
   return options;
 }
 

@@ -37,8 +37,10 @@ void measure_joins(const Plan& plan, Report& report);
 void measure_memory(const Plan& plan, Report& report);
 void measure_crowd(const Plan& plan, Report& report);
 void measure_stops(const Plan& plan, Report& report);
-/// Of crowd and stops.
+/// Of crowd and stops, and `--lease`.
 void add_crowd_options(CLI::App& app);
+/// The lease of components on DDS, by `--lease`, in seconds.
+double& lease_seconds();
 void measure_lamp(const Plan& plan, Report& report);
 void measure_churn(const Plan& plan, Report& report);
 

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <string_view>
 
 #include "transport/host_names.h"
@@ -78,6 +79,15 @@ std::string tag_of(const DdsOptions& options) {
   return fmt::format("{}@{}", options.tag, transport::host_id("tag"));
 }
 
+/// After which a writer asks who has not acknowledged; the default of Cyclone is kMinInterval. On loopback, 80
+/// components on two processors asked so often that they never saw each other: a long lease spaces the questions. These
+/// also mend losses, so a second is the most; on a LAN, where losses are common, the default stays.
+Duration heartbeat_interval(const DdsOptions& options) {
+  constexpr Duration kMinInterval = std::chrono::milliseconds(100), kMaxInterval = std::chrono::seconds(1);
+  return is_loopback_only(options) ? std::clamp<Duration>(options.lease / 20, kMinInterval, kMaxInterval)
+                                   : kMinInterval;
+}
+
 /// The longest frame is that of a value of 1 MiB. Cyclone's own bound is 2 GiB, for strangers too: it collects the
 /// fragments of a sample before anybody is asked who sent them. A packet that waits for an earlier one keeps its whole
 /// receive buffer, 1 MiB as Cyclone has it: one in a thousand is enough to keep all that arrives. A buffer has room for
@@ -87,9 +97,11 @@ std::string tag_of(const DdsOptions& options) {
 /// single thread costs up to 20 us a message.
 std::string internal(const DdsOptions& options) {
   return fmt::format(
-      "<Internal><MaxSampleSize>4 MiB</MaxSampleSize><WriterLingerDuration>0 s</WriterLingerDuration>{}</Internal>"
+      "<Internal><MaxSampleSize>4 MiB</MaxSampleSize><WriterLingerDuration>0 s</WriterLingerDuration>"
+      "<HeartbeatInterval>{} ms</HeartbeatInterval>{}</Internal>"
       "<Sizing><ReceiveBufferSize>66 KiB</ReceiveBufferSize><ReceiveBufferChunkSize>66 "
       "KiB</ReceiveBufferChunkSize></Sizing>",
+      std::chrono::duration_cast<std::chrono::milliseconds>(heartbeat_interval(options)).count(),
       is_loopback_only(options) ? "" : "<MultipleReceiveThreads>false</MultipleReceiveThreads>");
 }
 

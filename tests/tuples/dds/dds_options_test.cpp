@@ -2,12 +2,15 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
 #include "base/virtual_scheduler.h"
 #include "transport/host_names.h"
 
 namespace rubicon::tuples::dds {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -39,6 +42,20 @@ TEST(DdsOptions, SamplesAreBounded) {
 TEST(DdsOptions, WhereTheAddressMayGoADomainEndsWithoutADatagramToIt) {
   EXPECT_THAT(domain_xml({}), Not(HasSubstr("MultipleReceiveThreads"))) << "that of loopback stays";
   EXPECT_THAT(domain_xml(on({"eth0"})), HasSubstr("<MultipleReceiveThreads>false</MultipleReceiveThreads>"));
+}
+
+TEST(DdsOptions, OnLoopbackALongLeaseLeavesTimeBetweenHeartbeats) {
+  const auto interval = [](DdsOptions options, base::Duration lease) {
+    options.lease = lease;
+    const auto xml = domain_xml(options);
+    const auto from = xml.find("<HeartbeatInterval>") + 19;
+    return xml.substr(from, xml.find('<', from) - from);
+  };
+  EXPECT_EQ(interval({}, 500ms), "100 ms") << "the default of Cyclone DDS";
+  EXPECT_EQ(interval({}, 2s), "100 ms");
+  EXPECT_EQ(interval({}, 10s), "500 ms");
+  EXPECT_EQ(interval({}, 60s), "1000 ms");
+  EXPECT_EQ(interval(on({"eth0"}), 60s), "100 ms") << "a LAN loses packets";
 }
 
 TEST(DdsOptions, MulticastStopsWhereHostsAreNamed) {
