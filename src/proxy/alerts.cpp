@@ -55,7 +55,7 @@ void add_command(const Device& device, const Point& point, WallTime now, AlertLi
         point_key(device, point).text,
         Severity::kWarning,
         since,
-        fmt::format("{}: {} = '{}' {}: {}", titled(device), point.details->id, model::text_of(command, "value"),
+        fmt::format("{}: {} = '{}' {}: {}", titled(device), point.details->id(), model::text_of(command, "value"),
                     model::text_of(command, "state"), model::text_of(command, "reason")),
         "look at the device, then command it again"};
   });

@@ -69,7 +69,7 @@ Value untyped(std::string_view text) {
 model::Type bounded(const Point& point) {
   const auto& own = *point.details->capability;
   model::Type type;
-  type.name = point.details->id;
+  type.name = point.details->id();
   type.unit = "1";
   if (point.type) type = *point.type;
   type.minimum = std::max(type.minimum, own.minimum.value_or(type.minimum));
@@ -148,7 +148,7 @@ std::string command_text(const Command& command) {
 Result<Value> parse_command(const Point& point, std::string_view text) {
   if (text.size() > kMaxCommand) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: a command may have {} bytes, this one has {}",
-                                                    point.details->id, kMaxCommand, text.size()));
+                                                    point.details->id(), kMaxCommand, text.size()));
   }
   const auto type = bounded(point);
   if (!point.type) return in_range(type, untyped(text));

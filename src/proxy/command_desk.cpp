@@ -447,11 +447,11 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
 tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& request, Device& device, Point& point) {
   if (point.mirror.command == TupleRef{}) {
     return tuples::SetDecision::refused(
-        {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id, device.key)});
+        {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id(), device.key)});
   }
   if (newest_wins(point) && (point.commands.live > 0 || !point.details->last_command.empty())) {
     return tuples::SetDecision::refused(
-        {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
+        {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id(), device.key)});
   }
   return accept_under_other_key(request, device, point);
 }

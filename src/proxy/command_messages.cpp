@@ -117,7 +117,7 @@ Result<Point*> CommandDesk::resolve_target(const Message& message, const PointId
                             static_cast<unsigned>(id.type), model::quoted(id.instance)));
   }
   if (point->mirror.command != TupleRef{}) return point;
-  return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
+  return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id(), device->key));
 }
 
 }  // namespace rubicon::proxy

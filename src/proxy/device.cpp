@@ -48,18 +48,23 @@ bool same(double a, double b) {
   return std::abs(a - b) <= std::abs(b) * 1e-7;
 }
 
+const Type* known_type(const TypeCatalogue& types, const Capability& capability, const model::OpenType* own) {
+  if (const auto* known = types.find(capability.point.type)) return known;
+  return own ? &own->type() : nullptr;
+}
+
 }  // namespace
 
 std::string Plausibility::objection(const Value& value, std::optional<double> before) {
   const auto number = number_of(value);
   if (!number) return {};
-  const auto& never = rules_.never;
+  const auto& never = rules_->never;
   if (never && std::any_of(never->begin(), never->end(), [&](double code) { return same(*number, code); }))
     return fmt::format("{} is a code for 'no value'", *number);
-  if (rules_.minimum && *number < *rules_.minimum)
-    return fmt::format("{} is below the smallest plausible value {}", *number, *rules_.minimum);
-  if (rules_.maximum && *number > *rules_.maximum)
-    return fmt::format("{} is above the largest plausible value {}", *number, *rules_.maximum);
+  if (rules_->minimum && *number < *rules_->minimum)
+    return fmt::format("{} is below the smallest plausible value {}", *number, *rules_->minimum);
+  if (rules_->maximum && *number > *rules_->maximum)
+    return fmt::format("{} is above the largest plausible value {}", *number, *rules_->maximum);
   auto why = before ? doubt(*number, *before) : std::string();
   agreeing_ = why.empty() ? 0 : agrees(*number) ? agreeing_ + 1 : 1;
   candidate_ = number;
@@ -73,10 +78,10 @@ std::string Plausibility::objection(const Value& value, std::optional<double> be
 }
 
 std::string Plausibility::doubt(double value, double before) const {
-  if (rules_.rises && value < before)
+  if (rules_->rises && value < before)
     return fmt::format("{} is less than {} before, and this counter rises", value, before);
-  if (rules_.step && std::abs(value - before) > *rules_.step)
-    return fmt::format("{} differs by more than {} from {} before", value, *rules_.step, before);
+  if (rules_->step && std::abs(value - before) > *rules_->step)
+    return fmt::format("{} differs by more than {} from {} before", value, *rules_->step, before);
   return {};
 }
 
@@ -84,11 +89,21 @@ bool Plausibility::agrees(double value) const {
   return agreeing_ > 0 && candidate_ && doubt(value, *candidate_).empty();
 }
 
+std::shared_ptr<const Valid> SharedRules::of(Valid rules) {
+  for (const auto& one : known_) {
+    if (auto known = one.lock(); known && *known == rules) return known;
+  }
+  if (known_.size() >= kMax) std::erase_if(known_, [](const auto& one) { return one.expired(); });
+  auto fresh = std::make_shared<const Valid>(std::move(rules));
+  if (known_.size() < kMax) known_.push_back(fresh);
+  return fresh;
+}
+
 std::optional<Valid> rules_of(const NetworkRules& network, const std::string& address,
-                              const model::Capability& capability, const model::Type* type) {
+                              const PointCapability& capability) {
+  const auto* type = capability.type;
   const auto* device = names_of(network, address);
-  const auto own =
-      device ? device->valid.find(point_id(nullptr, capability, type)) : std::map<std::string, Valid>::const_iterator();
+  const auto own = device ? device->valid.find(capability.id) : std::map<std::string, Valid>::const_iterator();
   const auto of_type = type ? network.valid.find(std::string(type->name)) : network.valid.end();
   Valid rules;
   if (device && own != device->valid.end()) {
@@ -101,13 +116,11 @@ std::optional<Valid> rules_of(const NetworkRules& network, const std::string& ad
   return rules == Valid{} ? std::nullopt : std::optional(std::move(rules));
 }
 
-PointCapability::PointCapability(const Capability& capability)
-    : Capability(capability), own_type(capability.data ? std::make_unique<model::OpenType>(capability) : nullptr) {}
-
-const Type* type_of(const TypeCatalogue& types, const PointCapability& capability) {
-  if (const auto* known = types.find(capability.point.type)) return known;
-  return capability.own_type ? &capability.own_type->type() : nullptr;
-}
+PointCapability::PointCapability(const Capability& capability, const TypeCatalogue& types)
+    : Capability(capability),
+      own_type_(capability.data ? std::make_unique<model::OpenType>(capability) : nullptr),
+      type(known_type(types, capability, own_type_.get())),
+      id(point_id(nullptr, capability, type)) {}
 
 std::shared_ptr<const PointCapability> SharedCapabilities::of(const Capability& capability) {
   const auto hash =
@@ -117,7 +130,7 @@ std::shared_ptr<const PointCapability> SharedCapabilities::of(const Capability& 
     if (auto known = one->second.lock(); known && static_cast<const Capability&>(*known) == capability) return known;
   }
   if (known_.size() >= kMax) std::erase_if(known_, [](const auto& one) { return one.second.expired(); });
-  auto fresh = std::make_shared<const PointCapability>(capability);
+  auto fresh = std::make_shared<const PointCapability>(capability, types_);
   if (known_.size() < kMax) known_.emplace(hash, fresh);
   return fresh;
 }
@@ -195,7 +208,7 @@ Quality shown_quality(const Device& device, const Point& point) {
 }
 
 model::PointKey point_key(const Device& device, const Point& point) {
-  return model::DeviceKey{device.key}.point(point.id.kind, point.details->id);
+  return model::DeviceKey{device.key}.point(point.id.kind, point.details->id());
 }
 
 Point* find_point(Device& device, const PointId& id) {

@@ -30,9 +30,9 @@ namespace rubicon::proxy {
 /// rise, is believed when three readings in a row agree: the room did cool down, or the meter was replaced.
 class Plausibility {
  public:
-  explicit Plausibility(Valid rules) : rules_(std::move(rules)) {}
+  explicit Plausibility(std::shared_ptr<const Valid> rules) : rules_(std::move(rules)) {}
 
-  const Valid& rules() const { return rules_; }
+  const Valid& rules() const { return *rules_; }
   /// Why the value is not believed; empty = it is, as every value that is not a number. `before`: the last good value.
   std::string objection(const Value& value, std::optional<double> before);
 
@@ -40,15 +40,22 @@ class Plausibility {
   std::string doubt(double value, double before) const;
   bool agrees(double value) const;
 
-  Valid rules_;
+  std::shared_ptr<const Valid> rules_;
   std::optional<double> candidate_;  ///< the last doubted value
   int agreeing_ = 0;                 ///< readings in a row that agree with it
 };
 
-/// The rules of a point: its own, else those of its type in the network, with the codes known for the type. nullopt:
-/// none.
-std::optional<Valid> rules_of(const NetworkRules& network, const std::string& address,
-                              const model::Capability& capability, const model::Type* type);
+/// Shares equal rules: most come from the type.
+class SharedRules {
+ public:
+  /// Different rules beyond this number are not shared.
+  static constexpr std::size_t kMax = 64;
+
+  std::shared_ptr<const Valid> of(Valid rules);
+
+ private:
+  std::vector<std::weak_ptr<const Valid>> known_;
+};
 
 /// A text that most devices and points do not have; takes eight bytes while it is empty.
 class RareText {
@@ -72,15 +79,23 @@ class RareText {
   std::unique_ptr<const std::string> text_;
 };
 
-/// A capability with the type that it brings, if it brings one (Capability::data).
+/// A capability and what follows from it alone.
 struct PointCapability : Capability {
-  explicit PointCapability(const Capability& capability);
+  PointCapability(const Capability& capability, const TypeCatalogue& types);
 
-  std::unique_ptr<const model::OpenType> own_type;
+ private:
+  std::unique_ptr<const model::OpenType> own_type_;  ///< Capability::data
+
+ public:
+  /// By what the values are read: the type of the catalogue, else that of the capability; nullptr = none.
+  const Type* const type;
+  const std::string id;  ///< point_id() without a name: `light-1`
 };
 
-/// By what the values of the point are read: the type of the catalogue, else that of the capability; nullptr = none.
-const Type* type_of(const TypeCatalogue& types, const PointCapability& capability);
+/// The rules of a point: its own, else those of its type in the network, with the codes known for the type. nullopt:
+/// none.
+std::optional<Valid> rules_of(const NetworkRules& network, const std::string& address,
+                              const PointCapability& capability);
 
 /// Shares equal capabilities: thousands of devices of one kind have the same.
 class SharedCapabilities {
@@ -88,9 +103,11 @@ class SharedCapabilities {
   /// Different capabilities beyond this number are not shared.
   static constexpr std::size_t kMax = 2048;
 
+  explicit SharedCapabilities(const TypeCatalogue& types) : types_(types) {}
   std::shared_ptr<const PointCapability> of(const Capability& capability);
 
  private:
+  const TypeCatalogue& types_;
   std::unordered_multimap<std::size_t, std::weak_ptr<const PointCapability>> known_;  ///< by a hash of the point
 };
 
@@ -113,13 +130,15 @@ std::string_view to_string(DeviceStatus status);
 /// Seldom needed fields of a point; apart, so that a reading touches little memory.
 struct PointDetails {
   std::shared_ptr<const PointCapability> capability;  ///< SharedCapabilities
-  std::string id;                                     ///< its part of the keys: `light-window`
+  RareText own_id;                                    ///< id() where it is not that of the capability
   std::unique_ptr<Plausibility> plausibility;         ///< nullptr: each reading that fits the type is believed
   RareText reason;                                    ///< of the quality
   RareText last_command;                              ///< JSON of the last command and its state; empty = none yet
   RareText ended_commands;                            ///< JSON of KeptOutcomes; empty = none
-  bool set_by_user = false;                           ///< a property that a user set
-  bool declared = true;                               ///< false: made from a reading, not from a join
+
+  /// Its part of the keys: `light-window`.
+  const std::string& id() const { return own_id.empty() ? capability->id : own_id.text(); }
+  void name(const std::string& id) { own_id = id == capability->id ? std::string() : id; }
 };
 
 // The fields of a point and of a device stand in groups. Only the part of the proxy that owns a group writes to it.
@@ -144,15 +163,17 @@ struct PointCommands {
   std::uint16_t live : 15 = 0;   ///< commands in a state that is not final
   std::uint16_t failed : 1 = 0;  ///< the last one could not be carried out
 };
-/// Owned by Memory.
+/// Owned by Memory, but for the last one.
 struct PointStorage {
-  bool unsaved = false;  ///< the value is newer than that in the state file
+  bool unsaved : 1 = false;      ///< the value is newer than that in the state file
+  bool set_by_user : 1 = false;  ///< a property that a user set
+  bool declared : 1 = true;      ///< false: made from a reading, not from a join; DeviceDirectory sets it
 };
 
 /// One sensor, actuator or property of a device. What a reading needs comes first.
 struct Point {
   PointId id;                  ///< as the network spells it
-  const Type* type = nullptr;  ///< type_of() its capability; nullptr = nothing is known of it
+  const Type* type = nullptr;  ///< of its capability; nullptr = nothing is known of it
   PointNumber number = 0;      ///< unique in its device
   PointCommands commands;
   Quality quality = Quality::kUnknown;  ///< of the point alone; shown_quality() adds line and device

@@ -43,7 +43,7 @@ const std::string& area_of(const Device& device) {
 
 }  // namespace
 
-DeviceDirectory::DeviceDirectory(ProxyContext& context) : context_(context) {
+DeviceDirectory::DeviceDirectory(ProxyContext& context) : context_(context), capabilities_(context.types) {
   for (const auto& [id, rules] : context_.config.networks) network(id);
 }
 
@@ -203,20 +203,22 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
   for (const auto& capability : join.capabilities) {
     auto* known = find_point(device, capability.point);
     if (known && known->details) {
-      changed |= !(*known->details->capability == capability) || !known->details->declared;
+      changed |= !(*known->details->capability == capability) || !known->storage.declared;
+      const auto id = known->details->id();  // its keys stay, whatever the new capability would be called
       known->details->capability = capabilities_.of(capability);
-      known->type = type_of(context_.types, *known->details->capability);
+      known->details->name(id);
+      known->type = known->details->capability->type;
       doubt(device, *known);
-      known->details->declared = true;
-      taken.emplace(known->id.kind, known->details->id);
+      known->storage.declared = true;
+      taken.emplace(known->id.kind, known->details->id());
       points.push_back(std::move(*known));
       continue;
     }
     auto made = make_point(device, capability);
     if (made && points.size() >= kMaxPoints) {
       made = fail(ErrorCode::kBusy, fmt::format("a device may have {} points", kMaxPoints));
-    } else if (made && !taken.emplace(made->id.kind, made->details->id).second) {
-      made = fail(ErrorCode::kDuplicate, fmt::format("{} is there twice", made->details->id));
+    } else if (made && !taken.emplace(made->id.kind, made->details->id()).second) {
+      made = fail(ErrorCode::kDuplicate, fmt::format("{} is there twice", made->details->id()));
     }
     if (!made) {
       ++device.network->faults.refused_points;
@@ -228,7 +230,7 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
   }
   for (auto& point : device.points) {
     if (!point.details) continue;
-    const bool stays = !point.details->declared && taken.emplace(point.id.kind, point.details->id).second;
+    const bool stays = !point.storage.declared && taken.emplace(point.id.kind, point.details->id()).second;
     (stays ? points : vanished).push_back(std::move(point));
   }
   device.points = std::move(points);
@@ -240,8 +242,8 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
   point.id = capability.point;
   point.details = std::make_unique<PointDetails>();
   point.details->capability = capabilities_.of(capability);
-  point.type = type_of(context_.types, *point.details->capability);
-  point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
+  point.type = point.details->capability->type;
+  point.details->name(point_id(names_of(device.network->rules, device.address), capability, point.type));
   point.since = context_.clock.now().wall;
   const auto longest_key = point_key(device, point).description();
   if (longest_key.size() > model::kMaxKeyLength) {
@@ -254,10 +256,10 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
 
 void DeviceDirectory::doubt(const Device& device, Point& point) {
   auto& known = point.details->plausibility;
-  auto rules = rules_of(device.network->rules, device.address, *point.details->capability, point.type);
+  auto rules = rules_of(device.network->rules, device.address, *point.details->capability);
   point.mirror.doubted = rules.has_value();
   if (!rules) return known.reset();
-  if (!known || !(known->rules() == *rules)) known = std::make_unique<Plausibility>(std::move(*rules));
+  if (!known || !(known->rules() == *rules)) known = std::make_unique<Plausibility>(rules_.of(std::move(*rules)));
 }
 
 Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
@@ -268,10 +270,10 @@ Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
   capability.point = id;
   auto made = make_point(device, capability);
   const bool taken = made && std::any_of(device.points.begin(), device.points.end(), [&](const Point& point) {
-                       return point.id.kind == id.kind && point.details->id == made->details->id;
+                       return point.id.kind == id.kind && point.details->id() == made->details->id();
                      });
   if (!made || taken) return nullptr;
-  made->details->declared = false;
+  made->storage.declared = false;
   device.points.push_back(std::move(*made));
   return &device.points.back();
 }
@@ -299,10 +301,11 @@ Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
   network.by_id.insert(&device);
   const auto* names = names_of(network.rules, device.address);
   std::vector<Point> vanished, points;
+  points.reserve(device.points.size());
   std::set<std::pair<Kind, std::string>> taken;
   for (auto& point : device.points) {
-    point.details->id = point_id(names, *point.details->capability, point.type);
-    const bool free = taken.emplace(point.id.kind, point.details->id).second;
+    point.details->name(point_id(names, *point.details->capability, point.type));
+    const bool free = taken.emplace(point.id.kind, point.details->id()).second;
     (free ? points : vanished).push_back(std::move(point));
   }
   device.points = std::move(points);

@@ -103,7 +103,7 @@ class DeviceDirectory {
   /// Sets name and area by the present rules; true if one of them changed.
   static bool update_name(Device& device);
   /// Sets what readings of the point must be by the present rules.
-  static void doubt(const Device& device, Point& point);
+  void doubt(const Device& device, Point& point);
   /// The network must have no devices.
   void remove_network(const std::string& id);
   std::size_t size() const { return places_.size() - free_places_.size(); }
@@ -118,6 +118,7 @@ class DeviceDirectory {
 
   ProxyContext& context_;
   SharedCapabilities capabilities_;
+  SharedRules rules_;
   std::map<std::string, std::unique_ptr<Network>> networks_;
   Network* last_network_ = nullptr;
   std::vector<Device*> places_;  ///< by the lower half of DeviceNumber

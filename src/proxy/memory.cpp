@@ -31,7 +31,7 @@ bool is_named(const KnownDevice& device) {
 model::Join announcement(const Device& device) {
   model::Join join{device.type, device.announced_name, device.model, {}, true, device.wanted_id.text()};
   for (const auto& point : device.points) {
-    if (!point.details->declared) continue;
+    if (!point.storage.declared) continue;
     join.capabilities.push_back(*point.details->capability);
     join.capabilities.back().initial = std::monostate();
   }
@@ -109,7 +109,7 @@ void Memory::values_changed(DeviceNumber number) {
 }
 
 void Memory::property_set(Device& device, Point& point) {
-  point.details->set_by_user = true;
+  point.storage.set_by_user = true;
   point.storage.unsaved = true;
   mark(device, kRecordDelay);
   write_soon();
@@ -327,7 +327,7 @@ Result<void> Memory::save(Device& device) {
   known.given_name = device.given_name.text();
   known.area = device.given_area.text();
   known.join = announcement(device);
-  for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id);
+  for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id());
   known.first_seen = context_.clock.now().wall;
   if (device.status == DeviceStatus::kReachable) known.last_heard = known.first_seen;
   auto row = store_->save(known);
@@ -345,7 +345,7 @@ Result<void> Memory::save_values(const Device& device) {
     // The rate is a value of the proxy: it is no sign that the device was heard.
     const auto heard = is_rate(point) ? WallTime{} : point.heard;
     StoredValue value{point.id,      std::string(tuple->value), heard,
-                      point.changed, tuple->user_time,          point.details->set_by_user};
+                      point.changed, tuple->user_time,          point.storage.set_by_user};
     if (tuple->media_type == "application/json") value.value = Json{std::string(tuple->value)};
     values.push_back(std::move(value));
   }

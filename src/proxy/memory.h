@@ -35,6 +35,7 @@ class Memory {
   void values_changed(DeviceNumber number);
   /// The value of the point is newer than that written.
   static void note_value(Point& point) { point.storage.unsaved = true; }
+  static void restore_origin(Point& point, bool set_by_user) { point.storage.set_by_user = set_by_user; }
   /// A user set a property, and the device accepted it.
   void property_set(Device& device, Point& point);
   /// A user approved the device, which is listed now.

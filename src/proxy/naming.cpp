@@ -81,7 +81,7 @@ std::vector<LostName> lost_names(const DeviceNames& names, const Device& device)
   for (const auto& point : device.points) {
     if (point.id.kind == Kind::kProperty) continue;
     auto& ids = point.id.kind == Kind::kSensor ? sensors : actuators;
-    ids.push_back(point_id(nullptr, *point.details->capability, point.type));
+    ids.push_back(point.details->capability->id);
   }
   return lost_names(names, sensors, actuators);
 }
@@ -157,11 +157,11 @@ std::vector<Objection> key_conflicts(const DeviceDirectory& directory, const Pro
       std::map<std::pair<Kind, std::string>, std::string> taken;
       for (const auto& point : device->points) {
         auto part = point_id(&names, *point.details->capability, point.type);
-        const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id);
+        const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id());
         if (free) continue;
         objections.push_back({id, address,
                               fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,
-                                          other->second, point.details->id, part)});
+                                          other->second, point.details->id(), part)});
       }
     }
   }

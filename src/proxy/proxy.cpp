@@ -136,7 +136,7 @@ void Proxy::Impl::restore_values(Device& device, const state::KnownDevice& known
       if (!point) continue;
       mirror.added(device, *point);
     }
-    point->details->set_by_user = stored.set_by_user;
+    Memory::restore_origin(*point, stored.set_by_user);
     if (!is_rate(*point)) {
       mirror.remembered(device, *point, stored);
       continue;

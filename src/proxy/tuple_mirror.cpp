@@ -292,7 +292,7 @@ void TupleMirror::bad_value(const Device& device, Point& point, const std::strin
 }
 
 void TupleMirror::refuse(const Device& device, Point& point, const std::string& why) {
-  context_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));
+  context_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id(), why));
   set_quality(device, point, Quality::kBad, why);
 }
 

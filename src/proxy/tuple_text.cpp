@@ -70,7 +70,7 @@ std::string point_description(const Point& point) {
   const auto& capability = *point.details->capability;
   const model::Type unknown{};
   const auto& type = point.type ? *point.type : unknown;
-  const auto& id = point.details->id;
+  const auto& id = point.details->id();
   model::PointDescription description;
   description.type = point.type ? std::string(type.name) : model::name_in_keys(capability);
   description.type_id = static_cast<std::uint64_t>(point.id.type);
@@ -100,7 +100,7 @@ std::string device_description(const Device& device) {
   std::vector<std::string>* lists[] = {&description.sensors, &description.actuators, &description.properties};
   auto& capabilities = description.capabilities;
   for (const auto& point : device.points) {
-    const auto& id = point.details->id;
+    const auto& id = point.details->id();
     lists[static_cast<std::size_t>(point.id.kind)]->push_back(id);
     auto type = id.substr(0, id.find('-'));
     if (std::find(capabilities.begin(), capabilities.end(), type) == capabilities.end())

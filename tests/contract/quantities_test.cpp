@@ -190,9 +190,9 @@ class Running {
     proxy::Point point;
     point.id = fit[0].point;
     point.details = std::make_unique<proxy::PointDetails>();
-    point.details->id = "it-1";
-    point.details->capability = std::make_shared<const proxy::PointCapability>(fit[0]);
-    point.type = proxy::type_of(types_, *point.details->capability);
+    point.details->capability = std::make_shared<const proxy::PointCapability>(fit[0], types_);
+    point.details->name("it-1");
+    point.type = point.details->capability->type;
     return proxy::point_description(point);
   }
 

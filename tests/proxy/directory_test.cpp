@@ -188,6 +188,24 @@ TEST_F(Directory, ARejoinKeepsValuesAndDropsWhatVanished) {
   EXPECT_EQ(json("proxy.hall.7.description")["sensors"], (std::vector<std::string>{"mood-1", "glow-2"}));
 }
 
+/// A type that only the device knows is called in the keys what its first join calls it.
+TEST_F(Directory, ARejoinThatNamesATypeKeepsTheKeys) {
+  start();
+  constexpr TypeId kOwn{40'017};
+  auto plain = lamp();
+  plain.capabilities = {capability(Kind::kSensor, kOwn, "1")};
+  join("7", plain);
+  report("7", sensor(kOwn, "1"), 1.5);
+  ASSERT_EQ(text("proxy.hall.7.sensor.type40017-1.value"), "1.5");
+  auto named = plain;
+  named.capabilities[0].type_name = "sap-flow";
+  join("7", named);
+  EXPECT_EQ(text("proxy.hall.7.sensor.type40017-1.value"), "1.5");
+  EXPECT_FALSE(exists("proxy.hall.7.sensor.sap_flow-1.value"));
+  join("8", named);
+  EXPECT_TRUE(exists("proxy.hall.8.sensor.sap_flow-1.value"));
+}
+
 TEST_F(Directory, ARepeatedJoinPublishesNothingNew) {
   start();
   join("7", lamp());

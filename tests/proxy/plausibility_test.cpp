@@ -165,41 +165,52 @@ TEST_F(PlausibleValues, ARuleForAPointThatTheDeviceDoesNotHaveIsNamed) {
   EXPECT_TRUE(log.contain("networks.hall.devices.7.valid.glow-9"));
 }
 
+/// Of a type of the catalogue.
+PointCapability sensor_of(const TypeCatalogue& types, std::string_view type) {
+  Capability capability;
+  capability.point = {Kind::kSensor, types.find(type)->id, "1"};
+  return {capability, types};
+}
+
 TEST(Plausibility, KnowsTheCodesOfATypeUnlessTheConfigurationNamesOthers) {
   const TypeCatalogue types;
-  const auto* power = types.find("power");
-  ASSERT_TRUE(power);
-  Capability capability;
-  capability.point = {Kind::kSensor, power->id, "1"};
+  const auto power = sensor_of(types, "power");
   NetworkRules network;
-  const auto known = rules_of(network, "7", capability, power);
+  const auto known = rules_of(network, "7", power);
   ASSERT_TRUE(known);
-  Plausibility point(*known);
+  Plausibility point(std::make_shared<Valid>(*known));
   EXPECT_EQ(point.objection(-8388608.0, {}), "-8388608 is a code for 'no value'");
   EXPECT_EQ(point.objection(-8388607.0, {}), "");
   EXPECT_EQ(point.objection(std::string("off"), {}), "") << "only numbers have limits";
   network.devices["7"].valid["power-1"].never.emplace();
-  EXPECT_FALSE(rules_of(network, "7", capability, power));
-  EXPECT_TRUE(rules_of(network, "8", capability, power));
-  EXPECT_FALSE(rules_of({}, "7", capability, types.find("temperature")));
+  EXPECT_FALSE(rules_of(network, "7", power));
+  EXPECT_TRUE(rules_of(network, "8", power));
+  EXPECT_FALSE(rules_of({}, "7", sensor_of(types, "temperature")));
 }
 
 TEST(Plausibility, KnowsTheCodesOfATypeBesideTheLimitsOfAPoint) {
   const TypeCatalogue types;
-  const auto* power = types.find("power");
-  Capability capability;
-  capability.point = {Kind::kSensor, power->id, "1"};
   NetworkRules network;
   network.devices["7"].valid["power-1"] = at_most(4000);
-  const auto known = rules_of(network, "7", capability, power);
+  const auto known = rules_of(network, "7", sensor_of(types, "power"));
   ASSERT_TRUE(known);
-  Plausibility point(*known);
+  Plausibility point(std::make_shared<Valid>(*known));
   EXPECT_EQ(point.objection(-32768.0, {}), "-32768 is a code for 'no value'");
   EXPECT_EQ(point.objection(4001.0, {}), "4001 is above the largest plausible value 4000");
 }
 
+TEST(Plausibility, PointsShareEqualRules) {
+  SharedRules rules;
+  const auto one = rules.of(at_most(5));
+  EXPECT_EQ(rules.of(at_most(5)), one);
+  EXPECT_NE(rules.of(at_most(6)), one);
+  std::vector<std::shared_ptr<const Valid>> many;
+  for (int i = 0; i < 200; ++i) many.push_back(rules.of(at_most(i)));
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(many[static_cast<std::size_t>(i)]->maximum, i) << "beyond the bound too";
+}
+
 TEST(Plausibility, ACodeMayComeAsANumberOf32Bits) {
-  Plausibility point(never({-3276.8}));
+  Plausibility point(std::make_shared<Valid>(never({-3276.8})));
   EXPECT_NE(point.objection(static_cast<double>(-3276.8F), {}), "");
   EXPECT_EQ(point.objection(-3276.7, {}), "");
 }

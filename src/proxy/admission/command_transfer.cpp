@@ -77,7 +77,7 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
 /// as a command whose outcome is not awaited.
 void CommandTransfer::send_rate(Device& device, const Claim& to, const std::string& tuple) {
   const auto* point = find_point(device, device.rate_point);
-  if (!point || !point->details->set_by_user) return;
+  if (!point || !point->storage.set_by_user) return;
   const auto text = waiting_command_text({point->id, std::to_string(device.rate.count()), context_.space.self(), 0});
   context_.space.set_remote(to.island, tuple, text, kRateTravels, nullptr, {.media_type = "application/json"});
 }

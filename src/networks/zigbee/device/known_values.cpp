@@ -45,9 +45,7 @@ void Properties::add(const Points& points) {
     const auto& point = points[i];
     const auto [entry, fresh] = places.emplace(point.property, static_cast<std::uint32_t>(all_.size()));
     if (fresh) {
-      auto& property = all_.emplace_back();
-      property.name = point.property;
-      property.of_the_link = point.property == "linkquality";
+      all_.emplace_back().name = point.property;
     }
     auto& property = all_[entry->second];
     property.published |= point.access.published;

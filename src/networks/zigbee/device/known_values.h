@@ -19,21 +19,24 @@ namespace rubicon::networks::zigbee::device {
 struct KnownValue {
   std::string text{};     ///< JSON, as last taken; empty = never seen
   WallTime changed{};     ///< when the device had it first, as far as known
+  SteadyTime asked_at{};  ///< zero = never
   bool unproven = false;  ///< an echo: the device did not report it yet
   bool stored = false;    ///< as Zigbee2MQTT remembered it at its start: a message that repeats it proves nothing
   bool due = false;       ///< shown as stale or stored: delivered once more when the device is heard
   bool asked = false;     ///< by a poll that was not answered yet
-  SteadyTime asked_at{};  ///< zero = never
 };
 
 /// A property of the state messages of a device. Several points may share one: colour as x and y and as hue and
 /// saturation.
 struct Property : KnownValue {
-  std::string_view name;  ///< as its points have it
   bool published = false, settable = false, gettable = false;
-  bool event = false;        ///< each message counts once
-  bool of_the_link = false;  ///< differs in each message, whatever caused it: no news of the other properties
+  bool event = false;     ///< each message counts once
+  std::string_view name;  ///< as its points have it
+
+  /// Differs in each message, whatever caused it: no news of the other properties.
+  bool of_the_link() const { return name == "linkquality"; }
 };
+static_assert(sizeof(Property) == 72);  // a device has dozens
 
 /// The properties of a device by their JSON key. The points must outlive them.
 class Properties {

@@ -185,7 +185,7 @@ Reports::Compared Reports::compare(std::span<const Member> members, Heard& heard
     heard.answers |= heard.presumed && is_asked(*property);
     const bool same = property->text == member.json;
     (same ? compared.same : compared.changes).push_back({property, member.json});
-    if (!same && !property->of_the_link) heard.quiet = false;
+    if (!same && !property->of_the_link()) heard.quiet = false;
   }
   return compared;
 }
