@@ -161,9 +161,17 @@ void Feed::report_full(const char* why) {
 }
 
 void Feed::forget(Entries::iterator entry) {
+  const auto owner = owners_.find(entry->first.owner);
   if (entry->second.demand) --stock_.demands;
   --stock_.tuples;
   entries_.erase(entry);
+  --owner->second.tuples;
+  forget_if_gone(owner);
+}
+
+/// Else all visitors would be remembered as long as a page is open.
+void Feed::forget_if_gone(Owners::iterator owner) {
+  if (owner->second.absent && owner->second.tuples == 0) owners_.erase(owner);
 }
 
 void Feed::forget_hidden(const TupleView& tuple) {
@@ -186,13 +194,13 @@ Feed::Node* Feed::node_of(const TupleView& tuple) {
   ++stock_.tuples;
   auto& node = *entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
   want(node, given);
-  owners_.emplace(tuple.owner, false);
+  ++owners_[tuple.owner].tuples;
   return &node;
 }
 
 /// The tuples are there; the events of some may still be queued.
 void Feed::snapshot_ended(OwnerId owner) {
-  owners_.emplace(owner, false);
+  owners_.try_emplace(owner);
   context_.space.list({owner, options_.pattern.key}, [this](const TupleView& tuple) { set(tuple); });
   ++snapshots_;
   push(items_, {nullptr, owner});
@@ -259,9 +267,11 @@ bool Feed::drop_oldest_event() {
 void Feed::peer_changed(OwnerId owner, tuples::PeerEvent event) {
   const auto known = owners_.find(owner);
   const bool absent = event != tuples::PeerEvent::kUp;
-  if (known == owners_.end() || known->second == absent) return;
-  known->second = absent;
+  if (known == owners_.end() && !absent) presence_.erase(owner);  // it was forgotten, and the client not told yet
+  if (known == owners_.end() || known->second.absent == absent) return;
+  known->second.absent = absent;
   presence_[owner] = absent;
+  forget_if_gone(known);
   wake();
 }
 

@@ -169,6 +169,11 @@ class Feed {
   };
   using Entries = std::unordered_map<Name, Entry, NameHash, NameEqual>;
   using Node = Entries::value_type;
+  struct Owner {
+    bool absent = false;
+    std::size_t tuples = 0;  ///< among the entries
+  };
+  using Owners = std::map<OwnerId, Owner>;
   using Names = std::unordered_set<Name, NameHash, NameEqual>;
   struct Item {
     Node* tuple = nullptr;  ///< nullptr: the snapshot of `owner` ends here
@@ -188,6 +193,7 @@ class Feed {
   tuples::Access access(const TupleView& tuple);
   void want(Node& node, const tuples::Access& access);
   void forget(Entries::iterator entry);
+  void forget_if_gone(Owners::iterator owner);
   void forget_hidden(const TupleView& tuple);
   void report_full(const char* why);
   Flow wanted(Duration fastest) const;
@@ -220,7 +226,7 @@ class Feed {
   std::deque<Item> items_;            ///< states, ends of tuples and of snapshots, the first event of a tuple
   std::deque<Item> events_;           ///< all other events; they count in the stock
   std::size_t snapshots_ = 0;         ///< ends of snapshots among the items
-  std::map<OwnerId, bool> owners_;    ///< owners of delivered tuples; true = absent
+  Owners owners_;                     ///< of what was delivered; one that is absent and has no tuples is forgotten
   std::map<OwnerId, bool> presence_;  ///< what the client does not know yet; true = absent
   std::uint64_t lost_events_ = 0;     ///< not reported yet
   SteadyTime not_before_{};

@@ -238,6 +238,29 @@ TEST_F(Subscriptions, AnOwnerThatIsLostIsAbsentAndPresentAgain) {
   }
   ASSERT_EQ(gone.size(), 1U) << "after the grace the copies end";
   EXPECT_EQ(gone[0][0][1], "lost");
+  page.take_frames();
+  ecology.mend(OwnerId(1), OwnerId(kSite));
+  scheduler.run_for(1s);
+  ASSERT_FALSE(page.frames.empty());
+  for (const auto& frame : page.frames) EXPECT_FALSE(frame.contains("present")) << "it was forgotten: " << frame;
+  EXPECT_EQ(page.frames.back()["snapshot"], 1);
+}
+
+TEST_F(Subscriptions, AnOwnerWithoutTuplesThatIsBackBeforeTheNextFrameWasNeverAbsent) {
+  start_lamp();
+  auto& page = Sites::page();
+  page.ask({{"do", "subscribe"}, {"pattern", "*:of-nobody"}, {"min", 1000}});
+  scheduler.run_for(2s);
+  page.take_frames();
+  page.read(false);
+  ecology.cut(OwnerId(1), OwnerId(kSite));
+  scheduler.run_for(1s);
+  ecology.mend(OwnerId(1), OwnerId(kSite));
+  scheduler.run_for(1s);
+  page.read(true);
+  page.take_frames();
+  scheduler.run_for(2s);
+  for (const auto& frame : page.frames) EXPECT_FALSE(frame.contains("absent")) << frame;
 }
 
 TEST_F(Subscriptions, WatchingWakesNoSensorUnlessItIsActive) {
