@@ -10,7 +10,7 @@ namespace rubicon::bench::peis {
 namespace {
 
 void measure_together(const Plan& plan, Report& report, int count) {
-  const auto times = plan.is_quick ? CrowdTimes{3, 1} : CrowdTimes{};
+  const auto times = plan.is_quick ? CrowdTimes{15, 1} : CrowdTimes{};
   auto all = start_crowd(plan.new_meeting(), count, times);
   const auto results = results_of(all);
   std::vector<double> idle;
@@ -32,10 +32,10 @@ void measure_together(const Plan& plan, Report& report, int count) {
 
 /// One more than those that are there, several times.
 void measure_newcomers(const Plan& plan, Report& report, int count) {
-  constexpr double kStay = 3;
-  const CrowdTimes times{plan.is_quick ? 2.0 : 10.0, 0};
+  const double stay = plan.is_quick ? 15 : 3;
+  const CrowdTimes times{10.0, 0};
   const auto meeting = plan.new_meeting();
-  auto residents = start_crowd(meeting, count, {times.settled + (kStay + 2) * plan.rounds + 1, 0});
+  auto residents = start_crowd(meeting, count, {times.settled + (stay + 2) * plan.rounds + 1, 0});
   std::this_thread::sleep_for(std::chrono::duration<double>(times.settled));
   std::vector<Json> rounds;
   for (int round = 0; round < plan.rounds; ++round) {
@@ -43,7 +43,7 @@ void measure_newcomers(const Plan& plan, Report& report, int count) {
                           {{"number", count + round},
                            {"count", count + 1},
                            {"begin", wall_seconds()},
-                           {"settled_s", kStay},
+                           {"settled_s", stay},
                            {"idle_s", 0}});
     rounds.push_back(result_of(one));
     rounds.back().erase("idle_percent");  // of no time

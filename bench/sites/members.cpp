@@ -34,7 +34,7 @@ void measure_crowd(const Plan& plan, Report& report) {
   const Broker broker(plan, report, "crowd");
   if (!broker) return;
   const int count = plan.is_quick ? 5 : 50;
-  CrowdTimes times{plan.is_quick ? 4.0 : 20.0, plan.is_quick ? 1.0 : 10.0, true};
+  CrowdTimes times{20.0, plan.is_quick ? 1.0 : 10.0, true};
   auto crowd = start_crowd(broker.new_meeting(plan), count, times);
   const auto results = results_of(crowd);
   const auto seen = rounded(slowest_of(results), 2);

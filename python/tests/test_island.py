@@ -106,7 +106,7 @@ class Calls:
         with self.assertRaises(rubicon.Refused) as caught:
             await self.space.command("living.lamp-1", "purple", check=True)
         self.assertIn("purple", str(caught.exception))
-        outcome = await self.space.command("living.boiler-1", "on", wait="200ms")
+        outcome = await self.space.command("living.boiler-1", "on", wait="3s")
         self.assertIn(outcome.state, ("queued", "sent"))
         self.assertEqual((await self.space.command("living.rate", 60)).state, "confirmed")
         await self.fails("not-found", self.space.command("lamp-1", "on"))

@@ -54,7 +54,7 @@ class AServerThatRestarts(unittest.IsolatedAsyncioTestCase):
                     await asyncio.sleep(0.05)
 
     async def test_a_server_that_hangs_ends_the_call_not_the_program(self):
-        async with open_space(timeout=0.5) as space:
+        async with open_space(timeout=5) as space:
             self.island.pause(True)
             with self.assertRaises(rubicon.Error) as caught:
                 await space.islands()

@@ -41,6 +41,7 @@ class HostileBridge : public SitesOfABroker {
 
 TEST_F(HostileBridge, TouchesNoOtherNetworkOfTheIsland) {
   support::Mosquitto broker;
+  ASSERT_TRUE(broker.comes_up());
   std::filesystem::create_directories(folder_ / "site1");
   const auto one =
       island(1, "{broker: \"127.0.0.1\", trust_broker: yes}", "  zigbee: {type: zigbee, broker: \"127.0.0.1\"}\n");

@@ -98,7 +98,7 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
   std::vector<std::string> wanted{"proxy.wsn-flat.1.status", "proxy.wsn-1.7.status", "proxy.dummy-rooms.living.status"};
   if (broker_) wanted.push_back("proxy.zigbee.00124b0010000000.status");
   for (const auto& key : wanted) {
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 1000; ++i) {
       shell.write("get " + key + "\n");
       const auto line = shell.line_with("\"ok\"");
       if (line && line->find("\\\"reachable\\\"") != line->npos) break;

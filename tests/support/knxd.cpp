@@ -86,7 +86,7 @@ KnxNetwork::KnxNetwork() : reason_(network_.reason()) {
   if (made.code != 0) reason_ = "no network for knxd: " + made.errors;
 }
 
-Knxd::Knxd(bool routing, int users) : folder_(own_path("knxd")) {
+Knxd::Knxd(bool routing, int users) : folder_(own_path("knxd")), routing_(routing) {
   std::filesystem::create_directories(folder_);
   std::ofstream(folder_ + "/knxd.ini") << configuration(folder_, routing, users);
   restart();

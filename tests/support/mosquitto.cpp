@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 namespace rubicon::support {
 
@@ -144,6 +146,11 @@ bool Mosquitto::ready() const {
   const bool there = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   ::close(probe);
   return there;
+}
+
+bool Mosquitto::comes_up() const {
+  for (int i = 0; i < 3000 && !ready(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  return ready();
 }
 
 Outcome Mosquitto::publish(const std::string& topic, const std::string& payload, std::vector<std::string> more) const {

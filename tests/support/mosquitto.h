@@ -55,6 +55,8 @@ class Mosquitto {
 
   /// It listens; to be asked until it does.
   bool ready() const;
+  /// Waits until it listens, a minute at most.
+  bool comes_up() const;
   /// Without a word, as at SIGKILL.
   void kill();
   /// In order, as at SIGTERM.

@@ -57,6 +57,19 @@ struct ScriptedLink final : Link {
   std::vector<Reply> replies;
 };
 
+TEST(OutboxOfOneWhoLeft, NeedsNoMemory) {
+  ScriptedLink link;
+  Store store(OwnerId(1));
+  Outbox outbox(store, link, [](const PeerQueue&, std::uint32_t) { return true; });
+  PeerQueue peer;
+  for (int i = 0; i < 1000; ++i) outbox.add(peer, store.create(OwnerId(1), "t.k" + std::to_string(i)));
+  EXPECT_EQ(outbox.size(), 1000U);
+  outbox.close(peer);
+  EXPECT_EQ(outbox.size(), 0U);
+  EXPECT_TRUE(outbox.empty());
+  EXPECT_EQ(peer.entries.capacity() + peer.queued.capacity(), 0U);
+}
+
 constexpr OwnerId kPeer{70000};
 
 struct Bounds : testing::Test {

@@ -203,22 +203,23 @@ async function aLargeTreeIsAskedByBranch({ page, open }) {
 async function oneRedrawAFrame({ page, open }) {
   await open("devices/6541/dummy-rooms/living");
   await page.getByRole("switch", { name: "Passive" }).click();
-  const { batches, frames } = await page.evaluate(
+  const { batches, frames, ages } = await page.evaluate(
     () =>
       new Promise((done) => {
         let batches = 0;
         let frames = 0;
+        const begun = performance.now();
         const observer = new MutationObserver(() => batches++);
         observer.observe(document.querySelector(".list"), { subtree: true, childList: true, characterData: true, attributes: true });
         const step = () => {
           if (++frames < 120) return requestAnimationFrame(step);
           observer.disconnect();
-          done({ batches, frames });
+          done({ batches, frames, ages: Math.ceil((performance.now() - begun) / 1000) + 1 });
         };
         requestAnimationFrame(step);
       }),
   );
-  assert.ok(batches <= frames, `${batches} batches in ${frames} frames`);
+  assert.ok(batches <= frames + ages, `${batches} batches in ${frames} frames`);
 }
 
 /** Many sets of one tuple are merged on their way to a page that shows it, but the last one arrives. */

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -33,7 +34,7 @@ class CheckOfAFile : public testing::Test {
         {kDaemon, "check", "--elsewhere", write("island.yaml", "island: {id: 12, name: school}\n" + networks)});
   }
 
-  fs::path folder_ = fs::path(testing::TempDir()) / "rubicon_check";
+  fs::path folder_ = fs::path(testing::TempDir()) / ("rubicon_check_" + std::to_string(::getpid()));
 };
 
 TEST_F(CheckOfAFile, OneSerialLineBelongsToOneNetwork) {

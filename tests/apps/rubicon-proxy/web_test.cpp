@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -55,7 +56,8 @@ class IslandPage : public testing::Test {
     }
     return 0;
   }
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "rubicon_island_page";
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("rubicon_island_page_" + std::to_string(::getpid()));
 };
 
 const std::string kFreePort = "{listen: \"127.0.0.1:0\"}";

@@ -22,7 +22,7 @@ class OwnIsland : public testing::Test {
                                            "    type: dummy\n"
                                            "    silence: 2s\n"
                                            "    simulate:\n"
-                                           "      sleepy: {keepalive: 14s, actuators: {lock-1: {}}}\n"
+                                           "      sleepy: {keepalive: 25s, actuators: {lock-1: {}}}\n"
                                            "  dummy-2:\n"
                                            "    type: dummy\n"
                                            "    simulate: {hall: {name: Front hall, actuators: {switch-1: {}}}}\n");

@@ -61,7 +61,7 @@ class LiveScreen : public testing::Test {
 TEST_F(LiveScreen, FillsTheTerminalScrollsAndFilters) {
   auto& terminal = *terminal_;
   ASSERT_TRUE(terminal.shows("room0")) << terminal.text();
-  EXPECT_TRUE(is_whole()) << terminal.text();
+  EXPECT_TRUE(terminal.shows([&] { return is_whole(); })) << terminal.text();
   EXPECT_FALSE(terminal.is_as_before());
   terminal.type("\x1b[F");  // End
   EXPECT_TRUE(terminal.shows("room29")) << terminal.text();
@@ -141,7 +141,7 @@ TEST_F(LiveScreen, AResizeLeavesNothingBehind) {
 TEST_F(LiveScreen, ShowsTheLogOfTheIsland) {
   auto& terminal = *terminal_;
   ASSERT_TRUE(terminal.shows(" warning")) << terminal.text();  // the title counts them
-  EXPECT_TRUE(is_whole()) << terminal.text();
+  EXPECT_TRUE(terminal.shows([&] { return is_whole(); })) << terminal.text();
   EXPECT_THAT(terminal.bytes(), Not(HasSubstr("wsn-1: ")));
   terminal.type("!");
   EXPECT_TRUE(terminal.shows("wsn-1: ")) << terminal.text();

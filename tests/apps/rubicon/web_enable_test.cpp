@@ -11,7 +11,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string text_in(const std::string& path) {
+std::string file_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -46,11 +46,12 @@ TEST_F(WebEnable, WritesTheSectionAndATokenAndTellsBoth) {
   EXPECT_EQ(line(done, "open"), "open   http://127.0.0.1:8642");
   const auto token = line(done, "token").substr(7, 32);
   EXPECT_EQ(token.find_first_not_of("0123456789abcdef"), token.npos) << done.output;
-  EXPECT_THAT(text_in(folder_.file("home.yaml")),
+  EXPECT_THAT(file_text(folder_.file("home.yaml")),
               AllOf(testing::StartsWith(before), HasSubstr("\nweb: "), HasSubstr("tokens: {file: home.tokens}")));
-  EXPECT_EQ(text_in(folder_.file("home.yaml.previous")), before);
+  EXPECT_EQ(file_text(folder_.file("home.yaml.previous")), before);
   EXPECT_FALSE(std::filesystem::exists(folder_.file("home.yaml.new")));
-  EXPECT_THAT(text_in(folder_.file("home.tokens")), AllOf(testing::StartsWith("admin:admin:"), Not(HasSubstr(token))));
+  EXPECT_THAT(file_text(folder_.file("home.tokens")),
+              AllOf(testing::StartsWith("admin:admin:"), Not(HasSubstr(token))));
   struct stat about {};
   ASSERT_EQ(::stat(folder_.file("home.yaml").c_str(), &about), 0);
   EXPECT_EQ(about.st_mode & 0777U, 0604U);
@@ -60,17 +61,17 @@ TEST_F(WebEnable, WritesTheSectionAndATokenAndTellsBoth) {
 TEST_F(WebEnable, ChangesNothingTheSecondTime) {
   folder_.write("home.yaml", small_island(6541));
   ASSERT_EQ(enable("home.yaml").code, 0);
-  const auto file = text_in(folder_.file("home.yaml")), tokens = text_in(folder_.file("home.tokens"));
+  const auto file = file_text(folder_.file("home.yaml")), tokens = file_text(folder_.file("home.tokens"));
   std::filesystem::remove(folder_.file("home.yaml.previous"));
   const auto again = enable("home.yaml");
   EXPECT_EQ(again.code, 0) << again.errors;
   EXPECT_EQ(line(again, "open"), "open   http://127.0.0.1:8642");
   EXPECT_THAT(line(again, "token"), HasSubstr("admin has one already"));
-  EXPECT_EQ(text_in(folder_.file("home.yaml")), file);
-  EXPECT_EQ(text_in(folder_.file("home.tokens")), tokens);
+  EXPECT_EQ(file_text(folder_.file("home.yaml")), file);
+  EXPECT_EQ(file_text(folder_.file("home.tokens")), tokens);
   EXPECT_FALSE(std::filesystem::exists(folder_.file("home.yaml.previous")));
   EXPECT_EQ(enable("home.yaml", {"--name", "tablet"}).code, 0);
-  EXPECT_THAT(text_in(folder_.file("home.tokens")), HasSubstr("tablet:admin:"));
+  EXPECT_THAT(file_text(folder_.file("home.tokens")), HasSubstr("tablet:admin:"));
 }
 
 TEST_F(WebEnable, PutsTokensIntoASectionThatIsThere) {
@@ -89,7 +90,7 @@ TEST_F(WebEnable, PutsTokensIntoASectionThatIsThere) {
     folder_.write("home.yaml", small_island(6541) + section);
     const auto done = enable("home.yaml");
     EXPECT_EQ(done.code, 0) << section << done.errors;
-    EXPECT_EQ(text_in(folder_.file("home.yaml")), small_island(6541) + expected);
+    EXPECT_EQ(file_text(folder_.file("home.yaml")), small_island(6541) + expected);
     EXPECT_EQ(check("home.yaml").code, 0) << section;
   }
   EXPECT_EQ(line(enable("home.yaml", {"--name", "x"}), "open"), "open   http://127.0.0.1:8642");
@@ -101,7 +102,7 @@ TEST_F(WebEnable, LeavesAFileThatIsWrongAsItIs) {
   const auto done = enable("home.yaml");
   EXPECT_EQ(done.code, 2);
   EXPECT_THAT(done.errors, AllOf(HasSubstr("rights"), HasSubstr("stays as it was")));
-  EXPECT_EQ(text_in(folder_.file("home.yaml")), wrong);
+  EXPECT_EQ(file_text(folder_.file("home.yaml")), wrong);
   EXPECT_FALSE(std::filesystem::exists(folder_.file("home.yaml.new")));
   EXPECT_FALSE(std::filesystem::exists(folder_.file("home.tokens")));
 }
@@ -118,7 +119,7 @@ TEST_F(WebEnable, SaysWhatToDoWhereItMayNotOrCannot) {
   if (as_nobody.errors.find("setpriv") == 0) GTEST_SKIP() << "cannot be another user here";
   EXPECT_EQ(as_nobody.code, 1);
   EXPECT_THAT(as_nobody.errors, AllOf(HasSubstr("home.yaml"), HasSubstr("as root: sudo rubicon web enable")));
-  EXPECT_EQ(text_in(folder_.file("home.yaml")), small_island(6541));
+  EXPECT_EQ(file_text(folder_.file("home.yaml")), small_island(6541));
 }
 
 TEST_F(WebEnable, AnIslandSaysHowAMissingTokenIsMade) {

@@ -296,12 +296,17 @@ class Robot {
     return entity = dds_create_writer(participant_, topic, qos.qos, nullptr);
   }
 
+  /// Nothing tells a writer when the other side has matched.
+  static constexpr dds_duration_t kTheirMatch = DDS_MSECS(300);
+
   dds_entity_t writer(const std::string& name, const dds_topic_descriptor_t* descriptor, bool kept) {
+    const bool known = writers_[name] > 0;
     const auto entity = offer(name, descriptor, kept);
-    // As one does with `ros2 topic pub --once`: waits for the other side.
+    // As one does with `ros2 topic pub --once`: waits for the other side, which learns of this one a moment later.
     dds_publication_matched_status_t matched{};
-    for (int i = 0; i < 5000 && matched.current_count == 0; ++i, dds_sleepfor(DDS_MSECS(1)))
+    for (int i = 0; i < 60'000 && matched.current_count == 0; ++i, dds_sleepfor(DDS_MSECS(1)))
       dds_get_publication_matched_status(entity, &matched);
+    if (!known) dds_sleepfor(kTheirMatch);
     return entity;
   }
 
