@@ -258,9 +258,9 @@ class EveryExample : public testing::TestWithParam<std::size_t> {
     return outcome;
   }
 
-  static constexpr int kLong = 60;   ///< for what ends by itself, in seconds
-  static constexpr int kShort = 12;  ///< for what does not
-  static constexpr int kBus = 20;    ///< for what listens to the bus, whose thermometer speaks every 5 s
+  static constexpr int kLong = 60;  ///< for what ends by itself, in seconds
+  static constexpr int kShort = 6;  ///< for what does not
+  static constexpr int kBus = 20;   ///< for what listens to the bus, whose thermometer speaks every 5 s
   static constexpr std::size_t kAtATime = 8;
   DemoIsland demo_;
   mutable int waited_ = 0;
