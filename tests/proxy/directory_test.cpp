@@ -202,6 +202,7 @@ TEST_F(Directory, ARejoinThatNamesATypeKeepsTheKeys) {
   join("7", named);
   EXPECT_EQ(text("proxy.hall.7.sensor.type40017-1.value"), "1.5");
   EXPECT_FALSE(exists("proxy.hall.7.sensor.sap_flow-1.value"));
+  EXPECT_EQ(json("proxy.hall.7.description")["sensors"], (std::vector<std::string>{"type40017-1"}));
   join("8", named);
   EXPECT_TRUE(exists("proxy.hall.8.sensor.sap_flow-1.value"));
 }
