@@ -163,7 +163,7 @@ struct PointCommands {
   std::uint16_t live : 15 = 0;   ///< commands in a state that is not final
   std::uint16_t failed : 1 = 0;  ///< the last one could not be carried out
 };
-/// Owned by Memory, but for the last one.
+/// Owned by Memory; `declared` by DeviceDirectory.
 struct PointStorage {
   bool unsaved : 1 = false;      ///< the value is newer than that in the state file
   bool set_by_user : 1 = false;  ///< a property that a user set

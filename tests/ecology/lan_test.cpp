@@ -58,6 +58,7 @@ testing::AssertionResult applied_without_loss(Process& probe, const std::string&
     for (; line && line->find("\"ok\"") == line->npos; line = probe.line()) {
       if (line->starts_with(lost)) return testing::AssertionFailure() << *line;
     }
+    if (!line) return testing::AssertionFailure() << "no answer to " << command;
     if (is_applied(parsed(line))) return testing::AssertionSuccess();
   }
   return testing::AssertionFailure() << command << " was not applied";

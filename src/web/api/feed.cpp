@@ -169,7 +169,7 @@ void Feed::forget(Entries::iterator entry) {
   forget_if_gone(owner);
 }
 
-/// Else all visitors would be remembered as long as a page is open.
+/// Without this, a page that stays open would keep an entry for each component that ever came.
 void Feed::forget_if_gone(Owners::iterator owner) {
   if (owner->second.absent && owner->second.tuples == 0) owners_.erase(owner);
 }

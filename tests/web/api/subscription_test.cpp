@@ -249,7 +249,7 @@ TEST_F(Subscriptions, AnOwnerThatIsLostIsAbsentAndPresentAgain) {
 TEST_F(Subscriptions, AnOwnerWithoutTuplesThatIsBackBeforeTheNextFrameWasNeverAbsent) {
   start_lamp();
   auto& page = Sites::page();
-  page.ask({{"do", "subscribe"}, {"pattern", "*:of-nobody"}, {"min", 1000}});
+  page.ask({{"do", "subscribe"}, {"pattern", "*:no.such.tuple"}, {"min", 1000}});
   scheduler.run_for(2s);
   page.take_frames();
   page.read(false);
