@@ -21,6 +21,7 @@ class Child {
   /// fails.
   std::string output(base::Duration most);
   void signal(int number) const;
+  pid_t pid() const { return pid_; }
 
  private:
   std::string command_;

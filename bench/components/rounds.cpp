@@ -40,12 +40,9 @@ Json commands_round(const Meeting& meeting, std::uint64_t count) {
 }
 
 double end_round(const Meeting& meeting, int signal) {
-  auto owner = start_role("watched", meeting, Json::object());
   auto subscriber = start_role("watcher", meeting, Json::object());
-  std::this_thread::sleep_for(std::chrono::seconds(6));  // nothing tells this process when they have met
-  const auto end = wall_seconds();
-  subscriber.signal(signal);
-  return result_of(owner).at("unwanted").get<double>() - end;
+  auto owner = start_role("watched", meeting, {{"watcher", subscriber.pid()}, {"signal", signal}});
+  return result_of(owner).at("unwanted_s").get<double>();
 }
 
 void PingRounds::add(const Plan& plan, const Meeting& meeting, int pace_us) {
