@@ -56,12 +56,22 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
   };
   start({kPrograms + "/salad-simulator", kExamples + "/home.yaml", "--bind", "127.0.0.1", "--script",
          kExamples + "/salad.script", "--log-level", "error"});
-  const auto motes = [&](const char* count, const char* port) {
-    start({kPrograms + "/motes-simulator", "--motes", count, "--board", "EM1000", "--obey", "--updates", "--wait",
-           "--port", port, "--script", kExamples + "/motes.script"});
+  const auto motes = [&](const char* count, const char* port, std::vector<std::string> more) {
+    std::vector<std::string> words{kPrograms + "/motes-simulator",
+                                   "--motes",
+                                   count,
+                                   "--board",
+                                   "EM1000",
+                                   "--obey",
+                                   "--updates",
+                                   "--wait",
+                                   "--port",
+                                   port};
+    words.insert(words.end(), more.begin(), more.end());
+    start(std::move(words));
   };
-  motes("6", "19202");
-  motes("8", "19207");
+  motes("6", "19202", {"--script", kExamples + "/motes.script"});
+  motes("8", "19207", {});  // without the script, in which mote 7 is off for a minute
   std::vector<std::string> island{
       kPrograms + "/rubicon-proxy",
       "run",
@@ -163,7 +173,7 @@ std::vector<std::string> DemoIsland::command(const std::string& line, int second
           "timeout",
           "--preserve-status",
           "--signal=INT",
-          "--kill-after=10",
+          "--kill-after=60",
           std::to_string(seconds),
           "bash",
           "-c",

@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <set>
+#include <thread>
 
 #include "examples/demo_island.h"
 #include "examples/examples_in_text.h"
@@ -223,6 +226,31 @@ std::size_t begin_of(const std::vector<Example>& all, std::size_t part) {
   return at;
 }
 
+/// An example that runs until it is interrupted: it has time to show something, or ten seconds if it shows nothing.
+class Endless {
+ public:
+  Endless(const DemoIsland& demo, const std::string& line)
+      : shows_(shows_what_is_there(line)), process_(demo.command(line, 120)) {}
+
+  void wait() {
+    if (!shows_) return std::this_thread::sleep_until(begun_ + std::chrono::seconds(10));
+    if (const auto first = process_.line()) outcome_.output = *first + "\n";
+  }
+  void interrupt() const { process_.signal(SIGINT); }
+  support::Outcome ended() {
+    while (const auto line = process_.line()) outcome_.output += *line + "\n";
+    outcome_.code = process_.exit_code();
+    outcome_.errors = process_.errors();
+    return outcome_;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+  bool shows_;
+  support::Process process_;
+  support::Outcome outcome_;
+};
+
 /// The demo island and a part of the examples, run beside it.
 class EveryExample : public testing::TestWithParam<std::size_t> {
  protected:
@@ -233,14 +261,6 @@ class EveryExample : public testing::TestWithParam<std::size_t> {
   static void judge(const Example& example, const support::Outcome& outcome) {
     EXPECT_EQ(fault_of(runnable(example.line, 0), outcome), "") << example.place << ": " << example.line << "\n"
                                                                 << outcome.output.substr(0, 4000) << outcome.errors;
-  }
-
-  static support::Outcome ended(support::Process& process) {
-    support::Outcome outcome;
-    while (const auto line = process.line()) outcome.output += *line + "\n";
-    outcome.code = process.exit_code();
-    outcome.errors = process.errors();
-    return outcome;
   }
 
   support::Outcome run(const Example& example) const {
@@ -258,9 +278,7 @@ class EveryExample : public testing::TestWithParam<std::size_t> {
     return outcome;
   }
 
-  static constexpr int kLong = 60;  ///< for what ends by itself, in seconds
-  static constexpr int kShort = 6;  ///< for what does not
-  static constexpr int kBus = 20;   ///< for what listens to the bus, whose thermometer speaks every 5 s
+  static constexpr int kLong = 120;  ///< in seconds
   static constexpr std::size_t kAtATime = 8;
   DemoIsland demo_;
   mutable int waited_ = 0;
@@ -285,13 +303,12 @@ TEST_P(EveryExample, EndsAsItShould) {
   std::vector<Example> endless;  // those in a row run at the same time
   std::size_t run_for_a_while = 0;
   const auto run_endless = [&] {
-    std::vector<std::unique_ptr<support::Process>> running;
-    for (const auto& example : endless) {
-      const auto line = runnable(example.line, 10 + run_for_a_while++);
-      running.push_back(std::make_unique<support::Process>(
-          demo_.command(line, line.starts_with("rubicon knx monitor") ? kBus : kShort)));
-    }
-    for (std::size_t i = 0; i < endless.size(); ++i) judge(endless[i], ended(*running[i]));
+    std::vector<std::unique_ptr<Endless>> running;
+    for (const auto& example : endless)
+      running.push_back(std::make_unique<Endless>(demo_, runnable(example.line, 10 + run_for_a_while++)));
+    for (auto& one : running) one->wait();
+    for (auto& one : running) one->interrupt();
+    for (std::size_t i = 0; i < endless.size(); ++i) judge(endless[i], running[i]->ended());
     endless.clear();
   };
   const auto all = all_examples();

@@ -32,11 +32,6 @@ bool begins(const std::string& line, const std::array<const char*, kCount>& prog
   return std::any_of(programs.begin(), programs.end(), [&](const char* one) { return line.starts_with(one); });
 }
 
-bool shows_what_is_there(const std::string& line) {
-  return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "rubicon wsn monitor",
-                                 "rubicon zigbee monitor", "example-4_points", "curl"});
-}
-
 int wanted_code(const std::string& line) {
   for (const auto& one : kCodes) {
     if (has(line, one.part)) return one.code;
@@ -57,6 +52,11 @@ bool found_losses_only(const std::string& output) {
 }
 
 }  // namespace
+
+bool shows_what_is_there(const std::string& line) {
+  return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "rubicon wsn monitor",
+                                 "rubicon zigbee monitor", "example-4_points", "curl"});
+}
 
 bool is_endless(const std::string& line) {
   if (begins(line, std::array{"rubicon recorder"}) || has(line, " --for 0s")) return false;

@@ -19,8 +19,6 @@ namespace rubicon::support {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-/// With every core taken by others the slowest program under test needed some seconds.
-constexpr auto kPatience = std::chrono::seconds(60);
 
 std::array<int, 2> make_pipe() {
   std::array<int, 2> ends{-1, -1};
@@ -122,8 +120,8 @@ bool Process::fill(Clock::time_point deadline) {
   return read_some(output_, pending_);
 }
 
-std::optional<std::string> Process::line() {
-  const auto deadline = Clock::now() + kPatience;
+std::optional<std::string> Process::line(std::chrono::seconds patience) {
+  const auto deadline = Clock::now() + patience;
   while (true) {
     const auto end = pending_.find('\n');
     if (end != pending_.npos) {
@@ -144,8 +142,8 @@ std::optional<std::string> Process::line_with(const std::string& part) {
   return std::nullopt;
 }
 
-int Process::exit_code() {
-  const auto deadline = Clock::now() + kPatience;
+int Process::exit_code(std::chrono::seconds patience) {
+  const auto deadline = Clock::now() + patience;
   while (!code_ && Clock::now() < deadline) {
     siginfo_t ended{};
     // Its standard error ends with it: waiting for that needs no polling of the process.
@@ -200,8 +198,9 @@ Outcome run_to_end(std::vector<std::string> arguments, const std::string& input)
   process.write(input);
   process.close_input();
   Outcome outcome;
-  while (const auto text = process.line()) outcome.output += *text + "\n";
-  outcome.code = process.exit_code();
+  constexpr auto kLong = std::chrono::minutes(10);
+  while (const auto text = process.line(kLong)) outcome.output += *text + "\n";
+  outcome.code = process.exit_code(kLong);
   outcome.errors = process.errors();
   return outcome;
 }

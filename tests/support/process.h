@@ -27,12 +27,13 @@ class Process {
   /// Waits until it has read all its input and rests (a minute at most).
   bool has_settled() const;
 
-  /// The next line of standard output; nullopt at its end, or after a minute.
-  std::optional<std::string> line();
+  static constexpr std::chrono::seconds kPatience{60};
+  /// The next line of standard output; nullopt at its end, or when it takes too long.
+  std::optional<std::string> line(std::chrono::seconds patience = kPatience);
   /// The next line that contains this; nullopt as above.
   std::optional<std::string> line_with(const std::string& part);
-  /// Waits for the end (at most a minute) and gives the exit code; 128 + n for signal n, -1 if it did not end.
-  int exit_code();
+  /// Waits for the end and gives the exit code; 128 + n for signal n, -1 if it did not end.
+  int exit_code(std::chrono::seconds patience = kPatience);
   /// All of standard error so far; all there ever was after exit_code().
   std::string errors();
   /// Of the process, in kilobytes.
@@ -51,7 +52,7 @@ class Process {
   std::optional<int> code_;
 };
 
-/// Runs a program to its end.
+/// Runs a program to its end, for which it has ten minutes after its last line: compilers and benches print little.
 struct Outcome {
   int code = -1;
   std::string output, errors;

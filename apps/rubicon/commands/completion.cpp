@@ -231,13 +231,24 @@ std::string for_bash(std::string_view offer, std::string_view typed, bool is_quo
 
 namespace {
 
-/// Short, because a user waits at the keyboard.
-constexpr Duration kPatience = std::chrono::milliseconds(700);
+/// What the questions of a completion share.
+struct Asker {
+  Client& client;
+  Duration patience;
 
-std::set<std::string> keys(Client& client, const std::string& typed, const std::string& prefix) {
+  auto read(const Pattern& pattern) const { return client.read(pattern, patience); }
+};
+
+/// Short unless --patience says how long, because a user waits at the keyboard.
+Duration patience_of(const Settings& settings) {
+  constexpr Duration kPatience = std::chrono::milliseconds(700);
+  return settings.patience == Settings{}.patience ? kPatience : settings.patience;
+}
+
+std::set<std::string> keys(const Asker& asker, const std::string& typed, const std::string& prefix) {
   std::set<std::string> found;
   for (const auto& question : questions_for(typed, prefix)) {
-    for (const auto& tuple : client.read(question, kPatience)) {
+    for (const auto& tuple : asker.read(question)) {
       const auto name = question.owner ? name_of(tuple.owner, tuple.key) : tuple.key;
       if (auto next = next_step(name, typed); !next.empty()) found.insert(std::move(next));
     }
@@ -245,9 +256,9 @@ std::set<std::string> keys(Client& client, const std::string& typed, const std::
   return found;
 }
 
-client::KnownNames names_of(Client& client) {
-  client::KnownNames names{{}, client::islands_in(client.tuples()), {}};
-  for (const auto& pattern : client::name_patterns()) client::add_names(client.read(pattern, kPatience), names);
+client::KnownNames names_of(const Asker& asker) {
+  client::KnownNames names{{}, client::islands_in(asker.client.tuples()), {}};
+  for (const auto& pattern : client::name_patterns()) client::add_names(asker.read(pattern), names);
   return names;
 }
 
@@ -288,9 +299,9 @@ std::set<std::string> points(const client::KnownNames& names, const std::string&
 }
 
 /// The keys of the points that have a command.
-std::set<std::string> settable(Client& client) {
+std::set<std::string> settable(const Asker& asker) {
   std::set<std::string> found;
-  for (const auto& tuple : client.read({std::nullopt, model::any_point().command()}, kPatience))
+  for (const auto& tuple : asker.read({std::nullopt, model::any_point().command()}))
     found.emplace(model::parent_key(tuple.key));
   return found;
 }
@@ -308,25 +319,25 @@ std::set<std::string> types(const client::KnownNames& names) {
 }
 
 /// The descriptions of the point that is to be set.
-std::vector<Pattern> descriptions(Client& client, const std::string& tuple) {
+std::vector<Pattern> descriptions(const Asker& asker, const std::string& tuple) {
   const auto typed = parse_target(tuple);
   if (typed) {
     const auto longer = long_form(*typed, "description");
     const Pattern whole{typed->owner, model::PointKey{std::string(model::parent_key(typed->key))}.description()};
     const auto one = longer.value_or(whole);
-    if (!client.read(one, kPatience).empty()) return {one};
+    if (!asker.read(one).empty()) return {one};
   }
   std::vector<Pattern> found;
-  for (const auto& point : client::points_called(names_of(client), tuple, client::Among::kSettable))
+  for (const auto& point : client::points_called(names_of(asker), tuple, client::Among::kSettable))
     found.push_back({point.owner, model::PointKey{point.key}.description()});
   return found;
 }
 
 /// The words of the actuator that is to be set.
-std::set<std::string> values(Client& client, const std::string& tuple) {
+std::set<std::string> values(const Asker& asker, const std::string& tuple) {
   std::set<std::string> found;
-  for (const auto& pattern : descriptions(client, tuple)) {
-    for (const auto& one : client.read(pattern, kPatience)) {
+  for (const auto& pattern : descriptions(asker, tuple)) {
+    for (const auto& one : asker.read(pattern)) {
       const auto words = value_words(one.value);
       found.insert(words.begin(), words.end());
     }
@@ -340,22 +351,23 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
   auto client = Client::open(options);
   if (!client) return {};
   (*client)->discover();
+  const Asker asker{**client, patience_of(settings)};
   std::set<std::string> found;
   switch (question.wanted) {
     case Wanted::kTuple:
-      found = keys(**client, typed, settings.prefix);
-      found.merge(points(names_of(**client), typed, [](const auto&) { return true; }));
+      found = keys(asker, typed, settings.prefix);
+      found.merge(points(names_of(asker), typed, [](const auto&) { return true; }));
       break;
     case Wanted::kSettable: {
-      const auto commands = settable(**client);
-      found = keys(**client, typed, settings.prefix);
+      const auto commands = settable(asker);
+      found = keys(asker, typed, settings.prefix);
       std::erase_if(found, [](const auto& key) { return !may_lead_to_command(key); });
-      found.merge(points(names_of(**client), typed, [&](const auto& key) { return commands.contains(key); }));
+      found.merge(points(names_of(asker), typed, [&](const auto& key) { return commands.contains(key); }));
       break;
     }
-    case Wanted::kValue: return values(**client, question.tuple);
-    case Wanted::kDevice: return devices(names_of(**client), typed);
-    case Wanted::kType: return types(names_of(**client));
+    case Wanted::kValue: return values(asker, question.tuple);
+    case Wanted::kDevice: return devices(names_of(asker), typed);
+    case Wanted::kType: return types(names_of(asker));
     case Wanted::kIsland:
       for (const auto& one : (*client)->islands()) found.insert(one.summary.name);
       break;
@@ -363,8 +375,7 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
       for (const auto& one : (*client)->components()) found.insert(std::to_string(number(one.id)));
       break;
     case Wanted::kWaiting:
-      for (const auto& tuple :
-           (*client)->read({std::nullopt, model::IslandKey{settings.prefix}.inbox("*.*")}, kPatience))
+      for (const auto& tuple : asker.read({std::nullopt, model::IslandKey{settings.prefix}.inbox("*.*")}))
         found.insert(model::text_of(model::object_of(tuple.value), "key"));
       break;
     case Wanted::kMember:

@@ -143,7 +143,7 @@ TEST_P(TwoIslands, ADeviceOfOneDomainIsListedByOneOfThem) {
     EXPECT_TRUE(until(first, status, gone)) << "its newest join was at the second one";
     ASSERT_TRUE(ask(first, "subscribe 2:ROAMING.lab.hall").value("ok", false));
     EXPECT_TRUE(until(first, "get 2:ROAMING.lab.hall", listed));
-    EXPECT_TRUE(listed(ask(second, status)));
+    EXPECT_TRUE(until(second, status, listed));
     second.write("quit\n");
     EXPECT_EQ(second.exit_code(), 0);
   }

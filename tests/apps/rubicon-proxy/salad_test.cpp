@@ -89,6 +89,9 @@ TEST(SaladFlat, TheEndOfTheIslandStopsTheUpdates) {
   EXPECT_TRUE(becomes(shell, "proxy.salad.7.sensor.switch-fridge.value", "o"));
   shell.signal(SIGTERM);
   EXPECT_EQ(shell.exit_code(), 0);
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (salad.errors().find("updates stop") == std::string::npos && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(10ms);  // the message may still be on its way
   salad.signal(SIGTERM);
   EXPECT_EQ(salad.exit_code(), 0);
   const auto said = salad.errors();

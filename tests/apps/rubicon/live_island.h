@@ -29,6 +29,12 @@ inline Outcome rubicon(std::vector<std::string> arguments, const std::string& in
   return support::run_to_end(std::move(arguments), input);
 }
 
+/// What a shell is offered, however slow the machine is.
+inline Outcome completed(std::vector<std::string> words) {
+  words.insert(words.begin(), {"--patience", "30s", "complete", "--"});
+  return rubicon(std::move(words));
+}
+
 /// Each line of the output as JSON; what is none becomes a discarded value.
 inline std::vector<nlohmann::json> lines_of(const Outcome& outcome) {
   std::vector<nlohmann::json> lines;

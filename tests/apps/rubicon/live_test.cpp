@@ -40,7 +40,7 @@ networks:
           switch-1: {}
           switch-2: {behaviour: ignore}
           switch-3: {behaviour: fail}
-          switch-4: {delay: 3s}
+          switch-4: {delay: 4500ms}
           dimmer-1: {behaviour: silent}
   dummy-away:
     type: dummy
@@ -162,7 +162,7 @@ TEST_F(CommandLine, ACommandThatIsNotDoneHasACodeForTheReason) {
   ASSERT_TRUE(status.line()) << status.errors();
   Process first({kProgram, "set", "hall.switch-4", "on", "--json"});
   ASSERT_TRUE(status.line_with("\\\"state\\\":\\\"sent\\\"")) << status.errors();
-  Process second({kProgram, "set", "hall.switch-4", "off", "--ttl", "1s", "--wait", "10ms", "--json"});
+  Process second({kProgram, "set", "hall.switch-4", "off", "--ttl", "3s", "--wait", "10ms", "--json"});
   EXPECT_EQ(first.exit_code(), 7) << first.errors();
   EXPECT_EQ(second.exit_code(), 0) << "it was sent within its time to live, and the island waits for the report"
                                    << second.line().value_or(second.errors());
@@ -197,7 +197,7 @@ TEST_F(CommandLine, WatchShowsEventsAsTheyCome) {
 
 TEST_F(CommandLine, WatchEndsAfterItsTimeAndHoldsBackWhatDoesNotChange) {
   const auto changes = rubicon(
-      {"watch", "hall.rate", "--for", "1s", "--max-interval", "50ms", "--dead-band", "1000", "--changes", "--passive"});
+      {"watch", "hall.rate", "--for", "4s", "--max-interval", "50ms", "--dead-band", "1000", "--changes", "--passive"});
   EXPECT_EQ(changes.code, 0) << changes.errors;
   EXPECT_EQ(std::count(changes.output.begin(), changes.output.end(), '\n'), 1) << changes.output;
   const auto beats = rubicon({"watch", "6541:proxy.networks", "--count", "5", "--max-interval", "50ms"});
@@ -208,9 +208,9 @@ TEST_F(CommandLine, WatchSaysWhenItWakesManyDevices) {
   Process many({kProgram, "watch", "7:proxy.*.*.sensor.*.value"});
   for (int i = 0; i < 3000 && many.errors().empty(); ++i) ::usleep(20'000);
   EXPECT_THAT(many.errors(), HasSubstr("wakes the sensors of 25 devices"));
-  const auto passive = rubicon({"watch", "7:proxy.*.*.sensor.*.value", "--for", "2s", "--passive"});
+  const auto passive = rubicon({"watch", "7:proxy.*.*.sensor.*.value", "--count", "1", "--passive"});
   EXPECT_EQ(passive.errors, "");
-  const auto few = rubicon({"watch", "6541:proxy.*.*.sensor.*.value", "--for", "2s"});
+  const auto few = rubicon({"watch", "6541:proxy.*.*.sensor.*.value", "--count", "1"});
   EXPECT_EQ(few.errors, "");
 }
 
@@ -390,8 +390,10 @@ TEST_F(CommandLine, ARecordingEndsWithASignal) {
 TEST_F(CommandLine, TopCountsWhatHappens) {
   Process waker({kProgram, "watch", "hall.temperature-1", "--min-interval", "100ms"});
   ASSERT_TRUE(waker.line());
-  const auto lines = lines_of(rubicon(
-      {"top", "6541:proxy.*.*.sensor.*.value", "--by", "device", "--rounds", "1", "--interval", "2s", "--json"}));
+  std::vector<json> lines;
+  for (int i = 0; i < 20 && lines.empty(); ++i)
+    lines = lines_of(rubicon(
+        {"top", "6541:proxy.*.*.sensor.*.value", "--by", "device", "--rounds", "1", "--interval", "2s", "--json"}));
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_EQ(lines[0]["device"], "6541:proxy.dummy-1.hall");
   EXPECT_GT(lines[0]["per_second"].get<double>(), 0);
@@ -403,16 +405,16 @@ TEST_F(CommandLine, TopCountsWhatHappens) {
 }
 
 TEST_F(CommandLine, CompletesLiveKeysAndDevices) {
-  EXPECT_THAT(rubicon({"complete", "--", "get", "6541:proxy.dummy-1."}).output, HasSubstr("6541:proxy.dummy-1.hall."));
-  EXPECT_THAT(rubicon({"complete", "--", "set", "hall.sw"}).output, HasSubstr("hall.switch-1\n"));
-  EXPECT_THAT(rubicon({"complete", "--", "describe", "room2"}).output, HasSubstr("room24\n"));
-  EXPECT_THAT(rubicon({"complete", "--", "send", "65"}).output, HasSubstr("6541\n"));
-  EXPECT_EQ(rubicon({"complete", "--", "rec"}).output, "receive\nrecord\nrecorder\n");
+  EXPECT_THAT(completed({"get", "6541:proxy.dummy-1."}).output, HasSubstr("6541:proxy.dummy-1.hall."));
+  EXPECT_THAT(completed({"set", "hall.sw"}).output, HasSubstr("hall.switch-1\n"));
+  EXPECT_THAT(completed({"describe", "room2"}).output, HasSubstr("room24\n"));
+  EXPECT_THAT(completed({"send", "65"}).output, HasSubstr("6541\n"));
+  EXPECT_EQ(completed({"rec"}).output, "receive\nrecord\nrecorder\n");
 }
 
 TEST_F(CommandLine, TheBashCompletionCompletes) {
   const auto outcome = support::run_to_end(
-      {"bash", "-c",
+      {"env", "RUBICON_PATIENCE=30s", "bash", "-c",
        "PATH=" RUBICON_BINARY_DIR "/bin:$PATH; . <(rubicon completion bash); COMP_LINE='rubicon get 6541:proxy.netw'; "
        "COMP_POINT=${#COMP_LINE}; compopt() { :; }; _rubicon; printf '%s\\n' \"${COMPREPLY[@]}\""});
   EXPECT_EQ(outcome.output, "proxy.networks\n") << outcome.errors;  // what stands behind the colon

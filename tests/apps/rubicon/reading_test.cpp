@@ -267,11 +267,11 @@ TEST_F(Reading, WhoDoesNotAnswerIsNamed) {
   ASSERT_TRUE(mute) << mute.error().text;
   ASSERT_TRUE((*mute)->tuples().set("a", "x"));
   (*mute)->run_until([] { return false; }, 100ms);  // from here on its loop stands still
-  const auto ls = rubicon({"ls", "--patience", "1500ms", "proxy.dummy-rooms.status"});
+  const auto ls = rubicon({"ls", "--patience", "6s", "proxy.dummy-rooms.status"});
   EXPECT_EQ(ls.code, 0);
   EXPECT_THAT(ls.output, HasSubstr("proxy.dummy-rooms.status"));
   EXPECT_THAT(ls.errors, HasSubstr("pid " + std::to_string(::getpid()) + " of uid " + std::to_string(::getuid()) +
-                                   " has not answered within 1.5 s: the result lacks its tuples"));
+                                   " has not answered within 6 s: the result lacks its tuples"));
   EXPECT_THAT(rubicon({"ls", "6541:proxy.dummy-rooms.status"}).errors, Not(HasSubstr("answered")));
 }
 
