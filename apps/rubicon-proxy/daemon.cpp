@@ -216,7 +216,7 @@ class Session {
     if (!link) return fail(link.error());
     link_ = std::move(*link);
     space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
-    spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler(), *space_);
+    spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler());
     const Summary console{kConsole, transport::host_name(), transport::own_process(), "", loop_.scheduler().wall_now()};
     return space_->describe(model::to_json(console));
   }

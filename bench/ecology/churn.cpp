@@ -35,7 +35,7 @@ Json keeper(const Meeting& meeting, const Json& options) {
     (void)node.space().set(fmt::format("proxy.hall.sensor.light-{}.value", i), value_of(0));
   const auto policy = node.space().add_policy({kFirst, "command"},
                                               [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); });
-  const island::SpareMemory spare_memory(node.scheduler(), node.space());  // as an island has it
+  const island::SpareMemory spare_memory(node.scheduler());  // as an island has it
   Json stays = Json::array();
   int gone = 0;
   const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent event) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "frame/process_figures.h"
+#include "history/keeper.h"
 #include "history/past.h"
 #include "history/store.h"
 
@@ -79,25 +80,59 @@ void measure_questions(Store& store, int series, std::int64_t from, std::int64_t
   figures["question_worst_ms"] = rounded(*std::max_element(times.begin(), times.end()), 2);
 }
 
+/// Many series with a value each kPeriod seconds, a batch for each second.
+class ManySensors {
+ public:
+  explicit ManySensors(int count) : sensors_(static_cast<std::size_t>(count)) {}
+
+  static std::int64_t time(std::int64_t second) { return kStart + second * rubicon::history::kSecond; }
+
+  Batch batch(std::int64_t second) {
+    Batch made{from_milliseconds(time(second)), {}, {}, {}};
+    for (auto slot = static_cast<Slot>(second % kPeriod); slot < sensors_.size(); slot += kPeriod) {
+      if (second < kPeriod) made.declared.emplace_back(slot, series_of(static_cast<int>(slot)));
+      made.points.push_back(
+          {slot, {time(second) + static_cast<std::int64_t>(random_() % 9), sensors_[slot].next(random_)}});
+    }
+    return made;
+  }
+
+ private:
+  std::mt19937 random_{1};
+  std::vector<Sensor> sensors_;
+};
+
+/// What is older than an hour becomes summaries, in a slice a second as in an island, while values still come.
+Json retention_of(Store& store, ManySensors& sensors, int series, std::int64_t second) {
+  Retention retention(store, {std::chrono::hours(1), std::nullopt});
+  const auto count = [&store](const char* what) { return store.database().number(what, "measuring").value_or(0); };
+  std::vector<double> slices;
+  for (int i = 0; i <= series / 100; ++i, ++second) {
+    if (!store.write(sensors.batch(second))) std::exit(1);
+    const auto start = Clock::now();
+    if (!retention.step(SteadyTime(std::chrono::seconds(second)), from_milliseconds(ManySensors::time(second))))
+      std::exit(1);
+    slices.push_back(milliseconds(Clock::now() - start));
+  }
+  return {{"slices", slices.size()},
+          {"slice_ms", rounded(median(slices), 1)},
+          {"slice_worst_ms", rounded(*std::max_element(slices.begin(), slices.end()), 1)},
+          {"points_summed", count("SELECT sum(count) FROM hour")},
+          {"summaries", count("SELECT count(*) FROM hour")}};
+}
+
 }  // namespace
 
 void measure_day(const Plan& plan, Json& out) {
   const Folder folder;
   auto store = open_store(folder.file());
-  std::mt19937 random(1);
-  std::vector<Sensor> sensors(static_cast<std::size_t>(plan.series));
+  ManySensors sensors(plan.series);
   const auto seconds = static_cast<std::int64_t>(plan.hours) * 3600;
   double worst = 0;
   std::uint64_t points = 0;
   const auto processor = thread_seconds();
   for (std::int64_t second = 0; second < seconds; ++second) {
-    Batch batch{from_milliseconds(kStart + second * rubicon::history::kSecond), {}, {}, {}};
-    for (auto i = static_cast<int>(second % kPeriod); i < plan.series; i += kPeriod) {
-      const auto slot = static_cast<Slot>(i);
-      if (second < kPeriod) batch.declared.emplace_back(slot, series_of(i));
-      const auto time = kStart + second * rubicon::history::kSecond + static_cast<std::int64_t>(random() % 9);
-      batch.points.push_back({slot, {time, sensors[slot].next(random)}});
-    }
+    const auto batch = sensors.batch(second);
     const auto start = Clock::now();
     if (!store->write(batch)) std::exit(1);
     worst = std::max(worst, milliseconds(Clock::now() - start));
@@ -110,7 +145,7 @@ void measure_day(const Plan& plan, Json& out) {
   figures["points_per_s_of_processor"] = rounded(static_cast<double>(points) / used, 0);
   figures["worst_batch_ms"] = rounded(worst, 1);
   figures["resident_mb"] = resident_mb();
-  measure_questions(*store, plan.series, kStart, kStart + seconds * rubicon::history::kSecond, figures);
+  measure_questions(*store, plan.series, kStart, ManySensors::time(seconds), figures);
   store.reset();
   const auto start = Clock::now();
   store = open_store(folder.file());
@@ -122,6 +157,7 @@ void measure_day(const Plan& plan, Json& out) {
   if (!store->database().run("VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", "measuring")) std::exit(1);
   const auto size = static_cast<double>(fs::file_size(folder.file()));
   figures["file_bytes_per_point"] = rounded(size / static_cast<double>(points), 2);
+  figures["retention"] = retention_of(*store, sensors, plan.series, seconds);
   out["day"] = std::move(figures);
 }
 

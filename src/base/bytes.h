@@ -15,7 +15,7 @@ using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
 /// What an empty buffer may keep, so that the usual one is not allocated each time.
-inline constexpr std::size_t kKeptBuffer = 32UL * 1024;
+inline constexpr std::size_t kKeptBuffer = 4UL * 1024;
 
 /// Removes the first `count` bytes; the buffer has at least so many. If it is empty then and had grown, it gives its
 /// memory back.

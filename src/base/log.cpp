@@ -2,21 +2,28 @@
 
 #include <algorithm>
 #include <cctype>
+#include <functional>
 #include <utility>
 
 namespace rubicon::base {
 
 namespace {
 constexpr std::size_t kMaxSubjects = 1024;
+constexpr std::size_t kMaxSubject = 200;  ///< bytes; of a longer one, which others may have chosen, a hash stands for it
+
+std::string name_of(const std::string& subject) {
+  if (subject.size() <= kMaxSubject) return subject;
+  return subject.substr(0, kMaxSubject) + std::to_string(std::hash<std::string>()(subject));
 }
+}  // namespace
 
 bool RateLimit::allow(const std::string& subject, SteadyTime now) {
-  const bool known = last_.contains(subject);
-  if (!known && last_.size() >= kMaxSubjects && now - cleaned_ >= period_) {
+  auto name = name_of(subject);
+  if (now - cleaned_ >= period_) {
     std::erase_if(last_, [&](const auto& one) { return now - one.second >= period_; });
     cleaned_ = now;
   }
-  const auto& name = known || last_.size() < kMaxSubjects ? subject : std::string();
+  if (last_.size() >= kMaxSubjects && !last_.contains(name)) name.clear();
   const auto [it, fresh] = last_.try_emplace(name, now);
   if (!fresh && now - it->second < period_) {
     ++swallowed_;

@@ -20,10 +20,6 @@ constexpr Flow kPassive{.passive = true};
 /// Of all islands together; further ones are left out.
 constexpr std::size_t kMaxPoints = 1'000'000;
 
-std::string name_of(OwnerId owner, std::string_view key) {
-  return fmt::format("{}:{}", number(owner), key);
-}
-
 /// The key of the device of a point.
 std::string_view device_key(std::string_view point_key) {
   return model::parent_key(model::parent_key(point_key));
@@ -40,7 +36,22 @@ std::string level_of(std::string_view text) {
   return level.substr(0, 64);
 }
 
+/// What a network says of its groups.
+Groups groups_from_json(std::string_view text) {
+  Groups groups;
+  if (base::is_nested_deeper(text, 3)) return groups;
+  const auto list = model::parse_json(text);
+  for (const auto& one : list.is_array() ? list : nlohmann::json::array()) {
+    if (one.is_object()) groups[model::text_of(one, "address")] = model::texts_of(one, "members");
+  }
+  return groups;
+}
+
 }  // namespace
+
+std::string name_of(OwnerId owner, std::string_view key) {
+  return fmt::format("{}:{}", number(owner), key);
+}
 
 House::House(const BridgeHost& host, const Scope& scope, Callbacks calls)
     : host_(host), scope_(scope), callbacks_(std::move(calls)) {}
@@ -54,27 +65,41 @@ void House::start() {
   handles_.push_back(host_.space.watch_peers([this](OwnerId id, tuples::PeerEvent) { island_changed(id); }));
   handles_.push_back(host_.space.watch_summaries([this](OwnerId id, std::string_view) { island_changed(id); }));
   for (const auto id : host_.space.peers()) island_changed(id);
-  for (const auto owner : owners) follow(owner);
+  for (const auto owner : owners) {
+    for (const auto& [key, take] : takes(model::IslandKey{"*"}.network("*")))
+      handles_.push_back(host_.space.subscribe({owner, key}, kPassive,
+                                               [this, take = take](const Event& event) { (this->*take)(event); }));
+  }
 }
 
-void House::watch(std::optional<OwnerId> owner, const std::string& key, void (House::*take)(const Event&)) {
-  handles_.push_back(
-      host_.space.subscribe({owner, key}, kPassive, [this, take](const Event& event) { (this->*take)(event); }));
-}
-
-/// Networks first: one that comes from where we show it is known before its points.
-void House::follow(std::optional<OwnerId> owner) {
-  const auto network = model::IslandKey{"*"}.network("*");
+/// The tuples of a network, and what takes each. Networks first: one that comes from where we show it is known before
+/// its points.
+std::vector<std::pair<std::string, House::Take>> House::takes(const model::NetworkKey& network) const {
   const auto device = network.device("*");
-  const auto point = model::any_point();
-  watch(owner, network.property(scope_.origin), &House::origin_named);
-  watch(owner, network.property("groups"), &House::grouped);
-  watch(owner, network.status(), &House::line_stated);
-  watch(owner, device.status(), &House::device_stated);
-  watch(owner, device.description(), &House::device_described);
-  watch(owner, point.description(), &House::described);
-  watch(owner, point.status(), &House::stated);
-  watch(owner, point.value(), &House::valued);
+  const auto point = device.point("*", "*");
+  return {{network.property(scope_.origin), &House::origin_named},
+          {network.property("groups"), &House::grouped},
+          {network.status(), &House::line_stated},
+          {device.status(), &House::device_stated},
+          {device.description(), &House::device_described},
+          {point.description(), &House::described},
+          {point.status(), &House::stated},
+          {point.value(), &House::valued}};
+}
+
+/// A network that was hidden: its tuples were refused when they came. What was pressed meanwhile is no event of now.
+void House::look_again(OwnerId island, const model::NetworkKey& network) {
+  for (const auto& [key, take] : takes(network)) {
+    std::vector<std::string> keys;
+    host_.space.list({island, key}, [&keys](const TupleView& tuple) { keys.emplace_back(tuple.key); });
+    for (const auto& one : keys) {
+      if (const auto tuple = host_.space.get(island, one)) (this->*take)({EventKind::kSet, *tuple});
+    }
+  }
+  const auto below = name_of(island, network.text) + ".";
+  for (auto at = devices_.lower_bound(below); at != devices_.end() && at->first.starts_with(below); ++at) {
+    for (auto* point : at->second->points) point->fresh = false;
+  }
 }
 
 bool House::selects_island(OwnerId id) const {
@@ -153,16 +178,16 @@ PointEntry* House::point_at(const TupleView& tuple, bool make) {
 }
 
 /// What devices and points of one type say of themselves is often the same text.
-std::shared_ptr<const model::PointDescription> House::description_of(std::string_view text) {
-  if (const auto found = descriptions_.find(text); found != descriptions_.end()) return found->second;
+std::shared_ptr<const model::PointDescription> Descriptions::of(std::string_view text) {
+  if (const auto found = by_text_.find(text); found != by_text_.end()) return found->second;
   auto about = model::point_description_from_json(text);
   if (!about) return nullptr;
-  if (descriptions_.size() >= most_descriptions_) {
-    std::erase_if(descriptions_, [](const auto& one) { return one.second.use_count() == 1; });
-    most_descriptions_ = std::max(kFewDescriptions, 2 * descriptions_.size());
+  if (by_text_.size() >= most_) {
+    std::erase_if(by_text_, [](const auto& one) { return one.second.use_count() == 1; });
+    most_ = std::max(kFew, 2 * by_text_.size());
   }
   auto shared = std::make_shared<const model::PointDescription>(std::move(*about));
-  descriptions_.emplace(text, shared);
+  by_text_.emplace(text, shared);
   return shared;
 }
 
@@ -204,7 +229,7 @@ void House::stated(const Event& event) {
 void House::described(const Event& event) {
   if (event.kind != EventKind::kSet) return;
   auto* point = point_at(event.tuple, true);
-  auto about = point ? description_of(event.tuple.value) : nullptr;
+  auto about = point ? descriptions_.of(event.tuple.value) : nullptr;
   if (!about || point->about == about) return;
   point->about = std::move(about);
   callbacks_.device(*point->device);
@@ -263,29 +288,29 @@ void House::line_stated(const Event& event) {
   if (std::exchange(network.works, works) != works || was_lost != lost || fresh) callbacks_.network(network);
 }
 
-/// Its devices came from where we show them: they are there already.
+/// Its devices came from where we show them: they are there already. They are shown once it comes from elsewhere.
 void House::origin_named(const Event& event) {
   const auto network = model::network_of(event.tuple.key);
-  if (event.kind != EventKind::kSet || !network || !callbacks_.is_ours(event.tuple.value)) return;
+  if (event.kind == EventKind::kLost || !network) return;
   const auto name = name_of(event.tuple.owner, network->text);
-  if (foreign_.insert(name).second) forget_network(name);
+  const bool is_ours = event.kind == EventKind::kSet && callbacks_.is_ours(event.tuple.value);
+  if (is_ours && foreign_.insert(name).second) forget_network(name);
+  if (!is_ours && foreign_.erase(name) > 0) look_again(event.tuple.owner, *network);
 }
 
+/// Devices that are groups now, or were, name their members anew.
 void House::grouped(const Event& event) {
   const auto network = model::network_of(event.tuple.key);
-  if (event.kind != EventKind::kSet || !network || !selects_island(event.tuple.owner)) return;
-  if (base::is_nested_deeper(event.tuple.value, 3)) return;
-  Groups groups;
-  const auto list = model::parse_json(event.tuple.value);
-  for (const auto& one : list.is_array() ? list : nlohmann::json::array()) {
-    if (one.is_object()) groups[model::text_of(one, "address")] = model::texts_of(one, "members");
-  }
+  if (event.kind == EventKind::kLost || !network || !selects_island(event.tuple.owner)) return;
+  const auto groups = event.kind == EventKind::kSet ? groups_from_json(event.tuple.value) : Groups();
   const auto name = name_of(event.tuple.owner, network->text);
-  auto& known = groups_[name];
-  if (std::exchange(known, std::move(groups)) == known) return;
+  const auto before = std::exchange(groups_[name], groups);
+  if (groups.empty()) groups_.erase(name);
+  if (before == groups) return;
   for (auto& [key, device] : devices_) {
-    if (key.starts_with(name + ".") && device->about && known.contains(device->about->address))
-      callbacks_.device(*device);
+    if (!key.starts_with(name + ".") || !device->about) continue;
+    const auto& address = device->about->address;
+    if (groups.contains(address) || before.contains(address)) callbacks_.device(*device);
   }
 }
 
@@ -334,60 +359,10 @@ void House::island_changed(OwnerId id) {
   island.id = id;
   island.topic = island_topic(id);
   if (std::exchange(island.present, present) == present && known) return;
-  island.returned.cancel();
-  if (present && known) island.returned = host_.scheduler.after(kReturn, [this, id] { forget_lost(id); });
+  island.forgets.cancel();
+  if (!present) island.forgets = host_.scheduler.after(kGoneForGood, [this, id] { forget_island(id); });
+  if (present && known) island.forgets = host_.scheduler.after(kReturn, [this, id] { forget_lost(id); });
   callbacks_.island(island);
-}
-
-void House::forget_lost(OwnerId island) {
-  const auto is_gone = [island](const auto& entry) { return entry.island == island && entry.lost; };
-  std::vector<std::string> networks, devices;
-  std::vector<PointEntry*> points;
-  for (const auto& [name, network] : networks_) {
-    if (is_gone(network)) networks.push_back(name);
-  }
-  for (const auto& [name, device] : devices_) {
-    if (is_gone(*device)) devices.push_back(name);
-    if (device->island != island || device->lost) continue;
-    std::copy_if(device->points.begin(), device->points.end(), std::back_inserter(points),
-                 [](const auto* point) { return point->lost; });
-  }
-  for (const auto* point : points) forget_point(*point);
-  for (const auto& name : devices) forget_device(name);
-  for (const auto& name : networks) forget_network(name);
-}
-
-void House::forget_point(const PointEntry& gone) {
-  const auto found = points_.find(Place{gone.device->island, gone.key});
-  auto& point = **found;
-  auto& device = *point.device;
-  callbacks_.point_gone(point);
-  device.points.erase(&point);
-  recent_ = nullptr;
-  points_.erase(found);
-  callbacks_.device(device);
-}
-
-void House::forget_device(const std::string& name) {
-  const auto found = devices_.find(name);
-  if (found == devices_.end()) return;
-  auto& device = *found->second;
-  callbacks_.device_gone(device);
-  recent_ = nullptr;
-  for (const auto* point : std::exchange(device.points, {}))
-    points_.erase(points_.find(Place{device.island, point->key}));
-  by_topic_.erase(device.topic);
-  devices_.erase(found);
-}
-
-void House::forget_network(const std::string& name) {
-  const auto below = name + ".";
-  for (auto at = devices_.lower_bound(below); at != devices_.end() && at->first.starts_with(below);) {
-    const auto gone = (at++)->first;
-    forget_device(gone);
-  }
-  const auto found = networks_.extract(name);
-  if (!found.empty()) callbacks_.network_gone(found.mapped().island, found.mapped().id);
 }
 
 bool House::is_complete(const DeviceEntry& device) const {

@@ -6,13 +6,16 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "base/compare_text.h"
 #include "base/scheduler.h"
 #include "bridges/bridge.h"
 #include "bridges/scope.h"
+#include "model/point_keys.h"
 #include "model/point_tuples.h"
 #include "model/type_catalogue.h"
 
@@ -82,11 +85,27 @@ struct IslandEntry {
   OwnerId id{};
   std::string name, prefix, version, topic;
   bool present = false, dirty = false;
-  Timer returned{};
+  Timer forgets{};  ///< back: what it did not bring back; away: all of it
 };
 
+/// What points say of themselves: those that are described alike share one.
+class Descriptions {
+ public:
+  /// nullptr: it is none.
+  std::shared_ptr<const model::PointDescription> of(std::string_view text);
+
+ private:
+  static constexpr std::size_t kFew = 256;
+  base::ByText<std::shared_ptr<const model::PointDescription>> by_text_;
+  std::size_t most_ = kFew;  ///< beyond, those without a point are dropped
+};
+
+/// Of a network or a device among those of all islands: `6541:proxy.wsn-1.7`.
+std::string name_of(OwnerId owner, std::string_view key);
+
 /// What is mirrored: follows the tuples of the islands that the patterns select, without demand. What belongs to an
-/// island that is away for longer than kOwnerGrace is *network-down*; what it does not bring back is forgotten.
+/// island that is away for longer than kOwnerGrace is *network-down*; what it does not bring back is forgotten, and so
+/// is an island that does not come back.
 class House {
  public:
   struct Callbacks {
@@ -99,6 +118,7 @@ class House {
     std::function<void(DeviceEntry&)> device_gone;  ///< with its points
     std::function<void(DeviceEntry&)> renamed;      ///< before its topics change
     std::function<void(OwnerId island, const std::string& network)> network_gone;
+    std::function<void(IslandEntry&)> island_gone;  ///< after its networks
     /// Whether a network with this property Scope::origin comes from where we show it.
     std::function<bool(std::string_view origin)> is_ours;
   };
@@ -121,6 +141,9 @@ class House {
   static constexpr Duration kComplete = std::chrono::seconds(5);
   /// What an island that came back has not shown in this time, it does not have any longer.
   static constexpr Duration kReturn = std::chrono::seconds(60);
+  /// An island that is away for this time is forgotten. Long, because Home Assistant removes its entities, with what
+  /// people set for them: a site that is switched off for a holiday must find them again.
+  static constexpr Duration kGoneForGood = std::chrono::hours(7 * 24);
   std::size_t devices() const { return devices_.size(); }
   std::size_t points() const { return points_.size(); }
   /// Where an island stands among the topics.
@@ -147,8 +170,9 @@ class House {
     bool operator()(const auto& left, const auto& right) const { return place_of(left) == place_of(right); }
   };
 
-  void follow(std::optional<OwnerId> owner);
-  void watch(std::optional<OwnerId> owner, const std::string& key, void (House::*take)(const Event&));
+  using Take = void (House::*)(const Event&);
+  std::vector<std::pair<std::string, Take>> takes(const model::NetworkKey& network) const;
+  void look_again(OwnerId island, const model::NetworkKey& network);
   void valued(const Event& event);
   void stated(const Event& event);
   void described(const Event& event);
@@ -165,9 +189,10 @@ class House {
   bool selected(OwnerId owner, std::string_view point_key) const;
   std::string topic_of(const DeviceEntry& device) const;
   void name_again(DeviceEntry& device);
-  std::shared_ptr<const model::PointDescription> description_of(std::string_view text);
   void lose(PointEntry& point);
   void forget_lost(OwnerId island);
+  void forget_lost_origins(OwnerId island);
+  void forget_island(OwnerId island);
   void forget_point(const PointEntry& point);
   void forget_device(const std::string& name);
   void forget_network(const std::string& name);
@@ -182,11 +207,9 @@ class House {
   base::ByText<DeviceEntry*> by_topic_;
   std::unordered_set<PointPtr, PlaceHash, SamePlace> points_;
   PointEntry* recent_ = nullptr;  ///< the last that was found: value and status of a reading come one after the other
-  base::ByText<std::shared_ptr<const model::PointDescription>> descriptions_;  ///< by their text
-  static constexpr std::size_t kFewDescriptions = 256;
-  std::size_t most_descriptions_ = kFewDescriptions;  ///< beyond, those without a point are dropped
-  std::map<std::string, Groups> groups_;              ///< by owner and key of their network
-  std::set<std::string> foreign_;                     ///< owner and key of networks that come from where we show them
+  Descriptions descriptions_;
+  std::map<std::string, Groups> groups_;  ///< by owner and key of their network
+  std::set<std::string> foreign_;         ///< owner and key of networks that come from where we show them
   std::vector<Handle> handles_;
 };
 

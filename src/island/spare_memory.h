@@ -1,14 +1,16 @@
 #pragma once
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "base/scheduler.h"
-#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::island {
 
@@ -29,39 +31,49 @@ inline void give_back_memory() {
 #endif
 }
 
-/// Gives memory back from time to time, and soon after many components left: DDS frees what it kept of them in places
-/// all over the heap. Only for who owns the heap, a program.
+/// Bytes of this process that are in memory and come from no file (proc(5), statm); 0 = not known.
+inline std::size_t resident_memory() {
+  std::size_t size = 0, resident = 0, shared = 0;
+  std::ifstream("/proc/self/statm") >> size >> resident >> shared;
+  return (resident - std::min(shared, resident)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Gives memory back after it grew: a tool that reads everything, components that came and left, a broker that was
+/// away. Looks at it now and then, because giving back holds the loop up for some milliseconds. Only for who owns the
+/// heap, a program.
 class SpareMemory {
  public:
-  static constexpr int kMany = 50;
-  static constexpr base::Duration kPause = std::chrono::seconds(10);
-  static constexpr base::Duration kPeriod = std::chrono::minutes(1);
+  static constexpr base::Duration kPeriod = std::chrono::seconds(10);
+  /// Growth that counts: so many bytes, and that part of what was there.
+  static constexpr std::size_t kWorthIt = 2 << 20, kPart = 16;
 
-  SpareMemory(base::Scheduler& scheduler, tuples::TupleSpace& space, std::function<void()> give = give_back_memory)
-      : scheduler_(scheduler), give_(std::move(give)) {
-    watch_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
-      if (event != tuples::PeerEvent::kUp && ++left_ == kMany) give_at(std::max(scheduler_.now(), not_before_));
-    });
-    give_at(scheduler_.now() + kPeriod);
+  explicit SpareMemory(base::Scheduler& scheduler, std::function<void()> give = give_back_memory,
+                       std::function<std::size_t()> resident = resident_memory)
+      : scheduler_(scheduler), give_(std::move(give)), resident_(std::move(resident)) {
+    look_later();
   }
 
  private:
-  /// In a turn of its own, and not often: it holds the loop up for some milliseconds.
-  void give_at(base::SteadyTime time) {
-    timer_ = scheduler_.at(time, [this] {
-      left_ = 0;
-      not_before_ = scheduler_.now() + kPause;
-      give_();
-      give_at(scheduler_.now() + kPeriod);
+  void look_later() {
+    timer_ = scheduler_.after(kPeriod, [this] {
+      look();
+      look_later();
     });
+  }
+
+  void look() {
+    const auto now = resident_();
+    least_ = std::min(least_, now);
+    if (now - least_ <= std::max(kWorthIt, least_ / kPart)) return;
+    give_();
+    least_ = resident_();
   }
 
   base::Scheduler& scheduler_;
   std::function<void()> give_;
-  int left_ = 0;
-  base::SteadyTime not_before_{};
+  std::function<std::size_t()> resident_;
+  std::size_t least_ = std::numeric_limits<std::size_t>::max();  ///< since it was given back
   base::Timer timer_;
-  tuples::Handle watch_;
 };
 
 }  // namespace rubicon::island

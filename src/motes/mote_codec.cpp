@@ -104,10 +104,6 @@ Result<MoteEvents> MoteCodec::interpret(const DecodedPacket& decoded) {
   if (message.source_mote >= kFirstSpecialMote)
     return fail(ErrorCode::kInvalid, fmt::format("radio message from address {:04x}, expected a mote's (below {:04x})",
                                                  message.source_mote, kFirstSpecialMote));
-  if (motes_.size() >= kMaxMotes && !motes_.contains(message.source_mote)) {
-    return fail(ErrorCode::kBusy, fmt::format("mote {} ignored: {} motes are known, more than a sink has",
-                                              message.source_mote, kMaxMotes));
-  }
   on_record(message, record, events);
   return events;
 }
@@ -129,7 +125,7 @@ void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteE
   events.foreign_island = message.destination_island;
   if (message.source_island != *own) return;
   events.mote = mote;
-  heard(mote, events);
+  sign_of_life(mote, events);
   events.messages.push_back(message_of(mote, model::KeepAlive{}));
   // It may acknowledge a request from that island which we sent to the mote, and whose result we await.
   if (const auto* ack = std::get_if<MoteAck>(&record)) events.ack = HeardAck{mote, message.application, *ack};
@@ -149,21 +145,20 @@ void MoteCodec::on_own_record(const NetMessage& message, const Record& record, M
     on_updates(mote, updates_of(mote, *demo), events);
   } else if (const auto* ack = std::get_if<MoteAck>(&record)) {
     events.ack = HeardAck{mote, message.application, *ack};
-    heard(mote, events);
+    sign_of_life(mote, events);
     // The sink itself is a device only when it sends readings (wsn.md 9.8).
     if (mote != kSinkMote || motes_.contains(mote)) events.messages.push_back(message_of(mote, model::KeepAlive{}));
   } else {
-    heard(mote, events);
+    sign_of_life(mote, events);
     events.messages.push_back(message_of(mote, opaque_of(message, false)));
   }
 }
 
 void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   if (joined.mote >= kFirstSpecialMote) return;
-  Mote& mote = motes_[joined.mote];
+  Mote& mote = heard(joined.mote);
   mote.joined = joined;
   mote.model = model_of(joined.mote_type);
-  mote.heard = true;
   mote.fields.reset();
   declare(joined.mote, mote);
   events.mote = joined.mote;
@@ -239,7 +234,7 @@ std::optional<model::Message> MoteCodec::remember(std::uint16_t address, const m
       std::count_if(before.begin(), before.end(), [](const auto& one) { return one.point.kind == Kind::kProperty; });
   const bool as_remembered = before.size() == now.size() + static_cast<std::size_t>(properties) &&
                              std::all_of(before.begin(), before.end(), same);
-  if (as_remembered && !mote.heard) return std::nullopt;
+  if (as_remembered && mote.heard == 0) return std::nullopt;
   return message;
 }
 
@@ -281,10 +276,9 @@ RawUpdates MoteCodec::updates_of(std::uint16_t address, const DemoReport& demo) 
 
 void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events) {
   bool grown = !motes_.contains(address);
-  Mote& mote = motes_[address];
+  Mote& mote = heard(address);
   const Calibration& units = calibration(address);
   events.reported = true;
-  mote.heard = true;
   if (const auto celsius = celsius_in(updates, units)) mote.celsius = celsius;
   model::Updates out;
   for (const RawReading& reading : updates.readings) {
@@ -303,11 +297,25 @@ void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, Mot
   }
 }
 
-void MoteCodec::heard(std::uint16_t address, MoteEvents& events) {
-  if (address == kSinkMote && !motes_.contains(address)) return;
-  const auto [found, fresh] = motes_.try_emplace(address);
-  found->second.heard = true;
-  if (fresh) report_join(address, found->second, events);
+MoteCodec::Mote& MoteCodec::heard(std::uint16_t address) {
+  if (motes_.size() >= kMaxMotes && !motes_.contains(address)) forget_one();
+  Mote& mote = motes_[address];
+  mote.heard = ++last_heard_;
+  return mote;
+}
+
+/// Radio noise does not join, and a mote that was replaced is silent.
+void MoteCodec::forget_one() {
+  const auto rank = [](const auto& one) { return std::pair(one.second.joined.has_value(), one.second.heard); };
+  motes_.erase(std::min_element(motes_.begin(), motes_.end(),
+                                [&](const auto& one, const auto& other) { return rank(one) < rank(other); }));
+}
+
+void MoteCodec::sign_of_life(std::uint16_t address, MoteEvents& events) {
+  const bool fresh = !motes_.contains(address);
+  if (fresh && address == kSinkMote) return;
+  const Mote& mote = heard(address);
+  if (fresh) report_join(address, mote, events);
 }
 
 void MoteCodec::report_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
@@ -319,7 +327,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
   join.device_type = "mote";
   join.model = mote.model;
   join.capabilities = *mote.declared;
-  join.heard = mote.heard;
+  join.heard = mote.heard != 0;
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
   }

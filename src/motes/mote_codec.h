@@ -61,19 +61,20 @@ struct CodecOptions {
 };
 
 /// Decodes the packets of a sink into messages in terms of the catalogue. Remembers the sensors that each mote showed,
-/// so that an undeclared sensor joins with its first reading (wsn.md 9.2), for at most kMaxMotes motes. Sets
-/// source.device to the mote's address.
+/// so that an undeclared sensor joins with its first reading (wsn.md 9.2), for at most kMaxMotes motes: beyond them the
+/// one that was heard longest ago is forgotten, one that joined only if all did. Sets source.device to the mote's
+/// address.
 class MoteCodec {
  public:
   /// A sink has room for 20 (wsn.md 12); more addresses than this are noise.
   static constexpr std::size_t kMaxMotes = 1000;
 
-  /// The catalogue must outlive the codec. Messages of more than kMaxMotes motes are kBusy.
+  /// The catalogue must outlive the codec.
   MoteCodec(const TypeCatalogue& types, CodecOptions options);
 
   /// decode_whole() and interpret().
   Result<MoteEvents> decode(ByteView packet);
-  /// The events in a packet. kInvalid if its source is not a mote, kBusy if it is one mote too many.
+  /// The events in a packet. kInvalid if its source is not a mote.
   Result<MoteEvents> interpret(const DecodedPacket& decoded);
 
   /// Restores a mote from its remembered join, until it joins again (wsn.md 9.2: it may never do so). Returns its
@@ -95,7 +96,7 @@ class MoteCodec {
   static constexpr std::size_t kMaxKinds = 64;  ///< compared at a join
   struct Mote {
     std::optional<Joined> joined;  ///< its own declaration, or the remembered one
-    bool heard = false;
+    std::uint64_t heard = 0;       ///< the number of its last message; 0 = none came
     std::string model;
     Shared declared = nothing();
     std::optional<MeasuredFields> fields;  ///< set_measured()
@@ -115,7 +116,9 @@ class MoteCodec {
   std::uint16_t mask_of(std::uint16_t mote, const model::Join& join) const;
   std::uint16_t transducer_under(const Calibration& calibration, const model::PointId& point) const;
   const Calibration& calibration(std::uint16_t mote) const;
-  void heard(std::uint16_t address, MoteEvents& events);
+  Mote& heard(std::uint16_t address);
+  void forget_one();
+  void sign_of_life(std::uint16_t address, MoteEvents& events);
   void report_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const;
   model::Message join_of(std::uint16_t address, const Mote& mote) const;
   bool show(Mote& mote, const MoteSensor& sensor) const;
@@ -126,6 +129,7 @@ class MoteCodec {
   CodecOptions options_;
   std::map<std::uint16_t, Calibration> exceptions_;  ///< by mote
   std::map<std::uint16_t, Mote> motes_;
+  std::uint64_t last_heard_ = 0;                          ///< the number of the last message of a mote
   std::vector<std::weak_ptr<const Capabilities>> kinds_;  ///< shared between motes that declare the same
 };
 

@@ -247,6 +247,7 @@ void Recorder::write_snapshot_slice() {
     write_block();
     if (snapshot_.empty()) {  // otherwise writing the block ended a gap, and a new snapshot has begun
       in_snapshot_ = false;
+      std::exchange(snapshot_, {});
       file_.end_snapshot();
       return;
     }

@@ -293,13 +293,18 @@ bool Rights::concerns(const Rule& rule, const Member& who) const {
   return std::any_of(rule.who.begin(), rule.who.end(), [&](const auto& word) { return is_named(who, word); });
 }
 
+/// Rules name ids of islands only; each run of a tool has another id.
 bool Rights::Before::is_before(const Member& a, const Member& b) {
   const auto one = std::tie(a.name, a.roles), other = std::tie(b.name, b.roles);
   if (one != other) return one < other;
-  return std::lexicographical_compare(a.ids.begin(), a.ids.end(), b.ids.begin(), b.ids.end(),
-                                      [](const tuples::IdRange& x, const tuples::IdRange& y) {
-                                        return std::tie(x.first, x.last) < std::tie(y.first, y.last);
-                                      });
+  const auto has_islands = [](const tuples::IdRange& ids) { return ids.first <= model::kMaxIslandId; };
+  for (auto x = a.ids.begin(), y = b.ids.begin();; ++x, ++y) {
+    x = std::find_if(x, a.ids.end(), has_islands);
+    y = std::find_if(y, b.ids.end(), has_islands);
+    if (x == a.ids.end() || y == b.ids.end()) return x == a.ids.end() && y != b.ids.end();
+    const auto left = std::tie(x->first, x->last), right = std::tie(y->first, y->last);
+    if (left != right) return left < right;
+  }
 }
 
 const MemberRights& Rights::of(const Member& who) const {

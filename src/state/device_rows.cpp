@@ -8,6 +8,7 @@ namespace rubicon::state {
 namespace {
 
 constexpr std::size_t kMaxCached = 256;
+constexpr std::size_t kMaxSoundBytes = 1 << 20;
 
 Bytes bytes_of(model::Body body) {
   Message message;
@@ -43,7 +44,11 @@ Result<void> AnnouncementWriter::check(const Bytes& bytes) {
   auto key = key_of(bytes);
   if (sound_.contains(key)) return {};
   if (const auto back = model::from_cbor(bytes); !back) return fail(back.error());
-  bound(sound_);
+  if (sound_.size() >= kMaxCached || sound_bytes_ + key.size() > kMaxSoundBytes) {
+    sound_.clear();
+    sound_bytes_ = 0;
+  }
+  sound_bytes_ += key.size();
   sound_.insert(std::move(key));
   return {};
 }

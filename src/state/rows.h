@@ -37,6 +37,7 @@ class AnnouncementWriter {
   Result<void> check(const Bytes& bytes);
 
   std::unordered_set<std::string> sound_;  ///< already checked; bounded
+  std::size_t sound_bytes_ = 0;
 };
 
 /// Decodes announcements, equal ones only once.

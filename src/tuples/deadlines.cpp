@@ -54,6 +54,7 @@ void Deadlines::sweep() {
   std::erase_if(heap_, [this](const Deadline& deadline) { return !still_matters_(deadline); });
   std::make_heap(heap_.begin(), heap_.end(), later);
   sweep_at_ = std::max<std::size_t>(1024, heap_.size() * 2);
+  if (heap_.capacity() > 4 * sweep_at_) heap_.shrink_to_fit();
 }
 
 void Expiry::set(std::uint32_t index, Duration lifetime, SteadyTime now) {
@@ -65,6 +66,11 @@ void Expiry::set(std::uint32_t index, Duration lifetime, SteadyTime now) {
 void Expiry::arm(std::uint32_t index, Times& times) {
   times.armed = times.ends;
   deadlines_.add({times.ends, 0, index, store_.at(index).generation});
+}
+
+bool Expiry::is_armed(const Deadline& deadline) const {
+  const auto found = times_.find(deadline.tuple);
+  return found != times_.end() && found->second.armed == deadline.when;
 }
 
 bool Expiry::is_due(std::uint32_t index, SteadyTime now) {
@@ -93,6 +99,11 @@ bool Pacer::offer(Subscription& subscription, std::uint32_t index, SteadyTime no
 
 void Pacer::begin(Subscription& subscription, std::uint32_t index, SteadyTime now) {
   delivered(subscription, subscription.paces[index], index, now);
+}
+
+bool Pacer::is_armed(const Subscription& subscription, const Deadline& deadline) {
+  const auto found = subscription.paces.find(deadline.tuple);
+  return found != subscription.paces.end() && found->second.armed == deadline.when;
 }
 
 Pacer::Due Pacer::due(Subscription& subscription, std::uint32_t index, SteadyTime now) {

@@ -16,8 +16,8 @@ struct Deadline {
   std::uint32_t generation = 0;
 };
 
-/// Deadlines on one timer, which is armed for the earliest. They are never removed: when one is reached, the caller
-/// checks whether it still matters.
+/// Deadlines on one timer, which is armed for the earliest. Those that were replaced stay until they are reached, or
+/// until there are twice as many: the caller checks which still matter.
 class Deadlines {
  public:
   using Call = std::function<void(const Deadline&, SteadyTime now)>;
@@ -53,6 +53,8 @@ class Expiry {
   /// Counts from `now`; no lifetime = never.
   void set(std::uint32_t index, Duration lifetime, SteadyTime now);
   void clear(std::uint32_t index) { times_.erase(index); }
+  /// Whether this deadline of the tuple is the one that counts.
+  bool is_armed(const Deadline& deadline) const;
   /// False if the tuple was set again meanwhile; then its new time is armed.
   bool is_due(std::uint32_t index, SteadyTime now);
 
@@ -80,6 +82,8 @@ class Pacer {
   /// An initial value was delivered.
   void begin(Subscription& subscription, std::uint32_t index, SteadyTime now);
   Due due(Subscription& subscription, std::uint32_t index, SteadyTime now);
+  /// Whether this deadline of the subscription is the one that counts.
+  static bool is_armed(const Subscription& subscription, const Deadline& deadline);
 
  private:
   bool within_dead_band(const Subscription& subscription, const Pace& pace, std::uint32_t index) const;

@@ -69,9 +69,10 @@ void TupleSpace::Impl::update_copy(std::uint32_t index, const TupleView& news) {
   tuple.creator = news.creator;
   tuple.write_time = news.write_time;
   tuple.user_time = news.user_time;
-  if (tuple.expires) expiry.clear(index);
+  const auto lifetime = lifetime_of(news);
+  if (tuple.expires && lifetime <= Duration(0)) expiry.clear(index);
   store.set_expire_time(index, news.expire_time);
-  if (const auto lifetime = lifetime_of(news); lifetime > Duration(0)) expiry.set(index, lifetime, now);
+  if (lifetime > Duration(0)) expiry.set(index, lifetime, now);
   announce(index, EventKind::kSet);
 }
 

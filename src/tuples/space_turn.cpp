@@ -116,8 +116,10 @@ void TupleSpace::Impl::remove(std::uint32_t index, EventKind how) {
 }
 
 bool TupleSpace::Impl::still_matters(const Deadline& deadline) const {
-  return store.is_present({deadline.tuple, deadline.generation}) &&
-         (deadline.subscription == 0 || by_number.contains(deadline.subscription));
+  if (!store.is_present({deadline.tuple, deadline.generation})) return false;
+  if (deadline.subscription == 0) return expiry.is_armed(deadline);
+  const auto found = by_number.find(deadline.subscription);
+  return found != by_number.end() && Pacer::is_armed(*found->second, deadline);
 }
 
 void TupleSpace::Impl::on_deadline(const Deadline& deadline, SteadyTime at) {

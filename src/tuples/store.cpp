@@ -267,6 +267,7 @@ void Store::drop(const SubscriptionPtr& subscription) {
   std::swap(equals[subscription->place], equals.back());
   equals.pop_back();
   if (!equals.empty()) return;
+  std::exchange(equals, {});  // one pattern may have had many subscriptions
   free_patterns_.push_back(list);
   patterns_.clear(node);
 }

@@ -1,6 +1,7 @@
 #include "rubicon/result.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <memory>
 #include <set>
@@ -84,6 +85,16 @@ TEST(RateLimit, NewcomersBeyondTheBoundShareOneBudget) {
   EXPECT_EQ(limit.swallowed(), 1000U);
   EXPECT_TRUE(limit.allow("0", now + 60s));
   EXPECT_TRUE(limit.allow("newcomer 1", now + 60s));
+}
+
+TEST(RateLimit, LongSubjectsAreTakenApartAndTakeNoMoreMemoryThanOthers) {
+  RateLimit limit;
+  const SteadyTime now(1h);
+  const std::string topic(60'000, 'x');
+  const auto before = ::mallinfo2().uordblks;
+  for (int i = 0; i < 1000; ++i) EXPECT_TRUE(limit.allow(topic + std::to_string(i), now));
+  EXPECT_LT(::mallinfo2().uordblks, before + 1'000'000);
+  EXPECT_FALSE(limit.allow(topic + "0", now));
 }
 
 TEST(RateLimit, OldSubjectsMakeRoomForNewOnes) {

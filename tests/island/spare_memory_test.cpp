@@ -2,39 +2,53 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "base/virtual_scheduler.h"
-#include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::island {
 namespace {
 
 using namespace std::chrono_literals;
 
-TEST(SpareMemory, IsGivenBackAfterManyLeftAndNotOften) {
+TEST(SpareMemory, IsGivenBackWhenItGrewAndNotOften) {
+  constexpr std::size_t kMegabyte = 1 << 20;
   VirtualScheduler time;
-  tuples::MemoryEcology ecology(time);
-  const auto link = std::move(*ecology.join(OwnerId(1)));
-  tuples::TupleSpace space(OwnerId(1), time, *link);
+  std::size_t resident = 20 * kMegabyte, left = 20 * kMegabyte;
   int given = 0;
-  const SpareMemory spare(time, space, [&] { ++given; });
-  const auto come_and_go = [&](int visitors) {
-    for (int i = 0; i < visitors; ++i) {
-      const auto visit = std::move(*ecology.join(OwnerId(70000)));
-      const tuples::TupleSpace visitor(OwnerId(70000), time, *visit);
-      time.run_for(1ms);
-    }
-    time.run_for(1ms);
+  const auto give = [&] {
+    ++given;
+    resident = left;
   };
-  come_and_go(SpareMemory::kMany - 1);
-  EXPECT_EQ(given, 0);
-  come_and_go(1);
-  EXPECT_EQ(given, 1);
-  come_and_go(10 * SpareMemory::kMany);
-  EXPECT_EQ(given, 1) << "a moment ago";
-  time.run_for(SpareMemory::kPause);
-  EXPECT_EQ(given, 2);
+  const SpareMemory spare(time, give, [&] { return resident; });
   time.run_for(1h);
-  EXPECT_EQ(given, 2 + 1h / SpareMemory::kPeriod) << "of connections that ended, too";
+  EXPECT_EQ(given, 0) << "it is as large as it was";
+  resident = 22 * kMegabyte;
+  time.run_for(1h);
+  EXPECT_EQ(given, 0) << "too little to be worth it";
+  resident = 23 * kMegabyte;
+  time.run_for(SpareMemory::kPeriod);
+  EXPECT_EQ(given, 1);
+  resident = left = 40 * kMegabyte;  // that is needed
+  time.run_for(1h);
+  EXPECT_EQ(given, 2) << "asked once";
+  resident = left = 10 * kMegabyte;
+  time.run_for(SpareMemory::kPeriod);
+  resident = 13 * kMegabyte;
+  time.run_for(SpareMemory::kPeriod);
+  EXPECT_EQ(given, 3) << "it grew from the least that it was";
+  resident = left = 1000 * kMegabyte;
+  time.run_for(SpareMemory::kPeriod);
+  resident = 1060 * kMegabyte;
+  time.run_for(1h);
+  EXPECT_EQ(given, 4) << "less than a sixteenth";
+}
+
+TEST(SpareMemory, OfThisProcessIsKnown) {
+  const auto before = resident_memory();
+  EXPECT_GT(before, 0U);
+  const std::vector<char> touched(64 << 20, 1);
+  EXPECT_GT(resident_memory(), before + (60 << 20)) << touched.size();
 }
 
 }  // namespace

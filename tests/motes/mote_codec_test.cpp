@@ -143,5 +143,52 @@ TEST(MoteCodec, GivesValuesThatFitTheirTypes) {
   }
 }
 
+/// More motes than a codec remembers.
+struct ManyMotes : testing::Test {
+  static Bytes packet_from(std::size_t mote, const Record& record) {
+    const auto bytes = encode_record(record);
+    return packet_of(NetMessage{11, kBaseMote, 11, static_cast<std::uint16_t>(mote), 0, 1, 0, kTransportConnectionless,
+                                kApplicationControl, bytes});
+  }
+  bool report(std::size_t mote) {
+    RawUpdates updates;
+    updates.readings.push_back({1, {300}});
+    return codec.decode(packet_from(mote, updates)).has_value();
+  }
+  /// The address in the record counts.
+  bool join(std::size_t mote, std::size_t source) {
+    return codec.decode(packet_from(source, Joined{11, static_cast<std::uint16_t>(mote), 1, 1, 0})).has_value();
+  }
+  std::size_t known() const {
+    std::size_t count = 0;
+    for (std::uint16_t mote = 0; mote < kBaseMote; ++mote) count += codec.knows(mote) ? 1U : 0U;
+    return count;
+  }
+
+  static constexpr std::size_t kFirst = 100, kEnd = kFirst + MoteCodec::kMaxMotes;
+  const TypeCatalogue types;
+  MoteCodec codec{types, {}};
+};
+
+TEST_F(ManyMotes, TheOneHeardLongestAgoMakesRoomUnlessItJoined) {
+  ASSERT_TRUE(join(kFirst, kFirst));
+  for (auto mote = kFirst + 1; mote < kEnd; ++mote) ASSERT_TRUE(report(mote));
+  ASSERT_TRUE(report(kFirst + 1));
+  EXPECT_TRUE(report(5000));
+  EXPECT_TRUE(codec.knows(5000));
+  EXPECT_TRUE(codec.knows(kFirst)) << "it joined";
+  EXPECT_TRUE(codec.knows(kFirst + 1));
+  EXPECT_FALSE(codec.knows(kFirst + 2));
+  EXPECT_EQ(known(), MoteCodec::kMaxMotes);
+}
+
+TEST_F(ManyMotes, MotesThatWereReplacedMakeRoomToo) {
+  for (auto mote = kFirst; mote < kEnd; ++mote) ASSERT_TRUE(join(mote, kFirst));
+  EXPECT_TRUE(join(5000, kFirst));
+  EXPECT_TRUE(codec.knows(5000));
+  EXPECT_FALSE(codec.knows(kFirst));
+  EXPECT_EQ(known(), MoteCodec::kMaxMotes);
+}
+
 }  // namespace
 }  // namespace rubicon::motes

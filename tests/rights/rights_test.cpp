@@ -166,6 +166,19 @@ TEST(Rights, CompileTheRulesOfAMemberOnceForManyMembers) {
   EXPECT_EQ(rights.compiled(), Rights::kMaxKept + 2);
 }
 
+TEST(Rights, CompileTheRulesOfAUserOnceForAllRunsOfTools) {
+  const Rights rights(rules_in("rights:\n  - {who: everybody, may: read, keys: [a]}\n  - {who: 'island:7', may: set}\n"));
+  for (std::uint32_t run = 0; run < 100; ++run) {
+    const auto id = 70'000 + run;
+    EXPECT_TRUE(rights.access({.name = "ann", .ids = {{id, id}}}, "a").read);
+  }
+  EXPECT_EQ(rights.compiled(), 1U);
+  EXPECT_FALSE(rights.decide({.name = "ann", .ids = {{70'000, 70'000}}}, Right::kSet, "b").allowed);
+  EXPECT_TRUE(rights.decide({.name = "ann", .ids = {{70'000, 70'000}, {7, 7}}}, Right::kSet, "b").allowed);
+  EXPECT_FALSE(rights.decide({.name = "ann", .ids = {{8, 8}, {70'000, 70'000}}}, Right::kSet, "b").allowed);
+  EXPECT_EQ(rights.compiled(), 3U);
+}
+
 TEST(Rights, LetVouchOnlyWhomARuleNamesForTheNamesThatItNames) {
   using support::rule;
   auto vouch = rule("member:hall", {});

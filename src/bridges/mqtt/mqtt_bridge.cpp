@@ -79,16 +79,23 @@ class MqttBridge final : public Bridge {
 
  private:
   House::Callbacks house_calls() {
-    return {.point = [this](PointEntry& point) { mark(point); },
-            .status = [this](PointEntry& point) { mark_status(point); },
-            .device = [this](DeviceEntry& device) { mark(device); },
-            .network = [this](NetworkEntry& network) { mark_small(network); },
-            .island = [this](IslandEntry& island) { mark_small(island); },
-            .point_gone = [this](PointEntry& point) { forget(point); },
-            .device_gone = [this](DeviceEntry& device) { forget(device); },
-            .renamed = [this](DeviceEntry& device) { forget_topics(device); },
-            .network_gone = [this](OwnerId island, const std::string& id) { forget_network(island, id); },
-            .is_ours = [this](std::string_view origin) { return is_broker(options_, origin); }};
+    return {
+        .point = [this](PointEntry& point) { mark(point); },
+        .status = [this](PointEntry& point) { mark_status(point); },
+        .device = [this](DeviceEntry& device) { mark(device); },
+        .network = [this](NetworkEntry& network) { mark_small(network); },
+        .island = [this](IslandEntry& island) { mark_small(island); },
+        .point_gone = [this](PointEntry& point) { forget(point); },
+        .device_gone = [this](DeviceEntry& device) { forget(device); },
+        .renamed = [this](DeviceEntry& device) { forget_topics(device); },
+        .network_gone =
+            [this](OwnerId island, const std::string& id) {
+              forget_small(fmt::format("rubicon_{}_{}", number(island), id),
+                           fmt::format("{}/{}", house_.island_topic(island), id));
+            },
+        .island_gone =
+            [this](IslandEntry& island) { forget_small(fmt::format("rubicon_{}", number(island.id)), island.topic); },
+        .is_ours = [this](std::string_view origin) { return is_broker(options_, origin); }};
   }
   BrokerLine::Callbacks line_calls() {
     return {.connected = [this](const transport::MqttConnack&) { connected(); },
@@ -127,7 +134,7 @@ class MqttBridge final : public Bridge {
   void forget(PointEntry& point);
   void forget(DeviceEntry& device);
   void forget_topics(DeviceEntry& device);
-  void forget_network(OwnerId island, const std::string& id);
+  void forget_small(const std::string& object, const std::string& topic);
   void remove(const std::string& topic);
   void sweep();
   void say_goodbye();
@@ -416,14 +423,14 @@ void MqttBridge::forget(DeviceEntry& device) {
   for (const auto& [topic, hash] : std::exchange(device.announced, {})) remove(topic);
 }
 
-void MqttBridge::forget_network(OwnerId island, const std::string& id) {
-  const auto object = fmt::format("rubicon_{}_{}", number(island), id);
-  std::erase_if(announced_, [&](const std::string& topic) {
-    const bool gone = topic.find("/" + object + "/") != topic.npos;
-    if (gone) remove(topic);
+/// An island or a network: its announcements, in which it is the device `object`, and whether it is there.
+void MqttBridge::forget_small(const std::string& object, const std::string& topic) {
+  std::erase_if(announced_, [&](const std::string& announcement) {
+    const bool gone = announcement.find("/" + object + "/") != announcement.npos;
+    if (gone) remove(announcement);
     return gone;
   });
-  remove(fmt::format("{}/{}{}", house_.island_topic(island), id, kOnline));
+  if (topic != home_) remove(topic + kOnline);  // that of the bridge itself stays
 }
 
 /// Removes what an earlier run left, and ends its subscriptions, which would bring our own messages from now on.

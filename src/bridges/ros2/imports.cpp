@@ -30,7 +30,8 @@ Imports::Imports(const BridgeHost& host, const Options& options, const Topics& t
       topics_(topics),
       log_({host.log, "bridge " + host.name}, host.scheduler),
       network_(model::IslandKey{host.prefix}.network("ros2-" + model::to_key_part(host.name))),
-      look_(host.scheduler, kLookPause, [this] { look(); }) {}
+      look_(host.scheduler, kLookPause, [this] { look(); }),
+      forgets_(host.scheduler, [this] { forget_left(); }) {}
 
 void Imports::start() {
   if (imports_nothing()) return;
@@ -47,7 +48,10 @@ void Imports::show_line(const std::string& line, const std::string& reason) {
 }
 
 void Imports::attach(Node* node, const std::string& reason) {
-  for (auto& [topic, import] : imports_) close(import, reason.empty() ? kGone : reason);
+  for (auto& [topic, import] : imports_) {
+    close(import, reason.empty() ? kGone : reason);
+    import.left.reset();  // without a node nobody knows
+  }
   node_ = node;
   if (imports_nothing()) return;
   show_line(node != nullptr ? "up" : "down", reason);
@@ -71,7 +75,7 @@ void Imports::look() {
     at = end;
   }
   for (auto& [topic, import] : imports_) {
-    if (import.seen != looks_) close(import, kGone);
+    if (import.seen != looks_) leave(import);
     follow_publishers(import);
   }
   for (const auto& [topic, what] : faults_) {
@@ -89,7 +93,10 @@ void Imports::consider(Offers offers) {
   auto* import = known == imports_.end() ? nullptr : &known->second;
   const bool is_ours = !is_named && topics_.has(topic);
   if (!is_named && import == nullptr && (is_ours || !options_.imports_all)) return;
-  if (import != nullptr) import->seen = looks_;
+  if (import != nullptr) {
+    import->seen = looks_;
+    import->left.reset();
+  }
   Publication offer{topic, {}, true, true};
   std::optional<Form> form;
   if (import != nullptr) form = import->form;  // the sensors that were made of it have types and units
@@ -145,6 +152,49 @@ void Imports::close(Import& import, const std::string& reason) {
   import.reader.reset();
   --robots_[import.device].open;
   show_robot(import.device);
+}
+
+/// Nobody publishes it. What a rule names stays for ever.
+void Imports::leave(Import& import) {
+  close(import, kGone);
+  if (import.rule != nullptr || import.left) return;
+  import.left = host_.scheduler.now();
+  forgets_.advance_to(*import.left + kRemembered);
+}
+
+/// At its time each: what counts for the bounds is never gone for longer.
+void Imports::forget_left() {
+  const auto now = host_.scheduler.now();
+  for (auto at = imports_.begin(); at != imports_.end();) {
+    const auto& left = at->second.left;
+    const bool is_over = left && *left + kRemembered <= now;
+    if (left && !is_over) forgets_.advance_to(*left + kRemembered);
+    if (is_over) forget(at->second);
+    at = is_over ? imports_.erase(at) : std::next(at);
+  }
+  look_.request();  // there is room for others
+}
+
+/// Its sensors, and its robot if that has no other import.
+void Imports::forget(const Import& import) {
+  const auto& device = import.device;
+  auto& robot = robots_[device];
+  for (const auto& [name, sensor] : import.sensors) {
+    robot.sensors.erase(std::string(model::last_part(sensor->key.text)));
+    erase_tuples(sensor->key);
+  }
+  sensors_ -= import.sensors.size();
+  const auto of_robot = std::count_if(imports_.begin(), imports_.end(),
+                                      [&device](const auto& one) { return one.second.device == device; });
+  if (of_robot > 1) return describe_robot(device);
+  const auto key = network_.device(device);
+  for (const auto& tuple : {key.description(), key.status()}) std::ignore = host_.space.erase(tuple);
+  robots_.erase(device);
+}
+
+void Imports::erase_tuples(const model::PointKey& sensor) {
+  for (const auto& tuple : {sensor.description(), sensor.status(), sensor.value()})
+    std::ignore = host_.space.erase(tuple);
 }
 
 /// One that came back, also with another QoS, is another publisher: the value is that of the one before.
@@ -225,7 +275,11 @@ Imports::Sensor* Imports::sensor_of(Import& import, const Part& part) {
   about.instance = id.substr(std::min(id.find('-') + 1, id.size()));
   const bool is_made = host_.space.set(sensor->key.description(), model::point_description_to_json(about), kJson) &&
                        host_.space.declare(sensor->key.status(), "", kJson) && host_.space.declare(sensor->key.value());
-  if (!is_made) return nullptr;
+  if (!is_made) {
+    robot.sensors.erase(id);
+    erase_tuples(sensor->key);
+    return nullptr;
+  }
   sensor->status_tuple = *host_.space.find(sensor->key.status());
   sensor->value_tuple = *host_.space.find(sensor->key.value());
   ++sensors_;
@@ -274,21 +328,24 @@ void Imports::state(Sensor& sensor, Quality quality, const std::string& reason) 
 void Imports::show_robot(const std::string& device) {
   auto& robot = robots_[device];
   const bool is_open = robot.open > 0;
-  const auto key = network_.device(device);
   if (std::exchange(robot.shown_open, is_open) == is_open && robot.since != WallTime{}) return;
   robot.since = host_.scheduler.wall_now();
+  describe_robot(device);
+  const DeviceCondition condition{is_open ? "reachable" : "unreachable", is_open ? "" : kGone, robot.since};
+  std::ignore = host_.space.set(network_.device(device).status(), model::device_condition_to_json(condition), kJson);
+}
+
+void Imports::describe_robot(const std::string& device) {
   model::DeviceDescription about;
   about.name = device;
   about.type = about.model = "ROS 2";
   about.network = model::last_part(network_.text);
-  for (const auto& id : robot.sensors) {
+  for (const auto& id : robots_[device].sensors) {
     const auto type = id.substr(0, id.find('-'));
     if (std::count(about.capabilities.begin(), about.capabilities.end(), type) == 0) about.capabilities.push_back(type);
     about.sensors.push_back(id);
   }
-  std::ignore = host_.space.set(key.description(), model::device_description_to_json(about), kJson);
-  const DeviceCondition condition{is_open ? "reachable" : "unreachable", is_open ? "" : kGone, robot.since};
-  std::ignore = host_.space.set(key.status(), model::device_condition_to_json(condition), kJson);
+  std::ignore = host_.space.set(network_.device(device).description(), model::device_description_to_json(about), kJson);
 }
 
 void Imports::complain(BridgeStatus& status) const {

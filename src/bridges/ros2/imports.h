@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ class Imports {
  public:
   static constexpr std::size_t kMaxTopics = 256;  ///< that `import: auto` takes
   static constexpr std::size_t kMaxSensors = 2000;
+  /// What `import: auto` took is forgotten when nobody has published it for this time: robots that come and go under
+  /// other names would use up the bounds.
+  static constexpr Duration kRemembered = std::chrono::hours(24);
 
   /// `topics`: ours, which are not taken for those of a robot.
   Imports(const BridgeHost& host, const Options& options, const Topics& topics);
@@ -65,6 +69,7 @@ class Imports {
     Endpoint reader{};
     bool reliable = false, kept = false;                       ///< QoS of the reader
     std::uint64_t seen = 0;                                    ///< the look that saw a publication
+    std::optional<SteadyTime> left{};                          ///< when a look saw none any more
     std::map<std::string, std::unique_ptr<Sensor>> sensors{};  ///< by the name of the part
   };
 
@@ -76,6 +81,10 @@ class Imports {
   void consider(Offers offers);
   void open(const Publication& offer, Form form, const ImportRule* rule);
   void close(Import& import, const std::string& reason);
+  void leave(Import& import);
+  void forget_left();
+  void forget(const Import& import);
+  void erase_tuples(const model::PointKey& sensor);
   void follow_publishers(Import& import);
   void take(Import& import);
   bool wants(const Import& import, const Part& part) const;
@@ -85,6 +94,7 @@ class Imports {
   void offline(Sensor& sensor, const std::string& reason);
   void state(Sensor& sensor, model::Quality quality, const std::string& reason);
   void show_robot(const std::string& device);
+  void describe_robot(const std::string& device);
   void show_line(const std::string& line, const std::string& reason);
   const model::Type* type_of_part(const Import& import, const Part& part) const;
 
@@ -95,13 +105,14 @@ class Imports {
   base::LimitedLog log_;
   model::TypeCatalogue types_;
   model::NetworkKey network_;
-  std::map<std::string, Import> imports_;  ///< by topic; remain when their publishers are gone
+  std::map<std::string, Import> imports_;  ///< by topic; remain for kRemembered when their publishers are gone
   std::map<dds_entity_t, Import*> by_endpoint_;
   std::map<std::string, Robot> robots_;
   std::map<std::string, std::string> faults_;  ///< why topics are not imported, by topic
   std::size_t left_out_ = 0, sensors_ = 0;
   std::uint64_t messages_ = 0, bad_ = 0, looks_ = 0;
   base::PacedCall look_;
+  base::Deadline forgets_;
 };
 
 }  // namespace rubicon::bridges::ros2

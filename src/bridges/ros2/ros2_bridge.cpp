@@ -98,6 +98,7 @@ House::Callbacks Ros2Bridge::house_calls() {
               },
           .renamed = [](DeviceEntry&) {},
           .network_gone = [](OwnerId, const std::string&) {},
+          .island_gone = [](IslandEntry&) {},
           .is_ours = [this](std::string_view domain) { return domain == fmt::to_string(options_.reach.domain); }};
 }
 

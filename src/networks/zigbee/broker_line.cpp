@@ -98,6 +98,7 @@ Result<void> BrokerLine::subscribe(std::string_view filter) {
 
 Result<void> BrokerLine::unsubscribe(std::string_view filter) {
   if (!connected_) return fail(ErrorCode::kUnreachable, "the broker is not connected");
+  if (callbacks_.unsubscribed) callbacks_.unsubscribed(filter);
   return line_->unsubscribe(filter);
 }
 

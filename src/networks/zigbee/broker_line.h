@@ -35,6 +35,8 @@ class BrokerLine {
     std::function<void(std::string_view topic, std::size_t bytes)> too_long;
     /// An access list forbids a subscription.
     std::function<void(std::string_view filter, const Error& why)> forbidden;
+    /// What unsubscribe() was asked for.
+    std::function<void(std::string_view filter)> unsubscribed{};
     /// The broker took what was published there, or did not (version 5: PUBACK; README.md has the reasons).
     std::function<void(std::string_view topic)> taken;
     std::function<void(std::string_view topic, const Error& why)> not_taken;

@@ -35,7 +35,7 @@ constexpr Duration kListTime = 5s;
 /// How long all devices may be silent on a line that is up: where answers or availability are due, and where all
 /// devices report only by themselves. Looked at each kSilence.
 constexpr Duration kSilence = 1min, kLongSilence = 1h;
-constexpr std::size_t kMaxTopicsNotTaken = 100;  // that the broker did not take and a reason names
+constexpr std::size_t kMaxRefused = 100;  // filters, and topics, that the broker refuses and a reason names
 
 class ZigbeeNetwork final : public network::Network {
  public:
@@ -53,6 +53,7 @@ class ZigbeeNetwork final : public network::Network {
   void lost(Error why);
   void too_long(std::string_view topic, std::size_t bytes);
   void forbidden(std::string_view filter, const Error& why);
+  void unsubscribed(std::string_view filter);
   void not_taken(std::string_view topic, const Error& why);
   void received(const transport::MqttMessage& message);
   void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
@@ -116,6 +117,7 @@ BrokerLine::Callbacks ZigbeeNetwork::line_calls() {
           .published = [this](std::string_view topic, std::string_view payload) { passed(topic, payload, true); },
           .too_long = [this](std::string_view topic, std::size_t bytes) { too_long(topic, bytes); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
+          .unsubscribed = [this](std::string_view filter) { unsubscribed(filter); },
           .taken = [this](std::string_view topic) { devices_.taken(topic); },
           .not_taken = [this](std::string_view topic, const Error& why) { not_taken(topic, why); },
           .lost = [this](Error why) { lost(std::move(why)); },
@@ -173,13 +175,17 @@ void ZigbeeNetwork::too_long(std::string_view topic, std::size_t bytes) {
 void ZigbeeNetwork::forbidden(std::string_view filter, const Error& why) {
   log_.warning("forbidden " + std::string(filter),
                fmt::format("the broker forbids to subscribe to {}: {}", model::quoted(filter), why.text));
-  forbidden_.emplace(filter);
+  if (forbidden_.size() < kMaxRefused) forbidden_.emplace(filter);
   reporter_.line_changed();
+}
+
+void ZigbeeNetwork::unsubscribed(std::string_view filter) {
+  if (forbidden_.erase(std::string(filter)) > 0) reporter_.counters_changed();
 }
 
 void ZigbeeNetwork::not_taken(std::string_view topic, const Error& why) {
   log_.warning("not taken " + std::string(topic), why.text);
-  if (not_taken_.size() < kMaxTopicsNotTaken) not_taken_.emplace(topic);
+  if (not_taken_.size() < kMaxRefused) not_taken_.emplace(topic);
   devices_.not_taken(topic, why.text);
   tools_.not_taken(topic, why.text);
   reporter_.line_changed();

@@ -143,7 +143,9 @@ void Carrier::review(OwnerId id) {
   const auto& known = known_.at(id);
   warn_of_carriers(id, known);
   const auto is_nowhere = [](const Known::At& one) { return !one.meeting; };
-  if (std::all_of(known.at.begin(), known.at.end(), is_nowhere)) known_.erase(id);
+  if (!std::all_of(known.at.begin(), known.at.end(), is_nowhere)) return;
+  known_.erase(id);
+  excess_.erase(id);
 }
 
 void Carrier::review(OwnerId id, std::size_t to) {

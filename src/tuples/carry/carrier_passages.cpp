@@ -189,10 +189,12 @@ void Carrier::forward(std::uint64_t number) {
   auto& set = *request.waiting;
   if (set.time_to_live > Duration(0))
     set.time_to_live = std::max<Duration>(request.due - scheduler_.now(), Duration(1));
-  auto& last = reader->last_requests[request.owner];
-  set.request = sets_.wire_number(request, last);
+  set.request = sets_.wire_number(request, reader->last_request(request.owner));
   const auto given = reader->link().remote_set(set);
-  if (given) return sets_.sent(request, last = set.request);
+  if (given) {
+    reader->requested(request.owner, set.request);
+    return sets_.sent(request, set.request);
+  }
   if (given.error().code == ErrorCode::kNotFound) return;
   const auto verdict = Verdict::kRefused;
   answer(*sets_.take(number), {{}, 0, verdict, given.error().code, given.error().text});

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <set>
@@ -75,13 +78,25 @@ class StandInPort final : public LinkListener {
   std::uint32_t new_subscription() { return ++last_subscription_; }
   /// Whether it can send to the component.
   bool sees(OwnerId peer) const { return peers_.contains(peer); }
+  /// The number that a remote set to this owner has to be above. The owner knows it also if it was away meanwhile.
+  std::uint64_t last_request(OwnerId owner) const {
+    const auto found = last_requests_.find(owner);
+    return found == last_requests_.end() ? last_forgotten_ : found->second;
+  }
+  /// A remote set with this number was sent to the owner.
+  void requested(OwnerId owner, std::uint64_t number) {
+    if (last_requests_.size() >= kMaxOwners && !last_requests_.contains(owner)) forget_absent_owners();
+    last_requests_[owner] = number;
+  }
 
-  const PeerIdentity component;                    ///< that it stands for
-  const std::size_t origin;                        ///< engine where that is met
-  const std::size_t engine;                        ///< where the stand-in is
-  std::set<std::string, std::less<>> observed;     ///< keys that the link itself knows
-  bool is_observed = false;                        ///< by the link itself (kLinkItself)
-  std::map<OwnerId, std::uint64_t> last_requests;  ///< highest number of its remote sets, by owner
+  /// So many owners of its remote sets are remembered, and those that are there.
+  static constexpr std::size_t kMaxOwners = 1000;
+
+  const PeerIdentity component;                 ///< that it stands for
+  const std::size_t origin;                     ///< engine where that is met
+  const std::size_t engine;                     ///< where the stand-in is
+  std::set<std::string, std::less<>> observed;  ///< keys that the link itself knows
+  bool is_observed = false;                     ///< by the link itself (kLinkItself)
   SteadyTime used_until{};  ///< without a use after this it ends, if nothing of its component is carried
 
  private:
@@ -108,12 +123,21 @@ class StandInPort final : public LinkListener {
     events_.on_met(*this, peer.id, event);
   }
   void on_summary(OwnerId, std::string_view) override {}
+  void forget_absent_owners() {
+    std::erase_if(last_requests_, [this](const auto& one) {
+      if (sees(one.first)) return false;
+      last_forgotten_ = std::max(last_forgotten_, one.second);
+      return true;
+    });
+  }
 
   std::unique_ptr<Link> link_;
   StandInEvents& events_;
   std::uint64_t incarnation_ = 0;
   std::uint32_t last_subscription_ = 0;
   std::set<OwnerId> peers_;
+  std::map<OwnerId, std::uint64_t> last_requests_;  ///< highest number of its remote sets, by owner
+  std::uint64_t last_forgotten_ = 0;                ///< the highest of owners that are not remembered any more
   bool ended_ = false;
 };
 

@@ -30,6 +30,7 @@ struct ComponentStart {
   std::uint16_t version = 0;  ///< 0 = not known
   bool present = false;
   std::string summary;
+  std::uint64_t publication = 0;  ///< DDS handle of what showed it first
 };
 
 /// The starts that were observed, for diagnostics: those that are present, and the last that ended.
@@ -38,14 +39,20 @@ class ComponentStarts {
   static constexpr std::size_t kMax = 1000, kMaxGone = 100;
 
   void note(ComponentStart news) {
-    const std::pair name(news.id, news.incarnation);
+    const Name name(news.id, news.incarnation);
+    if (!news.present) return end(name);
     const auto known = all_.find(name);
-    if (news.present) {
-      if (known != all_.end() || all_.size() < kMax) all_[name] = std::move(news);
-    } else if (known != all_.end() && std::exchange(known->second.present, false)) {
-      gone_.push_back(name);
-      if (gone_.size() > kMaxGone) forget(gone_.front());
+    if (known != all_.end() && known->second.present) news.publication = known->second.publication;
+    if (known != all_.end() || all_.size() < kMax) all_[name] = std::move(news);
+  }
+  /// Ends all that are present and for which `stays` is false.
+  template <class Stays>
+  void keep_only(Stays stays) {
+    std::vector<Name> over;
+    for (const auto& [name, one] : all_) {
+      if (one.present && !stays(one)) over.push_back(name);
     }
+    for (const auto& name : over) end(name);
   }
   std::vector<ComponentStart> all() const {
     std::vector<ComponentStart> list;
@@ -56,6 +63,12 @@ class ComponentStarts {
  private:
   using Name = std::pair<OwnerId, std::uint64_t>;
 
+  void end(const Name& name) {
+    const auto known = all_.find(name);
+    if (known == all_.end() || !std::exchange(known->second.present, false)) return;
+    gone_.push_back(name);
+    if (gone_.size() > kMaxGone) forget(gone_.front());
+  }
   void forget(const Name& name) {
     const auto known = all_.find(name);
     if (known != all_.end() && !known->second.present) all_.erase(known);

@@ -110,7 +110,7 @@ bool Presences::admit(const News& news) {
   }
   if (!news.there && !may_end(news)) return false;
   if (news.who != Participants::Start(own_.id, own_.incarnation))
-    shared_.starts->note({id, incarnation, news.version, news.there, news.start.summary});
+    shared_.starts->note({id, incarnation, news.version, news.there, news.start.summary, news.start.publication});
   if (!news.there) return true;
   if (news.version != kProtocolVersion) {
     log_.warning(
@@ -211,7 +211,13 @@ void Presences::end_start(const Participants::Start& who, bool left) {
     add_start(*peer, {who, true, false, kProtocolVersion, *heir});
 }
 
-/// A presence lives as long as its publication is matched, whatever others do with the instance. True: some are gone.
+bool Presences::is_alive(OwnerId id, std::uint64_t incarnation) const {
+  const auto found = peers_.find(id);
+  return found != peers_.end() && found->second.alive.contains(incarnation);
+}
+
+/// A presence lives as long as its publication is matched, whatever others do with the instance. So do the starts of
+/// components that are ignored. True: some are gone.
 bool Presences::end_unmatched() {
   dds_subscription_matched_status_t status;
   if (dds_get_subscription_matched_status(entities_.presence_reader(), &status) != DDS_RETCODE_OK) return false;
@@ -228,9 +234,10 @@ bool Presences::end_unmatched() {
   }
   for (const auto& one : gone) {
     if (!own_.listener) return false;
-    shared_.starts->note({one.who.first, one.who.second, 0, false, {}});
     on_absence(one);
   }
+  shared_.starts->keep_only(
+      [&](const ComponentStart& one) { return there.contains(one.publication) || is_alive(one.id, one.incarnation); });
   return own_.listener != nullptr;
 }
 
@@ -333,8 +340,8 @@ void Presences::forget_gone_writers() {
 
 void Presences::lose_all() {
   std::vector<OwnerId> there;
+  shared_.starts->keep_only([](const ComponentStart&) { return false; });
   for (auto& [id, peer] : peers_) {
-    for (const auto& [incarnation, start] : peer.alive) shared_.starts->note({id, incarnation, 0, false, {}});
     peer.alive.clear();
     if (peer.is_up()) there.push_back(id);
   }

@@ -123,6 +123,7 @@ class Presences {
   void remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start);
   void on_absence(const News& news);
   void end_start(const Participants::Start& who, bool left);
+  bool is_alive(OwnerId id, std::uint64_t incarnation) const;
   bool end_unmatched();
   void ban(const Participant& who);
   void shut_out(const Participant& who);

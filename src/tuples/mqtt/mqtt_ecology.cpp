@@ -303,7 +303,8 @@ void MqttEcology::hold(const Line& from, const FrameHead& head, ByteView entries
 void MqttEcology::on_changed(OwnerId id, PeerEvent how) {
   const auto alive = lifetime_.watch();
   links_.each([&](MqttLink& link) { link.review(id, how); });
-  if (alive.ended() || !presence_.reached(id)) return;
+  if (alive.ended()) return;
+  if (!presence_.reached(id)) return search_.forget(id);
   std::deque<Early> due;
   for (auto one = early_.begin(); one != early_.end();) {
     if (one->head.source != id) {

@@ -49,7 +49,7 @@ void MqttLink::attach(LinkListener& listener, std::uint64_t incarnation) {
   detach();
   listener_ = &listener;
   incarnation_ = std::max(incarnation, incarnation_ + 1);
-  ecology_.search_.component(who_.id);  // who else may have it
+  ecology_.search_.keep(who_.id);  // who else may have it
   ecology_.show(*this);
   lifetime_.post(ecology_.scheduler_, [this, start = incarnation_] {
     if (attached() && incarnation_ == start) introduce();
@@ -61,11 +61,12 @@ void MqttLink::detach() {
   flush();
   listener_ = nullptr;
   introduced_ = displaced_ = false;
-  subscriptions_.clear();
+  for (const auto& [number, spec] : std::exchange(subscriptions_, {})) drop_owner(spec);
   for (const auto id : peers()) policy_->peer_down(id);
   peers_.clear();
   held_bytes_ = 0;
   ecology_.hide(*this);
+  ecology_.drop(who_.id);
 }
 
 /// Reports those that are present already.
@@ -265,9 +266,19 @@ bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
+/// The owner is looked for also if it is present: it may leave and come back.
+void MqttLink::keep_owner(const SubscriptionSpec& spec) {
+  spec.pattern.owner ? ecology_.search_.keep(*spec.pattern.owner) : ecology_.search_.all();
+}
+
+void MqttLink::drop_owner(const SubscriptionSpec& spec) {
+  if (spec.pattern.owner) ecology_.drop(*spec.pattern.owner);
+}
+
 void MqttLink::subscribe(const SubscriptionSpec& spec) {
-  std::ignore = ecology_.seeks(spec.pattern.owner);
-  subscriptions_.insert_or_assign(spec.id, spec);
+  keep_owner(spec);
+  const auto [known, is_new] = subscriptions_.try_emplace(spec.id, spec);
+  if (!is_new) drop_owner(std::exchange(known->second, spec));
   for (auto& [id, peer] : peers_) {
     if (peer.at) send_interest(peer, spec);
   }
@@ -283,6 +294,7 @@ void MqttLink::unsubscribe(std::uint32_t id) {
     entry.add_unsubscription(id);
     peer.channel->add(entry.take());
   }
+  drop_owner(found->second);
   subscriptions_.erase(found);
   ecology_.flush_soon_.request();
 }

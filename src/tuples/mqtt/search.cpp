@@ -24,7 +24,7 @@ void Search::connected() {
 
 void Search::cut() {
   connected_ = ready_ = all_read_ = false;
-  for (auto& [id, read] : components_) read = false;
+  for (auto& [id, sought] : components_) sought.read = false;
   step_.clear();
   queue_.clear();
   late_.clear();
@@ -40,7 +40,7 @@ void Search::add_all() {
   if (all_) {
     for (const auto shard : Topics::kShards) queue_.push_back({topics_.presence_filter(shard), {}, {}, true});
   } else {
-    for (const auto& [id, read] : components_) queue_.push_back({topics_.component_filter(id), id});
+    for (const auto& [id, sought] : components_) queue_.push_back({topics_.component_filter(id), id});
     for (const auto& [line, read] : lines_) queue_.push_back({topics_.line_filter(line), {}, line});
   }
   Part end;
@@ -84,25 +84,23 @@ void Search::passed(std::uint64_t step) {
   for (const auto& part : done) {
     if (const auto found = part.component ? components_.find(*part.component) : components_.end();
         found != components_.end())
-      found->second = true;
+      found->second.read = true;
     if (part.line) read(*part.line);
   }
   next();
 }
 
 void Search::read(const Line& line) {
-  if (const auto found = lines_.find(line); found != lines_.end()) {
-    if (!std::exchange(found->second, true)) count_read(line);
-    callbacks_.line_read(line);
-  } else {
-    callbacks_.unsubscribe(topics_.line_filter(line));  // forgotten meanwhile
-  }
+  const auto found = lines_.find(line);
+  if (found == lines_.end()) return;  // forgotten meanwhile
+  if (!std::exchange(found->second, true)) count_read(line);
+  callbacks_.line_read(line);
 }
 
 /// All presence was read: it includes the components that were searched for one by one.
 void Search::narrow() {
   all_read_ = true;
-  for (const auto& [id, read] : components_) callbacks_.unsubscribe(topics_.component_filter(id));
+  for (const auto& [id, sought] : components_) callbacks_.unsubscribe(topics_.component_filter(id));
   for (const auto& [line, read] : lines_) callbacks_.unsubscribe(topics_.line_filter(line));
   components_.clear();
   lines_.clear();
@@ -117,19 +115,59 @@ void Search::all() {
 
 void Search::component(OwnerId id) {
   if (all_ || components_.contains(id)) return;
+  if (components_.size() >= kMaxSought) make_room();
   if (components_.size() >= kMaxSought) return all();
-  components_.emplace(id, false);
+  components_.emplace(id, Sought());
   if (!connected_) return;
   queue_.push_back({topics_.component_filter(id), id});
   next();
 }
 
+void Search::keep(OwnerId id) {
+  component(id);
+  const auto found = components_.find(id);
+  if (all_ || found == components_.end()) return;
+  ++found->second.needs;
+  found->second.dropped = false;
+}
+
+/// Once all are looked for, they are not counted.
+void Search::drop(OwnerId id) {
+  const auto found = components_.find(id);
+  if (!all_ && found != components_.end() && --found->second.needs == 0) found->second.dropped = true;
+}
+
+void Search::forget(OwnerId id) {
+  const auto found = components_.find(id);
+  if (all_ || found == components_.end() || !found->second.dropped) return;
+  components_.erase(found);
+  cancel(topics_.component_filter(id));
+}
+
+/// Forgets those that nobody keeps. Who waits for an answer that was there asks again.
+void Search::make_room() {
+  std::erase_if(components_, [this](const auto& one) {
+    const bool over = one.second.read && one.second.needs == 0;
+    if (over) cancel(topics_.component_filter(one.first));
+    return over;
+  });
+}
+
+/// Of what is no longer looked for. A step that is under way ends without it.
+void Search::cancel(const std::string& filter) {
+  std::erase_if(queue_, [&](const Part& part) { return part.filter == filter; });
+  for (auto& part : step_) {
+    if (part.filter == filter) part = {};
+  }
+  if (connected_) callbacks_.unsubscribe(filter);
+}
+
 bool Search::line(const Line& line) {
   if (all_) return false;
   if (const auto known = lines_.find(line); known != lines_.end()) return !known->second;
-  auto& unread = unread_[line.user];
-  if (lines_.size() >= kMaxLines || unread >= kMaxUnread) return false;
-  ++unread;
+  const auto unread = unread_.find(line.user);
+  if (lines_.size() >= kMaxLines || (unread != unread_.end() && unread->second >= kMaxUnread)) return false;
+  ++unread_[line.user];
   lines_.emplace(line, false);
   if (!connected_) return true;
   queue_.push_back({topics_.line_filter(line), {}, line});
@@ -141,8 +179,8 @@ void Search::forget(const Line& line) {
   const auto found = lines_.find(line);
   if (found == lines_.end()) return;
   if (!found->second) count_read(line);
+  cancel(topics_.line_filter(line));
   lines_.erase(found);
-  if (connected_) callbacks_.unsubscribe(topics_.line_filter(line));
 }
 
 void Search::count_read(const Line& line) {
@@ -157,7 +195,7 @@ bool Search::wants(const Line& line, std::optional<OwnerId> id) const {
 bool Search::knows(OwnerId id) const {
   if (all_) return all_read_;
   const auto found = components_.find(id);
-  return found != components_.end() && found->second && idle();
+  return found != components_.end() && found->second.read && idle();
 }
 
 }  // namespace rubicon::tuples::mqtt

@@ -31,7 +31,7 @@ class Search {
     std::function<void(bool all)> complete;
   };
   static constexpr Duration kFenceTime = std::chrono::seconds(10);
-  /// Components that are searched for one by one; if more are wanted, all presence is read.
+  /// Components that are searched for one by one; if more are kept, all presence is read.
   static constexpr std::size_t kMaxSought = 4096;
   /// Connections, and connections of one user that are not read yet. Further ones are ignored.
   static constexpr std::size_t kMaxLines = 16'384, kMaxUnread = 256;
@@ -47,7 +47,12 @@ class Search {
 
   /// Looks for all, from now on.
   void all();
+  /// Looks for it, for somebody who asks and may ask again: it gives way to others if there are too many.
   void component(OwnerId id);
+  /// Looks for it until drop() was called as often, and forget() after that.
+  void keep(OwnerId id);
+  void drop(OwnerId id);
+  void forget(OwnerId id);
   /// Somebody who spoke to this process, or who has a component that is looked for. True: it will be read by itself.
   bool line(const Line& line);
   void forget(const Line& line);
@@ -71,6 +76,11 @@ class Search {
     bool ends = false;      ///< no step: what was read is complete
     bool ends_all = false;  ///< and was all presence
   };
+  struct Sought {
+    bool read = false;
+    bool dropped = false;     ///< by all who kept it
+    std::uint32_t needs = 0;  ///< calls of keep() without a drop()
+  };
   static constexpr std::size_t kMaxParts = 100;  ///< of a step
 
   void add_all();
@@ -78,13 +88,15 @@ class Search {
   void fence();
   void read(const Line& line);
   void narrow();
+  void make_room();
+  void cancel(const std::string& filter);
   void count_read(const Line& line);
 
   const Topics& topics_;
   Callbacks callbacks_;
   bool connected_ = false, all_ = false, all_read_ = false, ready_ = false;
-  std::map<OwnerId, bool> components_;  ///< whether it was read
-  std::map<Line, bool> lines_;
+  std::map<OwnerId, Sought> components_;
+  std::map<Line, bool> lines_;                 ///< whether it was read
   std::map<std::string, std::size_t> unread_;  ///< of lines_, by user
   std::deque<Part> queue_;
   std::vector<Part> step_;  ///< that is under way

@@ -10,7 +10,7 @@
 namespace rubicon::tuples::peis {
 
 void PackageStream::append(ByteView bytes) {
-  base::drop_front(buffer_, std::exchange(begin_, 0));
+  shed();
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
@@ -124,7 +124,7 @@ void Connection::take_packages() {
   while (state_ == State::kOpen) {
     const auto package = packages_.next();
     if (!package) return end(Ending::kStrange, package.error());
-    if (!*package) return;
+    if (!*package) return packages_.shed();
     callbacks_.package(**package);
   }
 }

@@ -7,8 +7,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "base/scheduler.h"
 #include "transport/transports.h"
 #include "tuples/peis/own_messages.h"
@@ -34,6 +36,10 @@ class PackageStream {
   Result<std::optional<ConnectMessage>> connect();
   /// The next whole package, valid until append(); nullopt while it is incomplete. Any error is final.
   Result<std::optional<Package>> next();
+
+  /// Ends the views of the packages that were taken, and gives back what they needed. An island has hundreds of
+  /// connections, most of which are silent.
+  void shed() { base::drop_front(buffer_, std::exchange(begin_, 0)); }
 
   /// Bytes of an incomplete package.
   std::size_t pending() const { return buffer_.size() - begin_; }

@@ -181,6 +181,15 @@ void Feed::forget_hidden(const TupleView& tuple) {
   --stock_.hidden;
 }
 
+/// One that left between its tuples and the end of its snapshot is not there any more.
+Feed::Owners::iterator Feed::owner_at(OwnerId owner) {
+  const auto [found, fresh] = owners_.try_emplace(owner);
+  if (!fresh || owner == context_.space.self()) return found;
+  const auto peers = context_.space.peers();
+  found->second.absent = std::find(peers.begin(), peers.end(), owner) == peers.end();
+  return found;
+}
+
 /// nullptr: there is no room, or the caller may not read it.
 Feed::Node* Feed::node_of(const TupleView& tuple) {
   const auto known = entries_.find(NameView{tuple.owner, tuple.key});
@@ -194,14 +203,14 @@ Feed::Node* Feed::node_of(const TupleView& tuple) {
   ++stock_.tuples;
   auto& node = *entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
   want(node, given);
-  ++owners_[tuple.owner].tuples;
+  ++owner_at(tuple.owner)->second.tuples;
   return &node;
 }
 
 /// The tuples are there; the events of some may still be queued.
 void Feed::snapshot_ended(OwnerId owner) {
-  owners_.try_emplace(owner);
   context_.space.list({owner, options_.pattern.key}, [this](const TupleView& tuple) { set(tuple); });
+  forget_if_gone(owner_at(owner));
   ++snapshots_;
   push(items_, {nullptr, owner});
 }

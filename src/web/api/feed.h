@@ -193,6 +193,7 @@ class Feed {
   tuples::Access access(const TupleView& tuple);
   void want(Node& node, const tuples::Access& access);
   void forget(Entries::iterator entry);
+  Owners::iterator owner_at(OwnerId owner);
   void forget_if_gone(Owners::iterator owner);
   void forget_hidden(const TupleView& tuple);
   void report_full(const char* why);

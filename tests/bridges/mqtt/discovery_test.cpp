@@ -210,6 +210,34 @@ TEST_F(DiscoveryOf, GroupsNameTheEntitiesOfTheirMembers) {
   island.put("proxy.zigbee-1.property.groups.value", R"([{"address":"d","members":["b2"]}])");
   time.run_for(1s);
   EXPECT_EQ(announced("zigbee-1_d")["cmps"]["actuator-lamp-1"]["group"].size(), 1U);
+  ASSERT_TRUE(island.space.erase("proxy.zigbee-1.property.groups.value"));
+  time.run_for(1s);
+  EXPECT_FALSE(announced("zigbee-1_d")["cmps"]["actuator-lamp-1"].contains("group"));
+}
+
+TEST_F(DiscoveryOf, GroupsGoWithTheirNetwork) {
+  auto other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  const auto add_lamps = [&other] {
+    other->network("zigbee-1");
+    for (const auto* one : {"b", "d"})
+      other->device("zigbee-1." + std::string(one), one, {{"actuator", "lamp-1", "on"}});
+  };
+  const auto lamp = [this] {
+    return json::parse(at("homeassistant/device/rubicon_77_zigbee-1_d/config"))["cmps"]["actuator-lamp-1"];
+  };
+  add_lamps();
+  other->put("proxy.zigbee-1.property.groups.value", R"([{"address":"d","members":["b"]}])");
+  bridge(R"({"discovery": "homeassistant", "commands": ["**"], "patterns": ["proxy.**"]})");
+  time.run_for(6s);
+  ASSERT_TRUE(lamp().contains("group"));
+  other.reset();
+  time.run_for(2min);
+  other = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+  time.run_for(61s);
+  ASSERT_EQ(at("homeassistant/device/rubicon_77_zigbee-1_d/config"), "(nothing)");
+  add_lamps();
+  time.run_for(6s);
+  EXPECT_FALSE(lamp().contains("group")) << "it has none now";
 }
 
 TEST_F(DiscoveryOf, IsNotRepeatedWhereNothingIsNew) {

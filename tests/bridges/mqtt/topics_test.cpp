@@ -200,12 +200,99 @@ TEST_F(Topics, OfDevicesThatALostIslandDoesNotBringBackAreRemoved) {
   EXPECT_EQ(made->status().counters.at("points"), 3U) << "two are of the other island";
 }
 
+TEST_F(Topics, OfAnIslandThatDoesNotComeBackAreRemovedAfterAWeek) {
+  const auto open_barn = [this] {
+    auto barn = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+    barn->network("knx");
+    barn->device("knx.1", "Door", {{"sensor", "contact-1", "open"}, {"actuator", "relay-1", "off"}});
+    return barn;
+  };
+  const std::string config = "homeassistant/device/rubicon_77_knx_1/config";
+  auto other = open_barn();
+  start(R"({"patterns": ["proxy.**"], "discovery": "homeassistant"})");
+  time.run_for(6s);
+  ASSERT_NE(at(config), "(nothing)");
+  other.reset();
+  time.run_for(6 * 24h);
+  EXPECT_EQ(at("rubicon/77/online"), "offline");
+  EXPECT_NE(at(config), "(nothing)") << "a holiday";
+  other = open_barn();
+  time.run_for(1h);
+  EXPECT_EQ(at("rubicon/77/knx/1/sensor/contact-1"), "open");
+  other.reset();
+  time.run_for(6 * 24h);
+  EXPECT_EQ(at("rubicon/77/knx/1/online"), "offline") << "a week since it was there the last time";
+  time.run_for(25h);
+  for (const auto& [topic, payload] : broker.retained()) EXPECT_EQ(topic.find("77"), topic.npos) << topic;
+  EXPECT_EQ(made->status().counters.at("devices"), 1U);
+  EXPECT_EQ(made->status().counters.at("points"), 2U);
+  EXPECT_EQ(at(kTemperature), "21.5");
+  broker.cut();
+  time.run_for(2min);
+  for (const auto& [topic, payload] : broker.retained()) EXPECT_EQ(topic.find("77"), topic.npos) << topic;
+  other = open_barn();
+  time.run_for(1s);
+  EXPECT_EQ(at("rubicon/77/online"), "online");
+  EXPECT_EQ(at("rubicon/77/knx/1/sensor/contact-1"), "open");
+  EXPECT_NE(at(config), "(nothing)");
+}
+
+constexpr const char* kOurBroker = R"({"host":"127.0.0.1","port":1883,"tls":false,"user":false})";
+constexpr const char* kOtherBroker = R"({"host":"barn.lan","port":1883,"tls":false,"user":false})";
+
+TEST_F(Topics, AreShownOnceTheirNetworkIsAtAnotherBroker) {
+  const std::string origin = "proxy.zigbee-1.property.broker.value", device = "rubicon/6541/zigbee-1/b";
+  island.network("zigbee-1");
+  island.put(origin, kOurBroker);
+  island.device("zigbee-1.b", "Plug", {{"actuator", "switch-1", "on"}, {"sensor", "button-1", ""}});
+  start(R"({"discovery": "homeassistant"})");
+  island.say("zigbee-1.b", {"sensor", "button-1", "short"});
+  time.run_for(6s);
+  for (const auto* broker_now : {kOtherBroker, ""}) {
+    EXPECT_EQ(at(device + "/actuator/switch-1"), "(nothing)");
+    if (broker_now == std::string()) {
+      ASSERT_TRUE(island.space.erase(origin));
+    } else {
+      island.put(origin, broker_now);
+    }
+    time.run_for(1s);
+    EXPECT_EQ(at(device + "/actuator/switch-1"), "on");
+    EXPECT_EQ(at(device + "/online"), "online");
+    EXPECT_EQ(at("rubicon/6541/zigbee-1/online"), "online");
+    EXPECT_FALSE(announced("zigbee-1_b").is_discarded());
+    EXPECT_THAT(broker.published(device + "/sensor/button-1"), IsEmpty()) << "pressed while it was hidden";
+    island.put(origin, kOurBroker);
+    time.run_for(1s);
+    for (const auto& [topic, payload] : broker.retained()) EXPECT_EQ(topic.find("zigbee-1"), topic.npos) << topic;
+  }
+}
+
+TEST_F(Topics, AreShownWhereALostIslandComesBackWithoutThatBroker) {
+  const auto open_barn = [this](const std::string& at_broker) {
+    auto barn = std::make_unique<TownIsland>(ecology, time, OwnerId(77), "barn");
+    barn->network("zigbee-1");
+    if (!at_broker.empty()) barn->put("proxy.zigbee-1.property.broker.value", at_broker);
+    barn->device("zigbee-1.b", "Plug", {{"actuator", "switch-1", "on"}});
+    return barn;
+  };
+  const std::string plug = "rubicon/77/zigbee-1/b/actuator/switch-1";
+  auto other = open_barn(kOurBroker);
+  start(R"({"patterns": ["proxy.**"]})");
+  other.reset();
+  time.run_for(2min);
+  other = open_barn({});
+  time.run_for(30s);
+  EXPECT_EQ(at(plug), "(nothing)") << "its broker may be told late";
+  time.run_for(60s);
+  EXPECT_EQ(at(plug), "on");
+}
+
 TEST_F(Topics, NeverGoBackToTheBrokerTheyCameFrom) {
   island.network("zigbee-1");
-  island.put("proxy.zigbee-1.property.broker.value", R"({"host":"127.0.0.1","port":1883,"tls":false,"user":false})");
+  island.put("proxy.zigbee-1.property.broker.value", kOurBroker);
   island.device("zigbee-1.b", "Plug", {{"actuator", "switch-1", "on"}});
   island.network("zigbee-2");
-  island.put("proxy.zigbee-2.property.broker.value", R"({"host":"barn.lan","port":1883,"tls":false,"user":false})");
+  island.put("proxy.zigbee-2.property.broker.value", kOtherBroker);
   island.device("zigbee-2.c", "Plug", {{"actuator", "switch-1", "on"}});
   start(R"({"discovery": "homeassistant"})");
   time.run_for(6s);

@@ -3,6 +3,7 @@
 namespace rubicon::bridges::ros2 {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -190,6 +191,78 @@ TEST_F(Ros2Imports, OfPosesAndDiagnosticsAreWhatTheBytesSay) {
   EXPECT_TRUE(is(r1 + "angle-amcl_yaw.value", "90"));
   EXPECT_TRUE(is(r1 + "angle-odom_yaw.value", "180"));
   EXPECT_TRUE(is(r1 + "text-diagnostics_arm.value", "error: hot"));
+}
+
+TEST_F(Ros2Imports, AreForgottenADayAfterTheirPublisherLeft) {
+  bridge(R"({"import": "auto"})");
+  Robot robot;
+  robot.say("pub /r1/door std_msgs/msg/Bool true\npub /r1/mode std_msgs/msg/String idle");
+  const std::string r1 = "proxy.ros2-robots.r1", door = r1 + ".sensor.digitalInput-door";
+  ASSERT_TRUE(is(door + ".value", "on"));
+  ASSERT_TRUE(is(r1 + ".sensor.text-mode.value", "idle"));
+  robot.say("drop /r1/door");
+  ASSERT_TRUE(is(door + ".status", "no publisher of its topic is there"));
+  time.leap(24h - 1min);
+  run(300ms);
+  EXPECT_EQ(tuple(door + ".value"), "on");
+  time.leap(1min);
+  ASSERT_TRUE(is(door + ".value", "(none)"));
+  for (const auto* part : {".status", ".description"}) EXPECT_EQ(tuple(door + part), "(none)") << part;
+  EXPECT_THAT(tuple(r1 + ".description"), AllOf(HasSubstr("text-mode"), Not(HasSubstr("digitalInput"))));
+  EXPECT_EQ(counter("imported-sensors"), 1U);
+  EXPECT_EQ(tuple(r1 + ".sensor.text-mode.value"), "idle") << "it has a publisher, which may be silent for hours";
+  robot.say("drop /r1/mode");
+  ASSERT_TRUE(is(r1 + ".status", "unreachable"));
+  time.leap(24h);
+  ASSERT_TRUE(is(r1 + ".description", "(none)"));
+  EXPECT_EQ(tuple(r1 + ".status"), "(none)");
+  EXPECT_EQ(counter("imported-sensors"), 0U);
+  robot.say("pub /r1/door std_msgs/msg/Bool false");
+  EXPECT_TRUE(is(door + ".value", "off"));
+  EXPECT_TRUE(is(r1 + ".status", "\"reachable\""));
+}
+
+TEST_F(Ros2Imports, ThatARuleNamesAreKept) {
+  bridge(kStrip);
+  Robot robot;
+  robot.say("pub /battery std_msgs/msg/Float64 87.5");
+  ASSERT_TRUE(is(std::string(kBattery) + ".value", "87.5"));
+  robot.say("drop /battery");
+  ASSERT_TRUE(is(std::string(kBattery) + ".status", "device-offline"));
+  time.leap(48h);
+  run(300ms);
+  EXPECT_EQ(tuple(std::string(kBattery) + ".value"), "87.5");
+  EXPECT_THAT(tuple("proxy.ros2-robots.robot.description"), HasSubstr("battery-1"));
+}
+
+/// Robots that come under other names each day.
+TEST_F(Ros2Imports, OfRobotsThatAreGoneMakeRoomForOthers) {
+  bridge(R"({"import": "auto"})");
+  {
+    Robot robot;
+    robot.say("many 256");
+    ASSERT_TRUE(until([&] { return counter("imported-topics") == 256; }));
+  }
+  ASSERT_TRUE(until([&] { return counter("imported-topics") == 0; }));
+  Robot other;
+  other.say("offer /r2/charge std_msgs/msg/Float64");
+  ASSERT_TRUE(until([&] { return made->status().reason.find("1 topics of robots") != std::string::npos; }));
+  time.leap(24h);
+  EXPECT_TRUE(until([&] { return counter("imported-topics") == 1; }));
+  EXPECT_EQ(made->status().reason, "");
+}
+
+/// With a prefix that leaves room for the keys of the device, but not for those of the sensor.
+TEST_F(Ros2Imports, ThatCannotBeMadeAreNoSensorsOfTheirDevice) {
+  prefix = std::string(215, 'p');
+  bridge(kStrip);
+  Robot robot;
+  robot.say("pub /battery std_msgs/msg/Float64 87.5");
+  ASSERT_TRUE(until([&] { return counter("imported-messages") == 1; }));
+  robot.say("drop /battery");
+  const auto device = prefix + ".ros2-robots.robot";
+  ASSERT_TRUE(is(device + ".status", "unreachable"));
+  EXPECT_THAT(tuple(device + ".description"), AllOf(HasSubstr("ROS 2"), Not(HasSubstr("battery-1"))));
 }
 
 TEST_F(Ros2Imports, DoNotTakeTheirOwnTopicsBack) {

@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/virtual_scheduler.h"
 #include "bridges/bridge.h"
 #include "bridges/town_island.h"
 #include "support/collecting_log.h"
@@ -66,6 +70,42 @@ class Robot {
   std::thread reader_;
 };
 
+/// The time of a loop, which a test may advance: what is due by then runs at once. Robots do not notice.
+class LeapingTime final : public Scheduler {
+ public:
+  explicit LeapingTime(Scheduler& real) : real_(real) {}
+  void leap(Duration span) {
+    leapt_ += span;
+    arm();
+  }
+
+  SteadyTime now() const override { return real_.now() + leapt_; }
+  WallTime wall_now() const override {
+    return real_.wall_now() + std::chrono::duration_cast<WallTime::duration>(leapt_);
+  }
+  void post(std::function<void()> call) override { real_.post(std::move(call)); }
+  Timer at(SteadyTime when, std::function<void()> call) override {
+    auto timer = timers_.add(when, std::move(call));
+    arm();
+    return timer;
+  }
+  bool on_loop_thread() const override { return real_.on_loop_thread(); }
+
+ private:
+  void arm() {
+    if (const auto next = timers_.next()) wake_ = real_.at(std::max(*next - leapt_, real_.now()), [this] { run(); });
+  }
+  void run() {
+    while (const auto call = timers_.take_due(now())) call();
+    arm();
+  }
+
+  Scheduler& real_;
+  Duration leapt_{0};
+  base::TimerHeap timers_;
+  Timer wake_;
+};
+
 /// An island of tuples and a bridge, on a network of this process alone.
 class Live : public ::testing::Test {
  protected:
@@ -89,8 +129,7 @@ class Live : public ::testing::Test {
     link_ = ecology.join(OwnerId(70000)).value();
     space_ = std::make_unique<TupleSpace>(OwnerId(70000), loop.scheduler(), *link_);
     const BridgeHost host{
-        "robots", loop.scheduler(), *space_, files, log, alone ? std::nullopt : std::optional(OwnerId(6541)),
-        "proxy",  judge.get()};
+        "robots", time, *space_, files, log, alone ? std::nullopt : std::optional(OwnerId(6541)), prefix, judge.get()};
     made = find_bridge_type("ros2")->make(reader, "", &host);
     ASSERT_TRUE(made) << errors.text();
     made->start();
@@ -122,6 +161,7 @@ class Live : public ::testing::Test {
   }
 
   transport::Loop loop;
+  LeapingTime time{loop.scheduler()};  ///< of the bridge
   transport::MemoryTransports files;
   support::CollectingLog log;
   tuples::MemoryEcology ecology{loop.scheduler()};
@@ -131,6 +171,7 @@ class Live : public ::testing::Test {
       {support::rule("everybody", {support::Right::kRead, support::Right::kDemand, support::Right::kSet})}));
   std::set<std::string> wanted;  ///< keys in demand
   bool alone = false;            ///< not of an island
+  std::string prefix = "proxy";  ///< of what the bridge imports
 
  private:
   Handle demand_;

@@ -284,6 +284,33 @@ TEST_F(Ros2Topics, OfAnIslandThatIsAwaySayWhy) {
   EXPECT_TRUE(until([&] { return robot.lines("[rubicon: lab/knx/d1 0 reachable").size() >= 2; }));
 }
 
+TEST_F(Ros2Topics, OfAnIslandThatDoesNotComeBackGoAfterAWeek) {
+  auto other = std::make_unique<TownIsland>(ecology, loop.scheduler(), OwnerId(6542), "lab");
+  other->network("knx");
+  other->device("knx.1", "Window", {{"sensor", "digitalInput-1", "on"}});
+  start(R"({"patterns": ["proxy.**"], "diagnostics": "1h"})");
+  Robot robot;
+  ASSERT_TRUE(sees(robot, "topic rt/lab/knx/d1/digitalInput_1"));
+  robot.say("echo /diagnostics diagnostic_msgs/msg/DiagnosticArray");
+  ASSERT_TRUE(sees(robot, "[rubicon: lab/knx/d1 0 reachable"));
+  other.reset();
+  ASSERT_TRUE(sees(robot, "[rubicon: lab/knx/d1 1 its island is not there"));
+  time.leap(6 * 24h);
+  run(300ms);
+  EXPECT_EQ(counter("topics"), 3U);
+  time.leap(25h);
+  EXPECT_TRUE(until([&] { return counter("topics") == 2; }));
+  EXPECT_EQ(counter("devices"), 1U);
+  EXPECT_TRUE(sees(robot, "gone rt/lab/knx/d1/digitalInput_1"));
+  EXPECT_TRUE(sees(robot, "topic rt/home/wsn_1/d7/lamp_1"));
+  time.leap(1h);
+  const auto is_of_home_alone = [](const auto& line) { return line.find("lab/") == line.npos; };
+  EXPECT_TRUE(until([&] {
+    const auto all = robot.lines("[rubicon: home/wsn_1/d7 ");
+    return std::any_of(all.begin(), all.end(), is_of_home_alone);
+  })) << "the diagnostics of all devices";
+}
+
 /// Texts of 1 kB, 1,600 of them.
 TEST_F(Ros2Topics, AreToldOfInMessagesOfBoundedSize) {
   island.network("wsn-1");

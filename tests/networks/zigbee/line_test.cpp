@@ -245,6 +245,32 @@ TEST_F(LineOfTheBridge, ATopicThatTheBrokerForbidsIsNamedAndCounted) {
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("21.5"));
 }
 
+TEST_F(LineOfTheBridge, ATopicThatIsNotWantedAnyMoreIsNotForbidden) {
+  broker.refused_filters = {"zigbee2mqtt/air"};
+  start();
+  EXPECT_EQ(counter("forbidden-topics"), 1U);
+  list({plug(), button()});
+  host.time.run_for(10s);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(1));
+  EXPECT_EQ(counter("forbidden-topics"), 0U);
+  EXPECT_EQ(state().reason, "");
+}
+
+TEST_F(LineOfTheBridge, AHundredForbiddenTopicsAreRemembered) {
+  make();
+  auto all = json::array();
+  for (int i = 0; i < 120; ++i) {
+    const auto name = "air " + std::to_string(i);
+    all.push_back(thermometer(name));
+    all.back()["ieee_address"] = fmt::format("0x00124b002{:07x}", i);
+    broker.refused_filters.insert("zigbee2mqtt/" + name);
+  }
+  bridge_starts(all);
+  open();
+  EXPECT_EQ(counter("forbidden-topics"), 100U);
+  EXPECT_THAT(state().reason, HasSubstr("and 99 more"));
+}
+
 /// 300 devices have a list of 1.1 MB.
 TEST_F(LineOfTheBridge, Pitfall2_ListsMayHaveMegabytes) {
   make();

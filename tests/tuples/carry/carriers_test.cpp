@@ -170,6 +170,22 @@ TEST_F(Carrying, StandInsAreBoundedAndTheBoundIsNamedOnce) {
   EXPECT_EQ(named(), 1);
 }
 
+TEST_F(Carrying, ThoseThatWereRefusedAndLeftDelayNobodyWhenAPlaceIsFree) {
+  const auto island = carry({"**"}, 1, 1);
+  auto first = join(dds, 100);
+  settle();
+  std::vector<std::unique_ptr<Observer>> many;
+  for (std::uint32_t id = 200; id < 400; ++id) many.push_back(join(dds, id));
+  settle();
+  many.clear();
+  time.run_ready();
+  const auto last = join(dds, 500);
+  settle();
+  first.reset();
+  time.run_for(50ms);
+  EXPECT_EQ(island->carrier.stand_ins(), 1U) << "200 others would take 125 ms";
+}
+
 TEST_F(Carrying, OneThatIsDisplacedEndsAndComesBackLater) {
   const auto island = carry({"7"});
   const auto home = join<Home>(dds, 7);

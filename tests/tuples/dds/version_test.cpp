@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "tuples/component.h"
 #include "tuples/dds/dds_test_ecology.h"
@@ -47,6 +48,44 @@ TEST(OtherVersions, ThisVersionAndTheFirstOneNoticeEachOther) {
   EXPECT_EQ(first.shown_by(1, "").version, 3U);
   const auto seen = ecology.component_starts();
   EXPECT_TRUE(std::any_of(seen.begin(), seen.end(), [](const auto& one) { return one.present && one.version == 1; }));
+}
+
+/// An island (1) and a component (2) of a newer version.
+struct ANewerVersion : testing::Test {
+  template <class Done>
+  bool until(Done done) {
+    for (int i = 0; i < 1000 && !done(); ++i) time.run_for(10ms);
+    return done();
+  }
+  bool is_present(std::uint32_t id) const {
+    const auto all = ecology.component_starts();
+    return std::any_of(all.begin(), all.end(), [id](const auto& one) { return one.id == OwnerId(id) && one.present; });
+  }
+  void SetUp() override {
+    ASSERT_TRUE(until([&] { return is_present(2); }));
+  }
+
+  VirtualScheduler time;
+  dds::DdsTestEcology ecology{time};
+  Component island{ecology, time, 1};
+  std::unique_ptr<dds::Rogue> newer = std::make_unique<dds::Rogue>(2, 99);
+};
+
+TEST_F(ANewerVersion, IsNotPresentAnyMoreWhenItsPublicationIsGone) {
+  dds::Rogue other(3, 99);
+  other.show(2, newer->incarnation());
+  other.arrive();
+  ASSERT_TRUE(until([&] { return is_present(3); }));
+  for (int i = 0; i < 50; ++i) time.run_for(1ms);
+  newer.reset();
+  EXPECT_TRUE(until([&] { return !is_present(2); })) << "whoever shows it too";
+  EXPECT_TRUE(is_present(3));
+}
+
+/// It is not met again: it is in this process, and its participant goes with the domain.
+TEST_F(ANewerVersion, IsNotPresentAnyMoreWhenTheDomainIsLeft) {
+  ecology.enter_again();
+  EXPECT_TRUE(until([&] { return !is_present(2); }));
 }
 
 TEST(ExpectedComponents, AreThoseWhosePresenceHasNotArrived) {

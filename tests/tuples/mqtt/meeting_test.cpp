@@ -9,9 +9,11 @@ namespace rubicon::tuples::mqtt {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::UnorderedElementsAre;
 
 const transport::Endpoint kSpareBroker{"10.0.0.200", 1883};
@@ -104,6 +106,67 @@ TEST_F(Meeting, WhoLooksForTooManyMeetsAll) {
     copies.push_back(lab->space->subscribe({OwnerId(id), "lamp"}, {}, [](const Event&) {}));
   time.run_for(3s);
   EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+}
+
+/// As tools do on a host.
+TEST_F(Meeting, ThoseOfThisProcessThatComeAndGoLeaveNothing) {
+  broker.keeps_published = false;
+  auto hall = site(kHall), lab = site(kLab);
+  time.run_for(3s);
+  const auto before = broker.subscriptions();
+  for (std::uint32_t id = 10; id < 10 + Search::kMaxSought; ++id) {
+    const auto link = std::move(*lab->ecology->join(OwnerId(id)));
+    TupleSpace tool(OwnerId(id), time, *link);
+    const auto copies = tool.subscribe({OwnerId(100'000 + id), "lamp"}, {}, [](const Event&) {});
+    time.run_for(10ms);
+  }
+  time.run_for(5s);
+  EXPECT_EQ(broker.subscriptions(), before);
+  EXPECT_THAT(lab->take(), Not(Contains("up 1")));
+}
+
+TEST_F(Meeting, AnOwnerIsLookedForUntilTheLastSubscriptionEnds) {
+  auto hall = site(kHall), lab = site(kLab);
+  const auto link = std::move(*lab->ecology->join(kRobot));
+  TupleSpace tool(kRobot, time, *link);
+  auto copies = lab->space->subscribe(pattern("1:lamp"), {}, [](const Event&) {});
+  auto of_tool = tool.subscribe(pattern("1:lamp"), {}, [](const Event&) {});
+  const auto restart = [&] {
+    time.run_for(3s);
+    lab->take();
+    hall.reset();
+    time.run_for(3s);
+    hall = site(kHall);
+    time.run_for(3s);
+    return lab->take();
+  };
+  copies = {};
+  EXPECT_THAT(restart(), ElementsAre("left 1", "up 1"));
+  of_tool = {};
+  time.run_for(3s);
+  EXPECT_THAT(lab->space->peers(), Contains(kHall)) << "as long as it is there";
+  EXPECT_THAT(restart(), ElementsAre("left 1"));
+  const auto opened = open(*hall, decided);
+  const auto sent = command(*lab, kHall, "on");
+  time.run_for(2s);
+  EXPECT_TRUE(sent->has_value() && (*sent)->verdict == Verdict::kApplied);
+}
+
+/// It was met before, because it dealt with this one.
+TEST_F(Meeting, AnOwnerThatIsThereIsLookedForToo) {
+  auto hall = site(kHall), lab = site(kLab);
+  auto of_hall = hall->space->subscribe(pattern("2:lamp"), {}, [](const Event&) {});
+  time.run_for(3s);
+  EXPECT_THAT(lab->take(), ElementsAre("up 1"));
+  const auto copies = lab->space->subscribe(pattern("1:lamp"), {}, [](const Event&) {});
+  time.run_for(3s);
+  of_hall = {};
+  hall.reset();
+  time.run_for(3s);
+  hall = site(kHall);
+  time.run_for(3s);
+  EXPECT_THAT(lab->take(), ElementsAre("left 1", "up 1"));
+  EXPECT_EQ(lab->value(kHall, "lamp"), "off");
 }
 
 TEST_F(Meeting, ASetMeetsItsOwnerFirst) {

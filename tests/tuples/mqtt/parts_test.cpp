@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <set>
 
@@ -35,19 +36,40 @@ TEST(WhoIsPresent, AComponentThatIsDoubtedLeavesTheOthersOfItsConnection) {
   EXPECT_TRUE(presence.reached(OwnerId(2)));
 }
 
-TEST(WhoIsLookedFor, OfOneUserAreNotMoreThanIsReadSoon) {
+struct WhoIsLookedFor : testing::Test {
+  Search::Callbacks calls() {
+    Search::Callbacks calls;
+    calls.subscribe = [this](const std::string& filter) {
+      filters.insert(filter);
+      ++subscribed;
+    };
+    calls.unsubscribe = [this](const std::string& filter) { filters.erase(filter); };
+    calls.fence = [this](std::uint64_t number) { step = number; };
+    calls.late = [] {};
+    calls.complete = [](bool) {};
+    calls.line_read = [](const Line&) {};
+    return calls;
+  }
+  /// The broker has sent all that was asked for.
+  void finish() {
+    while (!search.idle()) search.passed(step);
+  }
+  void leave(OwnerId id) {
+    search.drop(id);
+    search.forget(id);
+  }
+  bool has(OwnerId id) const { return filters.contains(topics.component_filter(id)); }
+  bool has_all() const { return filters.contains(topics.presence_filter('0')); }
+
   base::VirtualScheduler time;
-  const Topics topics("default");
+  const Topics topics{"default"};
   std::set<std::string> filters;
+  int subscribed = 0;
   std::uint64_t step = 0;
-  Search::Callbacks calls;
-  calls.subscribe = [&](const std::string& filter) { filters.insert(filter); };
-  calls.unsubscribe = [&](const std::string& filter) { filters.erase(filter); };
-  calls.fence = [&](std::uint64_t number) { step = number; };
-  calls.late = [] {};
-  calls.complete = [](bool) {};
-  calls.line_read = [](const Line&) {};
-  Search search(topics, time, calls);
+  Search search{topics, time, calls()};
+};
+
+TEST_F(WhoIsLookedFor, OfOneUserAreNotMoreThanIsReadSoon) {
   search.connected();
   const auto look = [&](const std::string& user, std::uint32_t count) {
     std::size_t wanted = 0;
@@ -63,6 +85,99 @@ TEST(WhoIsLookedFor, OfOneUserAreNotMoreThanIsReadSoon) {
   for (std::uint32_t user = 0; user < 100; ++user) look(std::to_string(user), Search::kMaxUnread);
   for (int i = 0; i < 1000; ++i) search.passed(step);
   EXPECT_EQ(filters.size(), Search::kMaxLines);
+}
+
+TEST_F(WhoIsLookedFor, UsersWithoutRoomTakeNoMemory) {
+  for (std::uint32_t i = 0; i < Search::kMaxLines; ++i) search.line(line_of(std::to_string(i % 100), i));
+  const auto before = ::mallinfo2().uordblks;
+  for (std::uint32_t i = 0; i < 100'000; ++i) EXPECT_FALSE(search.line(line_of(fmt::format("user{}", i), i)));
+  EXPECT_LT(::mallinfo2().uordblks, before + 1'000'000);
+}
+
+TEST_F(WhoIsLookedFor, AConnectionThatComesAndGoesIsReadOnce) {
+  search.connected();
+  const auto line = line_of("hall", 1);
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_TRUE(search.line(line));
+    search.forget(line);
+  }
+  EXPECT_TRUE(search.line(line));
+  finish();
+  EXPECT_EQ(subscribed, 1);
+  EXPECT_EQ(filters.size(), 1U);
+  EXPECT_FALSE(search.line(line)) << "it was read";
+}
+
+TEST_F(WhoIsLookedFor, AComponentIsForgottenByTheLastOneWhoKeepsIt) {
+  constexpr OwnerId kLamp{7};
+  search.connected();
+  search.keep(kLamp);
+  search.keep(kLamp);
+  finish();
+  leave(kLamp);
+  EXPECT_TRUE(has(kLamp));
+  EXPECT_TRUE(search.knows(kLamp));
+  search.drop(kLamp);
+  EXPECT_TRUE(has(kLamp)) << "it may still be there";
+  search.keep(kLamp);
+  search.forget(kLamp);
+  EXPECT_TRUE(has(kLamp)) << "it is kept again";
+  leave(kLamp);
+  EXPECT_FALSE(has(kLamp));
+  EXPECT_FALSE(search.wants({}, kLamp));
+  EXPECT_EQ(subscribed, 1);
+}
+
+TEST_F(WhoIsLookedFor, AComponentIsForgottenBeforeItWasRead) {
+  constexpr OwnerId kLamp{7};
+  search.connected();
+  search.keep(kLamp);
+  leave(kLamp);
+  finish();
+  EXPECT_EQ(subscribed, 0) << "it waited";
+  search.keep(kLamp);
+  EXPECT_TRUE(has(kLamp)) << "under way";
+  leave(kLamp);
+  search.keep(kLamp);
+  EXPECT_FALSE(has(kLamp)) << "after that";
+  search.passed(step);
+  EXPECT_TRUE(has(kLamp));
+  EXPECT_FALSE(search.knows(kLamp));
+  finish();
+  EXPECT_TRUE(search.knows(kLamp));
+}
+
+TEST_F(WhoIsLookedFor, ThoseThatComeAndGoLeaveNothing) {
+  search.connected();
+  finish();
+  for (std::uint32_t id = 1; id < 3 * Search::kMaxSought; ++id) {
+    search.keep(OwnerId(id));
+    finish();
+    leave(OwnerId(id));
+  }
+  EXPECT_TRUE(filters.empty());
+}
+
+/// A command names them, and nobody says when it needs them no longer.
+TEST_F(WhoIsLookedFor, ThoseThatSomebodyAskedForGiveWay) {
+  search.connected();
+  search.keep(OwnerId(1));
+  for (std::uint32_t id = 2; id < 3 * Search::kMaxSought; ++id) {
+    search.component(OwnerId(id));
+    finish();
+    EXPECT_TRUE(search.knows(OwnerId(id)));
+  }
+  EXPECT_FALSE(has_all());
+  EXPECT_LE(filters.size(), Search::kMaxSought);
+  EXPECT_TRUE(has(OwnerId(1)));
+}
+
+TEST_F(WhoIsLookedFor, ThoseThatWaitForAnAnswerDoNotGiveWay) {
+  search.connected();
+  for (std::uint32_t id = 1; id <= Search::kMaxSought + 1; ++id) search.component(OwnerId(id));
+  finish();
+  EXPECT_TRUE(search.knows_all());
+  EXPECT_TRUE(has_all());
 }
 
 /// Counts attempts to connect.

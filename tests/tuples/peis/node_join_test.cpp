@@ -248,6 +248,24 @@ TEST_F(NodeJoin, AKernelThatDeclaresItselfDeadHasLeftAndIsNotTakenBackWhileItSti
   EXPECT_THAT(own.events_of(101), SizeIs(2));
 }
 
+TEST_F(NodeJoin, AKernelThatLeftAndCameBackMayForgetUsAtOnce) {
+  const auto forgets = [this] {
+    kernel.send_raw(kernel.header(Routing::kDirect, Port::kDeadHost, 200),
+                    write(DeadHost{OwnerId{200}, DeathReason::kReborn}));
+    world.run(100ms);
+  };
+  open();
+  connect_kernel();
+  forgets();
+  kernel.leave();
+  world.run(4s);
+  connect_kernel();
+  forgets();
+  EXPECT_THAT(own.events_of(101),
+              ElementsAre(HostEvent::kUp, HostEvent::kForgot, HostEvent::kLeft, HostEvent::kUp, HostEvent::kForgot));
+  EXPECT_EQ(own.node->counters().held_deaths, 0u) << "what was kept of it went with it";
+}
+
 TEST_F(NodeJoin, ATakenPortIsPassedOver) {
   KernelPeer first(world, 1, 8000), second(world, 2, 8001);
   first.listen();

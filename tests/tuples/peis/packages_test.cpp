@@ -1,6 +1,7 @@
 #include "tuples/peis/connection.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 namespace rubicon::tuples::peis {
 namespace {
@@ -66,6 +67,28 @@ TEST(PeisPackages, AResentPackageHasANewIdAndCounterOnly) {
   expected.id = 0x01020304;
   expected.counter = 77;
   EXPECT_EQ(read_package_header(ByteView(out).subspan(2)).value(), expected);
+}
+
+TEST(PeisPackages, WhatWasTakenNeedsNoMemory) {
+  const auto before = ::mallinfo2().uordblks;
+  if (before == 0) GTEST_SKIP() << "the heap is that of a sanitizer";
+  Bytes one = package(1, 1024);
+  PackageStream stream;
+  stream.append(one);
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    ASSERT_TRUE(stream.next().value());
+    stream.append(one);
+  }
+  Bytes many;
+  for (int i = 0; i < 50; ++i) many.insert(many.end(), one.begin(), one.end());
+  stream.append(many);
+  many = Bytes();
+  EXPECT_GT(::mallinfo2().uordblks, before + 50'000);
+  while (stream.next().value()) continue;
+  stream.shed();
+  EXPECT_LT(::mallinfo2().uordblks, before + 10'000);
+  stream.append(one);
+  EXPECT_EQ(stream.next().value()->body.size(), 1024U);
 }
 
 TEST(PeisPackages, AStreamIsCutIntoPackagesWhereverItsPiecesEnd) {
