@@ -87,10 +87,11 @@ class ManySensors {
 
   static std::int64_t time(std::int64_t second) { return kStart + second * rubicon::history::kSecond; }
 
-  Batch batch(std::int64_t second) {
+  /// `is_new`: the store does not know the series of this batch yet, or was opened again.
+  Batch batch(std::int64_t second, bool is_new) {
     Batch made{from_milliseconds(time(second)), {}, {}, {}};
     for (auto slot = static_cast<Slot>(second % kPeriod); slot < sensors_.size(); slot += kPeriod) {
-      if (second < kPeriod) made.declared.emplace_back(slot, series_of(static_cast<int>(slot)));
+      if (is_new) made.declared.emplace_back(slot, series_of(static_cast<int>(slot)));
       made.points.push_back(
           {slot, {time(second) + static_cast<std::int64_t>(random_() % 9), sensors_[slot].next(random_)}});
     }
@@ -108,7 +109,7 @@ Json retention_of(Store& store, ManySensors& sensors, int series, std::int64_t s
   const auto count = [&store](const char* what) { return store.database().number(what, "measuring").value_or(0); };
   std::vector<double> slices;
   for (int i = 0; i <= series / 100; ++i, ++second) {
-    if (!store.write(sensors.batch(second))) std::exit(1);
+    if (!store.write(sensors.batch(second, i < kPeriod))) std::exit(1);
     const auto start = Clock::now();
     if (!retention.step(SteadyTime(std::chrono::seconds(second)), from_milliseconds(ManySensors::time(second))))
       std::exit(1);
@@ -132,7 +133,7 @@ void measure_day(const Plan& plan, Json& out) {
   std::uint64_t points = 0;
   const auto processor = thread_seconds();
   for (std::int64_t second = 0; second < seconds; ++second) {
-    const auto batch = sensors.batch(second);
+    const auto batch = sensors.batch(second, second < kPeriod);
     const auto start = Clock::now();
     if (!store->write(batch)) std::exit(1);
     worst = std::max(worst, milliseconds(Clock::now() - start));

@@ -265,7 +265,7 @@ void House::name_again(DeviceEntry& device) {
   const auto topic = topic_of(device);
   if (topic == device.topic) return;
   callbacks_.renamed(device);
-  by_topic_.erase(device.topic);
+  leave_topic(device);
   device.topic = topic;
   by_topic_[topic] = &device;
   for (auto* point : device.points) callbacks_.point(*point);

@@ -194,6 +194,7 @@ class House {
   void forget_lost_origins(OwnerId island);
   void forget_island(OwnerId island);
   void forget_point(const PointEntry& point);
+  void leave_topic(const DeviceEntry& device);
   void forget_device(const std::string& name);
   void forget_network(const std::string& name);
 

@@ -68,6 +68,12 @@ void House::forget_point(const PointEntry& gone) {
   callbacks_.device(device);
 }
 
+/// Another device may have taken the topic since: that of an island with the same name.
+void House::leave_topic(const DeviceEntry& device) {
+  const auto found = by_topic_.find(device.topic);
+  if (found != by_topic_.end() && found->second == &device) by_topic_.erase(found);
+}
+
 void House::forget_device(const std::string& name) {
   const auto found = devices_.find(name);
   if (found == devices_.end()) return;
@@ -76,7 +82,7 @@ void House::forget_device(const std::string& name) {
   recent_ = nullptr;
   for (const auto* point : std::exchange(device.points, {}))
     points_.erase(points_.find(Place{device.island, point->key}));
-  by_topic_.erase(device.topic);
+  leave_topic(device);
   devices_.erase(found);
 }
 

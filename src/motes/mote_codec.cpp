@@ -104,6 +104,10 @@ Result<MoteEvents> MoteCodec::interpret(const DecodedPacket& decoded) {
   if (message.source_mote >= kFirstSpecialMote)
     return fail(ErrorCode::kInvalid, fmt::format("radio message from address {:04x}, expected a mote's (below {:04x})",
                                                  message.source_mote, kFirstSpecialMote));
+  const bool is_full = motes_.size() >= kMaxMotes && !motes_.contains(message.source_mote);
+  if (is_full && !std::holds_alternative<Joined>(record))
+    return fail(ErrorCode::kBusy, fmt::format("mote {} ignored: {} motes are known, more than a sink has",
+                                              message.source_mote, kMaxMotes));
   on_record(message, record, events);
   return events;
 }
@@ -304,7 +308,7 @@ MoteCodec::Mote& MoteCodec::heard(std::uint16_t address) {
   return mote;
 }
 
-/// Radio noise does not join, and a mote that was replaced is silent.
+/// Only one that joins makes it necessary. Radio noise does not join, and a mote that was replaced is silent.
 void MoteCodec::forget_one() {
   const auto rank = [](const auto& one) { return std::pair(one.second.joined.has_value(), one.second.heard); };
   motes_.erase(std::min_element(motes_.begin(), motes_.end(),

@@ -61,9 +61,9 @@ struct CodecOptions {
 };
 
 /// Decodes the packets of a sink into messages in terms of the catalogue. Remembers the sensors that each mote showed,
-/// so that an undeclared sensor joins with its first reading (wsn.md 9.2), for at most kMaxMotes motes: beyond them the
-/// one that was heard longest ago is forgotten, one that joined only if all did. Sets source.device to the mote's
-/// address.
+/// so that an undeclared sensor joins with its first reading (wsn.md 9.2), for at most kMaxMotes motes: for one that
+/// joins beyond them, the one that was heard longest ago is forgotten, one that joined only if all did. Sets
+/// source.device to the mote's address.
 class MoteCodec {
  public:
   /// A sink has room for 20 (wsn.md 12); more addresses than this are noise.
@@ -74,7 +74,7 @@ class MoteCodec {
 
   /// decode_whole() and interpret().
   Result<MoteEvents> decode(ByteView packet);
-  /// The events in a packet. kInvalid if its source is not a mote.
+  /// The events in a packet. kInvalid if its source is not a mote, kBusy if it is one mote too many and does not join.
   Result<MoteEvents> interpret(const DecodedPacket& decoded);
 
   /// Restores a mote from its remembered join, until it joins again (wsn.md 9.2: it may never do so). Returns its

@@ -79,23 +79,21 @@ class MqttBridge final : public Bridge {
 
  private:
   House::Callbacks house_calls() {
-    return {
-        .point = [this](PointEntry& point) { mark(point); },
-        .status = [this](PointEntry& point) { mark_status(point); },
-        .device = [this](DeviceEntry& device) { mark(device); },
-        .network = [this](NetworkEntry& network) { mark_small(network); },
-        .island = [this](IslandEntry& island) { mark_small(island); },
-        .point_gone = [this](PointEntry& point) { forget(point); },
-        .device_gone = [this](DeviceEntry& device) { forget(device); },
-        .renamed = [this](DeviceEntry& device) { forget_topics(device); },
-        .network_gone =
-            [this](OwnerId island, const std::string& id) {
-              forget_small(fmt::format("rubicon_{}_{}", number(island), id),
-                           fmt::format("{}/{}", house_.island_topic(island), id));
-            },
-        .island_gone =
-            [this](IslandEntry& island) { forget_small(fmt::format("rubicon_{}", number(island.id)), island.topic); },
-        .is_ours = [this](std::string_view origin) { return is_broker(options_, origin); }};
+    return {.point = [this](PointEntry& point) { mark(point); },
+            .status = [this](PointEntry& point) { mark_status(point); },
+            .device = [this](DeviceEntry& device) { mark(device); },
+            .network = [this](NetworkEntry& network) { mark_small(network); },
+            .island = [this](IslandEntry& island) { mark_small(island); },
+            .point_gone = [this](PointEntry& point) { forget(point); },
+            .device_gone = [this](DeviceEntry& device) { forget(device); },
+            .renamed = [this](DeviceEntry& device) { forget_topics(device); },
+            .network_gone =
+                [this](OwnerId island, const std::string& id) {
+                  forget_small(fmt::format("rubicon_{}_{}", number(island), id),
+                               fmt::format("{}/{}", house_.island_topic(island), id));
+                },
+            .island_gone = [this](IslandEntry& island) { forget(island); },
+            .is_ours = [this](std::string_view origin) { return is_broker(options_, origin); }};
   }
   BrokerLine::Callbacks line_calls() {
     return {.connected = [this](const transport::MqttConnack&) { connected(); },
@@ -119,6 +117,7 @@ class MqttBridge final : public Bridge {
     soon_.request();
   }
   void mark_all();
+  void forget(const IslandEntry& gone);
   void go();
   bool publish_small();
   template <class Entry>
@@ -431,6 +430,14 @@ void MqttBridge::forget_small(const std::string& object, const std::string& topi
     return gone;
   });
   if (topic != home_) remove(topic + kOnline);  // that of the bridge itself stays
+}
+
+/// An island that has its name now stands at its topics, which were emptied: all of it is said again.
+void MqttBridge::forget(const IslandEntry& gone) {
+  forget_small(fmt::format("rubicon_{}", number(gone.id)), gone.topic);
+  bool is_shared = false;
+  house_.each_island([&](const IslandEntry& one) { is_shared |= one.id != gone.id && one.topic == gone.topic; });
+  if (is_shared) mark_all();
 }
 
 /// Removes what an earlier run left, and ends its subscriptions, which would bring our own messages from now on.

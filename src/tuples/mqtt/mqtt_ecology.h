@@ -154,7 +154,6 @@ class MqttEcology final : public StandInEcology {
   Channel::Sent send(const FrameHead& head, ByteView entries);
   Channel::Sent send_to(const Line& to, const FrameHead& head, ByteView entries);
   bool may_swallow(std::size_t size) const;
-  void drop(OwnerId id);
   void show(const MqttLink& link);
   void show_soon();
   void hide(const MqttLink& link);

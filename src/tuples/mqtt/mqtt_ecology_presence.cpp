@@ -243,13 +243,6 @@ bool MqttEcology::seeks(std::optional<OwnerId> id) {
   return !search_.knows(*id);
 }
 
-/// Nobody here deals with it any longer. One that is there is looked for until it goes: who reads it again and again
-/// does not ask the broker each time.
-void MqttEcology::drop(OwnerId id) {
-  search_.drop(id);
-  if (!presence_.reached(id)) search_.forget(id);
-}
-
 void MqttEcology::ask_doubted() {
   if (links_.all().empty()) return;
   for (const auto& [id, who] : presence_.doubted()) ask(*links_.all().begin()->second, id, *who);

@@ -29,6 +29,13 @@ Error too_large_for_broker(std::string_view key, std::size_t size, std::size_t l
   return {ErrorCode::kOutOfRange, fmt::format("{} with its value has {} bytes, {}", key, size, limit)};
 }
 
+/// Nobody here deals with it any longer. One that is there is looked for until it goes: who reads it again and again
+/// does not ask the broker each time.
+void drop(Search& search, const Presence& presence, OwnerId id) {
+  search.drop(id);
+  if (!presence.reached(id)) search.forget(id);
+}
+
 bool may_meet(const SubscriptionSpec& spec, OwnerId owner) {
   return !spec.pattern.owner || *spec.pattern.owner == owner;
 }
@@ -61,12 +68,14 @@ void MqttLink::detach() {
   flush();
   listener_ = nullptr;
   introduced_ = displaced_ = false;
-  for (const auto& [number, spec] : std::exchange(subscriptions_, {})) drop_owner(spec);
+  for (const auto& [number, spec] : std::exchange(subscriptions_, {})) {
+    if (spec.pattern.owner) drop(ecology_.search_, ecology_.presence_, *spec.pattern.owner);
+  }
   for (const auto id : peers()) policy_->peer_down(id);
   peers_.clear();
   held_bytes_ = 0;
   ecology_.hide(*this);
-  ecology_.drop(who_.id);
+  drop(ecology_.search_, ecology_.presence_, who_.id);
 }
 
 /// Reports those that are present already.
@@ -266,19 +275,14 @@ bool MqttLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
-/// The owner is looked for also if it is present: it may leave and come back.
-void MqttLink::keep_owner(const SubscriptionSpec& spec) {
-  spec.pattern.owner ? ecology_.search_.keep(*spec.pattern.owner) : ecology_.search_.all();
-}
-
-void MqttLink::drop_owner(const SubscriptionSpec& spec) {
-  if (spec.pattern.owner) ecology_.drop(*spec.pattern.owner);
-}
-
 void MqttLink::subscribe(const SubscriptionSpec& spec) {
-  keep_owner(spec);
+  // Also an owner that is present: it may leave and come back.
+  spec.pattern.owner ? ecology_.search_.keep(*spec.pattern.owner) : ecology_.search_.all();
   const auto [known, is_new] = subscriptions_.try_emplace(spec.id, spec);
-  if (!is_new) drop_owner(std::exchange(known->second, spec));
+  if (!is_new) {
+    const auto former = std::exchange(known->second, spec).pattern.owner;
+    if (former) drop(ecology_.search_, ecology_.presence_, *former);
+  }
   for (auto& [id, peer] : peers_) {
     if (peer.at) send_interest(peer, spec);
   }
@@ -294,7 +298,7 @@ void MqttLink::unsubscribe(std::uint32_t id) {
     entry.add_unsubscription(id);
     peer.channel->add(entry.take());
   }
-  drop_owner(found->second);
+  if (found->second.pattern.owner) drop(ecology_.search_, ecology_.presence_, *found->second.pattern.owner);
   subscriptions_.erase(found);
   ecology_.flush_soon_.request();
 }

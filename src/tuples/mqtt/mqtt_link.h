@@ -88,8 +88,6 @@ class MqttLink final : public Link {
   Channel::Callbacks channel_calls(OwnerId id);
   void give_up(OwnerId peer, ByteView entries);
   void exceeds(OwnerId peer, std::string_view key, std::size_t size);
-  void keep_owner(const SubscriptionSpec& spec);
-  void drop_owner(const SubscriptionSpec& spec);
   void send_interests(Peer& peer);
   void send_interest(Peer& peer, const SubscriptionSpec& spec);
   void received(OwnerId id, ByteView entries);

@@ -237,6 +237,29 @@ TEST_F(Topics, OfAnIslandThatDoesNotComeBackAreRemovedAfterAWeek) {
   EXPECT_NE(at(config), "(nothing)");
 }
 
+/// With names of people, an island that got another id stands at the topics of the former one.
+TEST_F(Topics, OfAnIslandUnderANewIdStayWhenTheFormerOneIsRemoved) {
+  const auto open_barn = [this](std::uint32_t id) {
+    auto barn = std::make_unique<TownIsland>(ecology, time, OwnerId(id), "barn");
+    barn->network("knx");
+    barn->device("knx.1", "", {{"sensor", "contact-1", "open"}, {"actuator", "relay-1", "off"}});
+    return barn;
+  };
+  auto barn = open_barn(77);
+  start(R"({"patterns": ["proxy.**"], "names": "friendly", "keep": true, "commands": ["proxy.**"]})");
+  time.run_for(6s);
+  barn.reset();
+  time.run_for(1min);
+  barn = open_barn(78);
+  time.run_for(8 * 24h);
+  for (const auto* topic : {"rubicon/barn/online", "rubicon/barn/knx/online", "rubicon/barn/knx/1/online"})
+    EXPECT_EQ(at(topic), "online") << topic;
+  EXPECT_EQ(at("rubicon/barn/knx/1/sensor/contact-1"), "open");
+  broker.publish({"rubicon/barn/knx/1/actuator/relay-1/set", "on"});
+  time.run_for(1s);
+  EXPECT_EQ(made->status().counters.at("commands-refused"), 0U);
+}
+
 constexpr const char* kOurBroker = R"({"host":"127.0.0.1","port":1883,"tls":false,"user":false})";
 constexpr const char* kOtherBroker = R"({"host":"barn.lan","port":1883,"tls":false,"user":false})";
 
