@@ -191,7 +191,7 @@ void OwnSession::on_push(ByteView body) {
   const auto read = read_push(body);
   if (!read) return bad(read.error());
   const auto annex = read_push_annex(read->annex);
-  if (!annex) return bad({ErrorCode::kInvalid, "PUSH_TUPLE without the annex that components of ours send"});
+  if (!annex) return;  // it takes us for a kernel until it has our hello, and sends all again when we subscribe
   if (*read->owner != peer_) return void(++context_.counters.foreign_tuples);
   if (annex->kind != EventKind::kSet) return deliver(TupleGone{annex->kind, read->key, annex->sequence});
   TupleView tuple;
