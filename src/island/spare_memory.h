@@ -39,13 +39,14 @@ inline std::size_t resident_memory() {
 }
 
 /// Gives memory back after it grew: a tool that reads everything, components that came and left, a broker that was
-/// away. Looks at it now and then, because giving back holds the loop up for some milliseconds. Only for who owns the
-/// heap, a program.
+/// away. What was still in use then goes once a minute. Looks now and then only, because giving back holds the loop up
+/// for some milliseconds. Only for who owns the heap, a program.
 class SpareMemory {
  public:
   static constexpr base::Duration kPeriod = std::chrono::seconds(10);
   /// Growth that counts: so many bytes, and that part of what was there.
   static constexpr std::size_t kWorthIt = 2 << 20, kPart = 16;
+  static constexpr int kLooks = 6;  ///< until it is given back although it did not grow
 
   explicit SpareMemory(base::Scheduler& scheduler, std::function<void()> give = give_back_memory,
                        std::function<std::size_t()> resident = resident_memory)
@@ -64,8 +65,10 @@ class SpareMemory {
   void look() {
     const auto now = resident_();
     least_ = std::min(least_, now);
-    if (now - least_ <= std::max(kWorthIt, least_ / kPart)) return;
+    const bool grew = now - least_ > std::max(kWorthIt, least_ / kPart);
+    if (!grew && ++looks_ < kLooks) return;
     give_();
+    looks_ = 0;
     least_ = resident_();
   }
 
@@ -73,6 +76,7 @@ class SpareMemory {
   std::function<void()> give_;
   std::function<std::size_t()> resident_;
   std::size_t least_ = std::numeric_limits<std::size_t>::max();  ///< since it was given back
+  int looks_ = 0;
   base::Timer timer_;
 };
 

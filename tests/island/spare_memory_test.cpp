@@ -11,40 +11,53 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(SpareMemory, IsGivenBackWhenItGrewAndNotOften) {
-  constexpr std::size_t kMegabyte = 1 << 20;
+struct Heap : testing::Test {
+  static constexpr std::size_t kMegabyte = 1 << 20;
+
+  /// Looks once, and says whether memory was given back.
+  bool look() {
+    const auto before = given;
+    time.run_for(SpareMemory::kPeriod);
+    return given > before;
+  }
+
   VirtualScheduler time;
   std::size_t resident = 20 * kMegabyte, left = 20 * kMegabyte;
   int given = 0;
-  const auto give = [&] {
-    ++given;
-    resident = left;
-  };
-  const SpareMemory spare(time, give, [&] { return resident; });
-  time.run_for(1h);
-  EXPECT_EQ(given, 0) << "it is as large as it was";
+  const SpareMemory spare{time,
+                          [this] {
+                            ++given;
+                            resident = left;
+                          },
+                          [this] { return resident; }};
+};
+
+TEST_F(Heap, IsGivenBackAtTheNextLookAfterItGrew) {
   resident = 22 * kMegabyte;
-  time.run_for(1h);
-  EXPECT_EQ(given, 0) << "too little to be worth it";
+  EXPECT_FALSE(look()) << "too little to be worth it";
   resident = 23 * kMegabyte;
-  time.run_for(SpareMemory::kPeriod);
-  EXPECT_EQ(given, 1);
+  EXPECT_TRUE(look());
   resident = left = 40 * kMegabyte;  // that is needed
-  time.run_for(1h);
-  EXPECT_EQ(given, 2) << "asked once";
+  EXPECT_TRUE(look());
+  EXPECT_FALSE(look()) << "asked once";
   resident = left = 10 * kMegabyte;
-  time.run_for(SpareMemory::kPeriod);
+  EXPECT_FALSE(look());
   resident = 13 * kMegabyte;
-  time.run_for(SpareMemory::kPeriod);
-  EXPECT_EQ(given, 3) << "it grew from the least that it was";
+  EXPECT_TRUE(look()) << "it grew from the least that it was";
   resident = left = 1000 * kMegabyte;
-  time.run_for(SpareMemory::kPeriod);
+  EXPECT_TRUE(look());
   resident = 1060 * kMegabyte;
-  time.run_for(1h);
-  EXPECT_EQ(given, 4) << "less than a sixteenth";
+  EXPECT_FALSE(look()) << "less than a sixteenth";
 }
 
-TEST(SpareMemory, OfThisProcessIsKnown) {
+TEST_F(Heap, IsGivenBackOnceAMinuteBecauseWhatWasInUseMayBeFreeNow) {
+  time.run_for(SpareMemory::kLooks * SpareMemory::kPeriod);
+  EXPECT_EQ(given, 1);
+  time.run_for(1h);
+  EXPECT_EQ(given, 61);
+}
+
+TEST(ResidentMemory, IsThatOfThisProcess) {
   const auto before = resident_memory();
   EXPECT_GT(before, 0U);
   const std::vector<char> touched(64 << 20, 1);
