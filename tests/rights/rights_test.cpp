@@ -167,7 +167,8 @@ TEST(Rights, CompileTheRulesOfAMemberOnceForManyMembers) {
 }
 
 TEST(Rights, CompileTheRulesOfAUserOnceForAllRunsOfTools) {
-  const Rights rights(rules_in("rights:\n  - {who: everybody, may: read, keys: [a]}\n  - {who: 'island:7', may: set, keys: [b]}\n"));
+  const Rights rights(
+      rules_in("rights:\n  - {who: everybody, may: read, keys: [a]}\n  - {who: 'island:7', may: set, keys: [b]}\n"));
   for (std::uint32_t run = 0; run < 100; ++run) {
     const auto id = 70'000 + run;
     EXPECT_TRUE(rights.access({.name = "ann", .ids = {{id, id}}}, "a").read);
