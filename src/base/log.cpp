@@ -9,7 +9,8 @@ namespace rubicon::base {
 
 namespace {
 constexpr std::size_t kMaxSubjects = 1024;
-constexpr std::size_t kMaxSubject = 200;  ///< bytes; of a longer one, which others may have chosen, a hash stands for it
+/// Bytes. Others may have chosen a longer one: a hash stands for its end.
+constexpr std::size_t kMaxSubject = 200;
 
 std::string name_of(const std::string& subject) {
   if (subject.size() <= kMaxSubject) return subject;
