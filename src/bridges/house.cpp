@@ -298,7 +298,7 @@ void House::origin_named(const Event& event) {
   if (!is_ours && foreign_.erase(name) > 0) look_again(event.tuple.owner, *network);
 }
 
-/// Devices that are groups now, or were, name their members anew.
+/// Announces the devices again that became a group or are none any more.
 void House::grouped(const Event& event) {
   const auto network = model::network_of(event.tuple.key);
   if (event.kind == EventKind::kLost || !network || !selects_island(event.tuple.owner)) return;

@@ -166,7 +166,7 @@ void DemoIsland::write_files() const {
 }
 
 std::vector<std::string> DemoIsland::command(const std::string& line, int seconds) const {
-  // An island that gets no processor answers late. On PEIS nobody answers.
+  // An island on a busy machine answers late. On PEIS there is no component that could answer.
   const auto patience = line.find("--engine peis") == line.npos ? "RUBICON_PATIENCE=30s" : "RUBICON_PATIENCE=3s";
   return {"env",
           "PATH=" + kPrograms + ":" + ::getenv("PATH"),

@@ -50,7 +50,7 @@ void Imports::show_line(const std::string& line, const std::string& reason) {
 void Imports::attach(Node* node, const std::string& reason) {
   for (auto& [topic, import] : imports_) {
     close(import, reason.empty() ? kGone : reason);
-    import.left.reset();  // without a node nobody knows
+    import.left.reset();  // without a node we do not see who publishes
   }
   node_ = node;
   if (imports_nothing()) return;

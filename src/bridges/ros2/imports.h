@@ -26,8 +26,8 @@ class Imports {
  public:
   static constexpr std::size_t kMaxTopics = 256;  ///< that `import: auto` takes
   static constexpr std::size_t kMaxSensors = 2000;
-  /// What `import: auto` took is forgotten when nobody has published it for this time: robots that come and go under
-  /// other names would use up the bounds.
+  /// A topic of `import: auto` is forgotten this long after its last publisher left: robots that come and go under new
+  /// names would use up the bounds.
   static constexpr Duration kRemembered = std::chrono::hours(24);
 
   /// `topics`: ours, which are not taken for those of a robot.

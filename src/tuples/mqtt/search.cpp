@@ -144,7 +144,7 @@ void Search::forget(OwnerId id) {
   cancel(topics_.component_filter(id));
 }
 
-/// Forgets those that nobody keeps. Who waits for an answer that was there asks again.
+/// Forgets the components without a keep(). A request that waits for one of them calls component() again.
 void Search::make_room() {
   std::erase_if(components_, [this](const auto& one) {
     const bool over = one.second.read && one.second.needs == 0;

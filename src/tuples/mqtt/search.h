@@ -47,7 +47,7 @@ class Search {
 
   /// Looks for all, from now on.
   void all();
-  /// Looks for it, for somebody who asks and may ask again: it gives way to others if there are too many.
+  /// Looks for a component that a request names; it is forgotten first when there are too many.
   void component(OwnerId id);
   /// Looks for it until drop() was called as often, and forget() after that.
   void keep(OwnerId id);

@@ -336,7 +336,7 @@ TEST_F(KnxIsland, ToolsUseItsLine) {
   EXPECT_GT(std::filesystem::file_size(folder_.file("bus.pcap")), 24U + 60U);
   EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--network", "knx-nowhere"}).code, 8);
 
-  device.reset();  // a telegram on its way to a monitor that ends may find nobody
+  device.reset();  // a telegram that arrives while the monitor ends would count as lost
   monitor.signal(SIGINT);
   EXPECT_EQ(monitor.exit_code(), 0) << monitor.errors();
   knxd_->tool("groupswrite", {"7/7/7", "1"});

@@ -158,7 +158,7 @@ TEST_F(WhoIsLookedFor, ThoseThatComeAndGoLeaveNothing) {
   EXPECT_TRUE(filters.empty());
 }
 
-/// A command names them, and nobody says when it needs them no longer.
+/// A command names them, and nothing tells when it has ended.
 TEST_F(WhoIsLookedFor, ThoseThatSomebodyAskedForGiveWay) {
   search.connected();
   search.keep(OwnerId(1));
